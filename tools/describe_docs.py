@@ -209,7 +209,7 @@ def mc1451a_page() -> str:
 
 def quirk_lines(part: str, note: str = "") -> list[str]:
     """Return the chapter about the gaps of a manual."""
-    rows = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in quirks_of(part))
+    rows = ((quirk.id, quirk.where, quirk.description, quirk.why) for quirk in quirks_of(part))
     return [
         "\n## Quirks\n",
         f"Decisions of the model where the manual is silent (UND) or contradicts itself (CON), with reasons.{note}",
@@ -282,7 +282,7 @@ def control_page() -> str:
 
 def events() -> str:
     """Return the events with their keys."""
-    rows = [(f"`{row.event}`", row.says, f"`{key.name}`", key.says) for row in EVENTS for key in row.keys]
+    rows = [(f"`{row.event}`", row.description, f"`{key.name}`", key.description) for row in EVENTS for key in row.keys]
     return f"## Events\n\nEach has `event` and `time_ps`, and:\n\n{table(('event', '', 'key', ''), rows)}\n"
 
 
@@ -294,7 +294,7 @@ def chapter(name: str) -> str:
 
 def form(row: RequestSpec) -> str:
     """Return one form of a request."""
-    parts = [f"\n{row.says}\n\n    {json.dumps({'do': row.do} | row.example)}\n"]
+    parts = [f"\n{row.description}\n\n    {json.dumps({'do': row.do} | row.example)}\n"]
     if row.keys:
         parts.append("\n" + table(("key", "", "value", "if left out"), map(request_row, row.keys)) + "\n")
     if row.reply:
@@ -304,13 +304,13 @@ def form(row: RequestSpec) -> str:
 
 def key_row(key: Key) -> tuple[str, str, str]:
     """Return the table row of a key of a request or of a reply."""
-    return f"`{key.name}`", key.says, key.default
+    return f"`{key.name}`", key.description, key.default
 
 
 def request_row(key: Key) -> tuple[str, str, str, str]:
     """Return the table row of a key of a request, with the values that the validator allows."""
     what = "a time" if key.kind.get("pattern") == A_TIME else in_words(key.kind)
-    return f"`{key.name}`", key.says, ", ".join(filter(None, (what, span(key.kind)))), key.default
+    return f"`{key.name}`", key.description, ", ".join(filter(None, (what, span(key.kind)))), key.default
 
 
 def control_schema() -> str:
@@ -329,7 +329,7 @@ def parts_page() -> str:
         part = bench.part(kind, on=on, **EXAMPLES.get(kind, {}))
         pins = (f"{pin} → {part.wiring[pin]}" if pin in part.wiring else pin for pin in part.pins)
         named = f"[`{kind}`](#{kind})" if options_of(cls, row.fixed) else f"`{kind}`"
-        kinds.append((named, row.says, ", ".join(pins), ", ".join(fitting(kind, part))))
+        kinds.append((named, row.description, ", ".join(pins), ", ".join(fitting(kind, part))))
         if rows := options_of(cls, row.fixed):
             chapters.append(f"\n### {kind}\n\n{option_table(rows)}\n")
         if own := [*own_names(cls)]:
@@ -606,7 +606,7 @@ def record_page() -> str:
         return table(("field", "type", "meaning"), ((f"{row.name}", TYPES[row.kind], meaning(row)) for row in rows))
 
     def meaning(row: FieldRow) -> str:
-        return f"{coded(row.says)} ({', '.join(row.words)})" if row.words else coded(row.says)
+        return f"{coded(row.description)} ({', '.join(row.words)})" if row.words else coded(row.description)
 
     return "\n\n".join(
         (

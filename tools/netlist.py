@@ -102,7 +102,7 @@ def module_pins(board: Board) -> Iterator[str]:
     wired = Counter(pin for pins in board.nets.values() for pin in pins)
     for pin in GS_C200S.pins:
         count = wired[f"{MODULE}.{pin.name}"]
-        if count != (0 if pin.way == "none" else 1):
+        if count != (0 if pin.in_out == "none" else 1):
             yield f"pin {pin.number} ({pin.name}) of the module is in {count} nets"
     names = {f"{MODULE}.{pin.name}" for pin in GS_C200S.pins}
     yield from (

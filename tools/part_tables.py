@@ -65,7 +65,7 @@ def header() -> Iterator[str]:
     yield from ("#ifndef SHEET_H", "#define SHEET_H", "", "#include <stdbool.h>", "#include <stdint.h>", "")
     yield "/* Times, in picoseconds, each with its meaning and its section. */"
     for name, time in times.items():
-        yield f"#define {name.upper()}_PS {time.ticks}ULL /* {ascii_of(time.says)}: {time.where} */"
+        yield f"#define {name.upper()}_PS {time.ticks}ULL /* {ascii_of(time.description)}: {time.where} */"
     yield f"#define STORE_LOOK_PS {LOOK_PS}ULL /* interval of sampling an EEPROM that is still busy */"
     yield ""
     yield f"#define RATE_UNIT {sheet.RATE_UNIT}U /* steps/s: motion characteristics */"

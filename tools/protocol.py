@@ -33,7 +33,7 @@ GROUPS = (  # prefix in C, enumeration
     ("RESET", wire.ResetFlag),
     ("POWER", wire.PowerFlag),
 )
-FLAGS = ("DOWN", "REST", "PAUSE", "OUT", "HALF", "WAY")  # of a record
+FLAGS = ("DOWN", "REST", "PAUSE", "OUT", "HALF", "RAMP_LEFT")  # of a record
 UNO = boards.UNO
 SIZES = (
     ("VERSION", wire.VERSION, "of the messages"),

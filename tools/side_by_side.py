@@ -111,7 +111,7 @@ FAMILIES = (
 # ------------------------------------------------------------------------------------------------------ what they have
 def maker(family: Family) -> str:
     """Return the manufacturer of the parts, and the year of the documents."""
-    return re.findall(r"\(([^)]*)\)$", listed(family.parts[0]).says)[0]
+    return re.findall(r"\(([^)]*)\)$", listed(family.parts[0]).description)[0]
 
 
 def axes(family: Family) -> str:
@@ -305,8 +305,8 @@ def letters(parts: tuple[str, ...]) -> str:
     rows = []
     for letter in sorted({row.form for sheet in sheets for row in sheet.commands if row.form.isalpha()}):
         found = [sheet.commands.by_form.get(letter) for sheet in sheets]
-        if len({row and row.says for row in found}) > 1:
-            rows.append((f"`{letter}`", *(row.says if row else "–" for row in found)))
+        if len({row and row.description for row in found}) > 1:
+            rows.append((f"`{letter}`", *(row.description if row else "–" for row in found)))
     return table(("", *(f"[{part.upper()}]({part}.md)" for part in parts)), rows)
 
 

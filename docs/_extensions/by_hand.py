@@ -107,7 +107,13 @@ def slider(calculator: Calculator, name: str, places: list[int | str], at: int, 
     """Return a slider: the name of its parameter, what that is, its values, and what those are in steps and seconds."""
     spoken = [place.replace("s2", "s²").replace("s3", "s³") for place in places if isinstance(place, str)]
     values = dict.fromkeys(ramp.values[name] for ramp in made)
-    return {"name": name, "says": calculator.quantity(name).says, "values": [*values], "spoken": spoken, "at": at}
+    return {
+        "name": name,
+        "says": calculator.quantity(name).description,
+        "values": [*values],
+        "spoken": spoken,
+        "at": at,
+    }
 
 
 def curve(ramp: Ramp, move: Move) -> list[int]:

@@ -25,12 +25,12 @@ static uint8_t is_good_pause(const struct record *record)
 }
 
 /* `add` is a number of steps of a stop ramp, and its change with each step. */
-static uint8_t is_good_way(const struct record *record)
+static uint8_t is_good_ramp_left(const struct record *record)
 {
-    uint16_t way = (uint16_t)record->add, more = (uint16_t)(record->count - 1);
+    uint16_t ramp_left = (uint16_t)record->add, more = (uint16_t)(record->count - 1);
     int16_t slope = (int16_t)((uint32_t)record->add >> 16);
 
-    return !slope || (slope == 1 && (uint16_t)(way + more) >= way) || (slope == -1 && way >= more);
+    return !slope || (slope == 1 && (uint16_t)(ramp_left + more) >= ramp_left) || (slope == -1 && ramp_left >= more);
 }
 
 /* The last interval: 48 bits, the product in two pieces of 32 by 16. */
@@ -49,11 +49,11 @@ static uint8_t is_good(const struct record *record)
 {
     if (record->flags & RECORD_PAUSE)
         return is_good_pause(record);
-    if (record->flags & (uint8_t)~(RECORD_DOWN | RECORD_HALF | RECORD_WAY) || !record->count ||
+    if (record->flags & (uint8_t)~(RECORD_DOWN | RECORD_HALF | RECORD_RAMP_LEFT) || !record->count ||
         !is_possible(record->interval))
         return 0;
-    if (record->flags & RECORD_WAY)
-        return is_good_way(record);
+    if (record->flags & RECORD_RAMP_LEFT)
+        return is_good_ramp_left(record);
     return !record->add || is_last_possible(record);
 }
 

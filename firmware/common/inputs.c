@@ -73,7 +73,7 @@ void act_at_load(uint32_t tick, uint8_t at_start)
 }
 
 /* Process `changed` inputs, in ascending order, when no step waits: after the inputs that stop the motor. */
-static void act_in_peace(uint8_t changed, uint8_t becoming, uint32_t tick)
+static void act_uninterrupted(uint8_t changed, uint8_t becoming, uint32_t tick)
 {
     uint8_t i, bit;
 
@@ -123,7 +123,7 @@ static __attribute__((noinline)) void stop_by(uint8_t changed, uint8_t becoming)
     uint32_t tick;
 
     if (enter_to_stop(becoming, &tick))
-        act_in_peace(changed, becoming, tick);
+        act_uninterrupted(changed, becoming, tick);
     hal_leave();
 }
 
@@ -137,7 +137,7 @@ static __attribute__((noinline)) void act_on(uint8_t seen, uint8_t changed, uint
     uint32_t tick;
 
     if (enter_to_stop(becoming, &tick)) {
-        act_in_peace(changed, becoming, tick);
+        act_uninterrupted(changed, becoming, tick);
         hal_leave();
         return;
     }

@@ -14,8 +14,8 @@ uint32_t last;
 uint16_t count;
 uint8_t flags;
 uint8_t stepped;
-uint16_t way;
-int8_t way_slope;
+uint16_t ramp_left;
+int8_t ramp_slope;
 
 uint8_t paced;
 uint32_t pace;

@@ -12,8 +12,8 @@ extern uint32_t last;     /* tick of the last step */
 extern uint16_t count;    /* steps of the record; in a pause, the word with mask and value */
 extern uint8_t flags;     /* of the record */
 extern uint8_t stepped;   /* there is a last step from which a pace can be measured */
-extern uint16_t way;      /* steps of a stop ramp from the first step of the record, if it has WAY */
-extern int8_t way_slope;  /* and its change with each further step: -1, 0, 1 */
+extern uint16_t ramp_left;      /* steps of a stop ramp from the first step of the record, if it has RAMP_LEFT */
+extern int8_t ramp_slope;  /* and its change with each further step: -1, 0, 1 */
 
 extern uint8_t paced;   /* there have been two steps */
 extern uint32_t pace;   /* ticks between them, as of the end of a record */

@@ -104,7 +104,7 @@
 #define RECORD_OUT_BIT 3
 #define RECORD_HALF 16
 #define RECORD_HALF_BIT 4
-#define RECORD_WAY 64
-#define RECORD_WAY_BIT 6
+#define RECORD_RAMP_LEFT 64
+#define RECORD_RAMP_LEFT_BIT 6
 
 #endif

@@ -21,7 +21,7 @@ struct record *place_in_queue(uint8_t ahead)
 /* Marks ramps for the interrupt. */
 void complete(struct record *record)
 {
-    if (record->add && !(record->flags & (RECORD_PAUSE | RECORD_WAY)))
+    if (record->add && !(record->flags & (RECORD_PAUSE | RECORD_RAMP_LEFT)))
         record->flags |= RAMP;
 }
 

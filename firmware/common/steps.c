@@ -63,9 +63,9 @@ static void load_record(void)
             end -= count;
         else
             end += count;
-        if (flags & RECORD_WAY) {
-            way = (uint16_t)record->add;
-            way_slope = (int8_t)((uint32_t)record->add >> 16);
+        if (flags & RECORD_RAMP_LEFT) {
+            ramp_left = (uint16_t)record->add;
+            ramp_slope = (int8_t)((uint32_t)record->add >> 16);
         } else {
             add = record->add;
         }
@@ -196,7 +196,7 @@ static __attribute__((noinline)) void brake_at_step(void)
     }
 }
 
-static __attribute__((noinline)) void match_in_peace(void)
+static __attribute__((noinline)) void match_uninterrupted(void)
 {
     do {
         uint8_t was = mode;
@@ -225,7 +225,7 @@ void match(void)
     uint8_t was = mode;
 
     if (was & (STILL | HOP | PAUSE))
-        match_in_peace();
+        match_uninterrupted();
     else if (was & BRAKING)
         brake_at_step();
     else if (left != 1)
@@ -235,5 +235,5 @@ void match(void)
     else if (!queued)
         underrun();
     else
-        match_in_peace();
+        match_uninterrupted();
 }

@@ -16,16 +16,16 @@
 
 const struct tail_entry *entry; /* the next entry */
 uint8_t begun; /* an interrupt has begun a ramp: `entry` has the first entry, `interval` the time to its first step, */
-uint16_t skip; /* and this, if the record has WAY, the number of table steps before that entry */
+uint16_t skip; /* and this, if the record has RAMP_LEFT, the number of table steps before that entry */
 
 static uint16_t chosen; /* steps of the piece */
 
 /* Return the number of steps of a stop ramp from the step that is due. */
-static inline uint16_t way_now(void)
+static inline uint16_t ramp_left_now(void)
 {
     uint16_t made = (uint16_t)(count - left);
 
-    return (uint16_t)(way_slope > 0 ? way + made : way_slope < 0 ? way - made : way);
+    return (uint16_t)(ramp_slope > 0 ? ramp_left + made : ramp_slope < 0 ? ramp_left - made : ramp_left);
 }
 
 void refresh_hint(void)
@@ -40,8 +40,8 @@ void refresh_hint(void)
     before = hal_hold();
     moving = state == STATE_RUN && !(mode & (PAUSE | STILL));
     ticks = due.tick - last;
-    if (flags & RECORD_WAY)
-        remain = way_now();
+    if (flags & RECORD_RAMP_LEFT)
+        remain = ramp_left_now();
     hal_restore(before);
     if (moving) {
         found = remain ? behind(skipped(remain), hint) : slower(least_behind(ticks), hint);
@@ -174,7 +174,7 @@ static void begin_ramp(uint16_t steps_before)
         aim(last);
 }
 
-static __attribute__((noinline)) uint8_t go_down_in_peace(void)
+static __attribute__((noinline)) uint8_t ramp_down_uninterrupted(void)
 {
     uint32_t ticks = due.tick - last;
     uint16_t remain = 1, before = 0;
@@ -183,11 +183,11 @@ static __attribute__((noinline)) uint8_t go_down_in_peace(void)
 
     if (is_tail_fresh())
         settle_tail();
-    if (flags & RECORD_WAY && !(remain = way_now()))
+    if (flags & RECORD_RAMP_LEFT && !(remain = ramp_left_now()))
         plays = 0;
     if (!plays) {
         ;
-    } else if (flags & RECORD_WAY && tail_count) {
+    } else if (flags & RECORD_RAMP_LEFT && tail_count) {
         before = skipped(remain);
         first = behind(before, first);
         ticks = least_behind(ticks);
@@ -225,9 +225,9 @@ static __attribute__((noinline)) uint8_t go_down_in_peace(void)
 uint8_t go_down(void)
 {
     if (!begun)
-        return go_down_in_peace();
+        return ramp_down_uninterrupted();
     begun = 0;
-    begin_ramp(flags & RECORD_WAY ? skip : entry[-1].up_to);
+    begin_ramp(flags & RECORD_RAMP_LEFT ? skip : entry[-1].up_to);
     return 1;
 }
 

@@ -104,10 +104,10 @@ static uint8_t *record_at(uint8_t *to)
         to = put32(put16(to, 0), 1000 + chance(5000));
         return put32(put16(to, 0), 0);
     }
-    *to++ = (uint8_t)(is_down | (chance(4) ? 0 : RECORD_HALF) | (chance(4) ? 0 : RECORD_WAY));
+    *to++ = (uint8_t)(is_down | (chance(4) ? 0 : RECORD_HALF) | (chance(4) ? 0 : RECORD_RAMP_LEFT));
     to = put32(put16(to, (uint16_t)(1 + chance(20))), pace);
     to = put16(to, (uint16_t)chance(65536));
-    return put32(to, to[-9] & RECORD_WAY ? chance(200) : chance(3) ? 0 : chance(4000000) - 2000000);
+    return put32(to, to[-9] & RECORD_RAMP_LEFT ? chance(200) : chance(3) ? 0 : chance(4000000) - 2000000);
 }
 
 static uint8_t say(uint8_t kind, uint8_t *payload)

@@ -251,14 +251,14 @@ can:    push r20
         ; interval, and the one after the step that is due now
         sbrc r23, RAMP_BIT
         rjmp 9f
-        sbrs r23, RECORD_WAY_BIT
+        sbrs r23, RECORD_RAMP_LEFT_BIT
         rjmp 8f
         ldd r24, Z+ADD          ; `add` belongs to a stop ramp
-        sts way, r24
+        sts ramp_left, r24
         ldd r24, Z+ADD+1
-        sts way+1, r24
+        sts ramp_left+1, r24
         ldd r24, Z+ADD+2
-        sts way_slope, r24
+        sts ramp_slope, r24
 8:      sts interval, r20       ; it remains
         sts interval+1, r21
         ldd r20, Z+INTERVAL

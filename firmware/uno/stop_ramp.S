@@ -75,8 +75,8 @@ descend:
         lds r30, hint
         lds r31, hint+1
         lds r24, flags
-        sbrc r24, RECORD_WAY_BIT
-        rjmp by_way
+        sbrc r24, RECORD_RAMP_LEFT_BIT
+        rjmp by_ramp_left
 2:      sbiw r30, ENTRY_BYTES
         COMPARE_INTERVAL
         brcs 2b
@@ -89,16 +89,16 @@ descend:
         cpc r31, r25
         brne 9f
         rjmp with_phases
-by_way:                         ; from the first step of the record, plus the change for each step since
+by_ramp_left:                         ; from the first step of the record, plus the change for each step since
         lds r24, count
         lds r25, count+1
         lds r20, left
         lds r21, left+1
         sub r24, r20
         sbc r25, r21
-        lds r20, way
-        lds r21, way+1
-        lds r22, way_slope
+        lds r20, ramp_left
+        lds r21, ramp_left+1
+        lds r22, ramp_slope
         tst r22
         breq 4f
         brmi 5f

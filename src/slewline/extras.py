@@ -37,9 +37,9 @@ def needs(what: str, extra: str) -> str:
     """
     lacks = lacking()
     own = lacks.pop(extra, [name for name, _ in EXTRAS[extra]])
-    says = f"{what} {' and '.join(own)}: pip install {' '.join(own)}"
+    message = f"{what} {' and '.join(own)}: pip install {' '.join(own)}"
     if lacks:
         others = ", ".join(f"{' and '.join(names)} ({other})" for other, names in lacks.items())
         everything = " ".join(chain(own, *lacks.values()))
-        says += f"; also missing: {others}; everything together: pip install {everything}"
-    return says
+        message += f"; also missing: {others}; everything together: pip install {everything}"
+    return message

@@ -32,14 +32,14 @@ def start(
     import subprocess
 
     pipe, group = subprocess.PIPE, getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Ctrl-C does not reach it
-    with held_back():
+    with termination_deferred():
         return subprocess.Popen(
             command, stdin=pipe, stdout=pipe, stderr=errors, env=dict(environment), creationflags=group
         )
 
 
 @contextmanager
-def held_back() -> Iterator[None]:
+def termination_deferred() -> Iterator[None]:
     """Block the signals sent to all while processes are started; afterwards only this process obeys them."""
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is None:  # on Windows

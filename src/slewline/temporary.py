@@ -26,16 +26,16 @@ class TemporaryFolder(TemporaryDirectory[str]):
         _remove_dead(Path(place))
         super().__init__(prefix=PREFIX, dir=place, ignore_cleanup_errors=True)
         name = os.path.join(self.name, LOCK)
-        self._held = os.open(f"{name}.new", os.O_RDWR | os.O_CREAT, 0o600)
-        lock(self._held)
+        self._lock_file = os.open(f"{name}.new", os.O_RDWR | os.O_CREAT, 0o600)
+        lock(self._lock_file)
         with suppress(PermissionError):  # on Windows an open file cannot be renamed, and the folder stays
             os.rename(f"{name}.new", name)  # only now: a lock without an owner is that of a dead process
 
     def cleanup(self) -> None:
         """Remove the folder; a second call does nothing."""
-        if self._held >= 0:
-            os.close(self._held)
-            self._held = -1
+        if self._lock_file >= 0:
+            os.close(self._lock_file)
+            self._lock_file = -1
         super().cleanup()
 
 
@@ -45,10 +45,10 @@ def _remove_dead(place: Path) -> None:
         with suppress(OSError):
             if os.name == "posix" and folder.lstat().st_uid != os.geteuid():
                 continue
-            held = os.open(folder / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+            lock_file = os.open(folder / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
             try:
-                dead = lock(held)
+                dead = lock(lock_file)
             finally:
-                os.close(held)
+                os.close(lock_file)
             if dead:
                 shutil.rmtree(folder, ignore_errors=True)

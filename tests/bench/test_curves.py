@@ -62,10 +62,10 @@ def headings(figure):
 
 
 # --------------------------------------------------------------------------------------------------------------- asked
-def test_quantities_of_axes_and_parts_are_asked_by_name():
+def test_quantities_of_axes_and_parts_are_queried_by_name():
     bench, _ = moved()
     current = bench.quantity("driver.current")
-    assert (current.unit, current.held) == ("A", True)
+    assert (current.unit, current.is_staircase) == ("A", True)
     assert current.at(["1 ms", "50 ms"]).round(2).tolist() == [0.25, 1.5]
     at = bench["driver"].past[1][0]
     assert current.at([at - 1, at]).round(2).tolist() == [0.25, 1.5]
@@ -76,7 +76,7 @@ def test_quantities_of_axes_and_parts_are_asked_by_name():
         current.at("1 h")
 
 
-def test_of_several_axes_the_first_is_meant_unless_another_is_named():
+def test_of_several_axes_the_first_is_the_default():
     bench = slewline.Bench()
     m = bench.add("mc1451a", name="m")
     bench.run("3 ms")
@@ -88,7 +88,7 @@ def test_of_several_axes_the_first_is_meant_unless_another_is_named():
     assert [bench.quantity(name).at(now) for name in names] == [5, 5, 7]
 
 
-def test_a_quantity_that_is_none_is_refused_with_those_there_are():
+def test_an_unknown_quantity_is_refused_with_the_existing_ones():
     bench, _ = moved()
     for name, listed in (
         ("driver.speed", r"'driver\.speed'; there are: driver\.current$"),
@@ -106,7 +106,7 @@ def test_a_quantity_that_is_none_is_refused_with_those_there_are():
 
 
 # ------------------------------------------------------------------------------------------------------ drawn and read
-def test_a_picture_shows_what_the_parts_around_its_chips_did():
+def test_a_picture_shows_the_activity_of_the_parts_around_its_chips():
     bench, _ = moved()
     figure = bench.figure()
     assert headings(figure) == ["Velocity, steps/s", "Position, steps", "Current of driver, A"]
@@ -144,7 +144,7 @@ def test_a_part_that_is_wired_to_a_part_around_the_chip_is_shown_too():
     assert (content.values, content.unit, content.differences) == ((10.0, 30.0), "l", (20.0,))
 
 
-def test_a_waveform_file_has_what_the_parts_tell(tmp_path):
+def test_a_waveform_file_has_the_quantities_that_parts_report(tmp_path):
     bench, _ = moved()
     bench.wire("x.mov", "tank.mov")
     bench.save_vcd(tmp_path / "x.vcd", values=True, timescale="1 ps")
@@ -199,7 +199,7 @@ ASKING = {
 
 
 @pytest.mark.parametrize("asks", ASKING)
-def test_findings_of_a_lazy_part_are_made_when_somebody_asks(asks, tmp_path):
+def test_findings_of_a_lazy_part_are_made_on_the_first_query(asks, tmp_path):
     bench, tank = moved()
     heard = []
 
@@ -214,7 +214,7 @@ def test_findings_of_a_lazy_part_are_made_when_somebody_asks(asks, tmp_path):
         assert heard == [(30 * MS, "full", True)]
 
 
-def test_what_was_found_late_stands_where_it_happened():
+def test_late_findings_are_placed_at_the_time_of_their_cause():
     bench, tank = moved()
     tank.finding("early", "said at once", at=2 * MS)
     tank.finding("late", "said at once")
@@ -222,7 +222,7 @@ def test_what_was_found_late_stands_where_it_happened():
     assert [found.code for found in tank.findings] == ["early", "full", "late"]
 
 
-def test_what_is_on_the_shaft_of_a_part_that_is_wired_is_drawn_with_it():
+def test_parts_on_the_shaft_of_a_wired_part_are_drawn_with_it():
     bench = slewline.Bench()
     x, other = bench.add("cy525", name="x"), bench.add("cy525", name="other")
     motor = bench.part("translator", name="m", to=x)

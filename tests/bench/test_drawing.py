@@ -97,7 +97,7 @@ def check_truth(bench, instants=1000) -> int:
                 assert not axis.motor.count(0, bench.now_ps)
                 continue
             seen, exact = drawn_at(line, whole, unit), quantity.at(whole)
-            if not quantity.held:  # straight from point to point
+            if not quantity.is_staircase:  # straight from point to point
                 seen = np.interp(whole / unit, line.get_xdata(), line.get_ydata())
                 np.testing.assert_allclose(seen, exact, rtol=1e-9, atol=1e-6)
             elif len(quantity.changes(0, bench.now_ps).times_ps) <= len(line.get_xdata()):
@@ -134,7 +134,7 @@ def made(monkeypatch, tmp_path) -> list[slewline.Bench]:
 
 
 @pytest.mark.parametrize("script", few(SCRIPTS, 6), ids=lambda path: path.stem)
-def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, made):
+def test_the_lines_of_every_example_agree_with_its_axes(script, capsys, made):
     runpy.run_path(str(script), run_name="__main__")
     moved = any(len(axis.steps()) for bench in made for *_, axis in bench._circuit.axes())
     assert sum(check_truth(bench) for bench in made if bench.chips and bench.now_ps) >= 1 + moved
@@ -142,7 +142,7 @@ def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, made):
 
 @pytest.mark.long
 @pytest.mark.parametrize("file", PROGRAMS, ids=lambda path: path.name)
-def test_the_lines_of_every_program_and_bench_file_are_what_its_axes_did(file, capsys, made):
+def test_the_lines_of_every_program_and_bench_file_agree_with_its_axes(file, capsys, made):
     with contextlib.suppress(SystemExit):
         invoke(["run", str(file), "--quiet", "--until", "5 s"])
     (bench,) = made
@@ -175,12 +175,12 @@ def test_the_window_is_the_motion_and_a_twentieth_around_it():
     assert everything[-1] == bench.now_ps / unit_of(bench.figure(pins=[], start=0, stop=bench.now_ps))
 
 
-def test_what_a_register_held_before_it_was_loaded_is_not_in_the_window():
+def test_the_value_of_a_register_before_a_load_is_not_in_the_window():
     position = lines(move().figure(pins=[]))["position of x"].get_ydata()
     assert (position[0], position.max()) == (0, 400)
 
 
-def test_without_a_motion_the_window_is_what_the_pins_did():
+def test_without_a_motion_the_window_spans_the_activity_of_the_pins():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     bench.record("x.wait")
@@ -207,7 +207,7 @@ def test_a_bench_at_time_0_and_a_window_of_no_length_are_refused():
 
 
 # ------------------------------------------------------------------------------------------------------------- the axes
-def test_axes_share_panels_and_those_that_do_not_move_are_left_out():
+def test_axes_share_panels_and_idle_axes_are_left_out():
     bench = chipset(axis1=500, axis3=-700)
     assert headings(bench.figure()) == ["Velocity, steps/s", "Position, steps", "Acceleration, steps/s²"]
     chosen = [
@@ -228,7 +228,7 @@ def test_axes_share_panels_and_those_that_do_not_move_are_left_out():
             bench.figure(axes=[1, unknown])
 
 
-def test_runs_are_laid_over_from_the_begin_of_their_motion_on():
+def test_runs_are_overlaid_from_the_start_of_their_motion():
     slow, fast = move(slope=200), move(slope=250)
     fast.run("1 s")
     picture = slow.figure(pins=[], runs={"S = 200": slow, "S = 250": fast})
@@ -242,7 +242,7 @@ def test_runs_are_laid_over_from_the_begin_of_their_motion_on():
 
 
 @pytest.mark.parametrize("window", [{"start": "300 ms"}, {"stop": "400 us"}])
-def test_a_window_beside_the_motion_reaches_to_the_end_of_the_run(window):
+def test_a_window_next_to_the_motion_extends_to_the_end_of_the_run(window):
     bench = move()
     bench.run("400 ms")
     shown = bench.figure(pins=[], **window).axes[-1].lines[0].get_xdata()
@@ -294,7 +294,7 @@ def test_a_trace_of_a_file_is_drawn_within_the_window():
     assert measured.within(10 * MS, 40 * MS).level == 1 and measured.within(0, 10 * MS).level == 0
 
 
-def test_rates_parameters_commands_and_findings_are_told():
+def test_rates_parameters_commands_and_findings_are_reported():
     picture = move("G", "R 60", "-", "G").figure()
     told = words(picture)
     assert {
@@ -304,8 +304,8 @@ def test_rates_parameters_commands_and_findings_are_told():
     } <= told
     assert "G" in told
     assert "G" not in words(move().figure(marks=False))
-    under_way = move().figure(start="30 ms", stop="40 ms")
-    assert "R = 80 (rate), 5\u2009978 steps/s" in words(under_way)  # its motion has begun before
+    in_progress = move().figure(start="30 ms", stop="40 ms")
+    assert "R = 80 (rate), 5\u2009978 steps/s" in words(in_progress)  # its motion has begun before
     picture = move("N 100", "G", "N 200", "G", "N 300", "G", "N 350", "G").figure()
     assert any("number N = 100, 200, 300 …" in text for text in words(picture))
 
@@ -317,7 +317,7 @@ def test_the_same_run_gives_the_same_bytes(suffix, tmp_path):
     assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
 
 
-def test_an_svg_tells_what_it_shows(tmp_path):
+def test_an_svg_describes_its_content(tmp_path):
     move().plot(tmp_path / "a.svg", dark=True, width="phone", cursors=["20 ms"])
     text = (tmp_path / "a.svg").read_text()
     assert "<title>CY525</title>" in text
@@ -332,7 +332,7 @@ def test_an_unknown_suffix_is_refused_before_anything_is_drawn(tmp_path, monkeyp
 
 
 # ------------------------------------------------------------------------------------------------------------- readings
-def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
+def test_readings_are_the_values_at_cursors_and_between_them(tmp_path):
     bench = move(pins=("x.slew", "x.db"))
     found = bench.readings(["20 ms", "50 ms", "60 ms"])
     rows = {row.name: row for row in found.rows}
@@ -356,7 +356,7 @@ def test_readings_are_the_values_at_cursors_and_what_lies_between(tmp_path):
         bench.readings([])
 
 
-def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that_agree():
+def test_the_greatest_distance_from_the_ideals_is_given_in_numbers_and_words_that_agree():
     def says(*positions):
         ideals = [(None, Deviation(position, 0, 150.0, 0)) for position in positions]
         return [*differences([Track("x", [], ideals=ideals)])]

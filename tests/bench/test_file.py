@@ -44,7 +44,7 @@ def test_the_example_in_the_docstring_is_a_bench(bench_of, tmp_path):
     assert (bench["x"].registers["rate"], bench["x"].pin("abort").level, list(bench.recorded)) == (80, 0, ["x.slew"])
 
 
-def test_chips_are_what_the_file_says(bench_of):
+def test_the_file_determines_the_chips(bench_of):
     bench = bench_of(
         '[[chip]]\npart = "cy525"\n',
         '[[chip]]\npart = "CY525"\nname = "z"\ncrystal = "6 MHz"\nstraps = { wait = 0 }',
@@ -241,7 +241,7 @@ def collected():
 
 @rows(("text", "says"), BAD)
 @pytest.mark.usefixtures("collected")
-def test_mistakes_are_told_with_file_line_and_key(bench_of, tmp_path, text, says):
+def test_mistakes_are_reported_with_file_line_and_key(bench_of, tmp_path, text, says):
     with pytest.raises((slewline.errors.BenchFileError, slewline.ProgramError)) as raised:
         bench_of(text)
     assert str(raised.value).startswith(str(tmp_path / "bench.toml"))
@@ -259,7 +259,7 @@ def test_dots_and_digits_in_text_and_comments_mean_nothing():
     assert found == tomllib.loads("\n".join(lines))
 
 
-def test_a_message_keeps_place_and_remedy_and_tells_how_much_is_left_out(bench_of, tmp_path):
+def test_a_message_keeps_place_and_remedy_and_the_number_of_omitted_lines(bench_of, tmp_path):
     texts = []
     for length in (100, 100_000):
         with pytest.raises(slewline.errors.BenchFileError) as raised:
@@ -272,7 +272,7 @@ def test_a_message_keeps_place_and_remedy_and_tells_how_much_is_left_out(bench_o
 
 
 @pytest.mark.parametrize("what", ["host", "wire"])
-def test_a_wire_has_so_many_pins_and_no_more(bench_of, what):
+def test_a_wire_has_a_limited_number_of_pins(bench_of, what):
     tables = {"host": "[[host]]\n", "wire": '[[part]]\nkind = "inverter"\n[[wire]]\nfrom = "x.slew"\nto = "{}.in1"\n'}
     names = ["inverter", *(f"inverter_{n}" for n in range(2, 600))]
     with pytest.raises(slewline.errors.BenchFileError, match=r"pins on one wire; allowed 500"):
@@ -322,7 +322,7 @@ def test_a_name_that_the_system_refuses():
         load(Path("a\0b"))
 
 
-def test_keys_written_in_another_way_have_no_line_but_a_name(bench_of):
+def test_keys_in_another_notation_have_a_name_but_no_line(bench_of):
     with pytest.raises(slewline.errors.BenchFileError, match=r"bench\.toml: \[\[chip\]\] 1, crystal: found 5\.5"):
         bench_of('chip = [{ part = "cy525", crystal = 5.5 }]')
 
@@ -378,7 +378,7 @@ def test_a_bench_file_reads_anywhere_when_it_may(secret):
 
 
 @pytest.mark.posix
-def test_what_is_no_regular_file_is_refused_at_once(secret, monkeypatch):
+def test_an_irregular_file_is_refused_immediately(secret, monkeypatch):
     os.mkfifo(secret / "fifo")
     (secret / "zero").symlink_to("/dev/zero")
     monkeypatch.chdir(secret)
@@ -395,7 +395,7 @@ def test_what_is_no_regular_file_is_refused_at_once(secret, monkeypatch):
         slewline.load(made(secret, "zero"))
 
 
-def test_a_name_that_is_no_name_is_told_with_its_key(secret):
+def test_an_invalid_name_is_reported_with_its_key(secret):
     (secret / "bench.toml").write_text(X + '[[host]]\nfile = "a\\u0000b"\n')
     with pytest.raises(slewline.errors.BenchFileError, match=r"line 5: \[\[host\]\] 1, file: "):
         slewline.load(secret / "bench.toml")

@@ -40,7 +40,7 @@ class Played:
 
 
 # -------------------------------------------------------------------------------------------------------------- asking
-def test_every_line_is_asked_and_its_answer_is_said():
+def test_every_line_is_queried_and_its_answer_is_printed():
     played = Played("F\nPo\nS10\nA4\nx\nA1\nV2\nQ\nPx")
     assert played.texts == [
         "F -> R (ready)",
@@ -57,7 +57,7 @@ def test_every_line_is_asked_and_its_answer_is_said():
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_a_script_takes_exactly_the_time_of_a_host_that_asks(part):
+def test_a_script_takes_exactly_the_time_of_a_host_that_queries(part):
     enter = "P" if part == "gs-c200" else "Po"
     played = Played(f"{enter}\n{STR}+50\nE\nF", part)
     bench = slewline.Bench()
@@ -79,7 +79,7 @@ def test_checksums_and_rate_are_those_of_the_straps():
     assert 0 <= played.when("Po -> Y") - (MS + 400 * MS + MS + 200 * MS + heard) < 10**12 // 110 // 16
 
 
-def test_a_silent_module_is_no_answer_and_the_script_goes_on():
+def test_a_silent_module_is_not_an_answer_and_the_script_continues():
     played = Played("@power off\nF\n@power on\nF")
     assert played.texts == ["power off", "F -> no answer", "power on", "F -> R (ready)"]
     assert played.when("F -> no answer") >= 5000 * MS
@@ -94,7 +94,7 @@ def test_a_slow_answer_is_waited_for():
 
 
 # ----------------------------------------------------------------------------------------------------------- directives
-def test_until_ready_asks_until_the_program_is_over():
+def test_until_ready_polls_until_the_program_ends():
     played = Played(f"Po\n{STR}+1000\nE\n@until ready\n@note over\nV1")
     assert played.texts[6:] == ["F -> R (ready)", "over", "V1 -> V+1000"]
     last = int(played.x.steps().times_ps[-1])
@@ -121,7 +121,7 @@ def test_pins_positions_and_notes_as_on_a_bus():
     assert times[200] > played.when("there") + 20 * MS and len(times) == 300
 
 
-def test_bytes_go_out_as_they_are():
+def test_bytes_are_sent_unchanged():
     played = Played("@bytes 56 32\n@bytes 0D\n@bytes 46 0A 0D")
     assert played.texts == [
         "bytes 56 32",
@@ -146,7 +146,7 @@ def test_bytes_go_out_as_they_are():
         ("@to y", "host serves x, but not y"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_place_before_anything_is_sent(line, found):
+def test_unsuitable_commands_are_refused_with_their_place_before_anything_is_sent(line, found):
     bench = slewline.Bench()
     host = bench.host(bench.add("gs-c200s", name="x"))
     with pytest.raises(slewline.ProgramError) as raised:
@@ -156,7 +156,7 @@ def test_what_does_not_fit_is_refused_with_its_place_before_anything_is_sent(lin
 
 
 @pytest.mark.parametrize("line", ["@ask V1", "@until ready"])
-def test_what_only_a_serial_line_has_is_refused_on_a_bus(line):
+def test_serial_only_commands_are_refused_on_a_bus(line):
     bench = slewline.Bench()
     host = bench.host(bench.add("cy525", name="x"))
     with pytest.raises(slewline.ProgramError, match=r"for a module on a serial line; x \(cy525\) has a bus"):
@@ -196,7 +196,7 @@ script = ["V1", "@to b", "V1", "Po", "A1", "E", "@until uo1=1", "@to a", "V2", "
 """
 
 
-def test_a_host_speaks_to_several_modules_of_a_line(tmp_path):
+def test_a_host_commands_several_modules_of_a_line(tmp_path):
     path = tmp_path / "line.toml"
     path.write_text(LINE)
     bench = load(path)

@@ -90,7 +90,7 @@ def test_a_second_host_of_a_chipset_is_refused_and_the_first_one_named():
         bench.host(m)
 
 
-def test_show_opens_a_window_or_says_that_there_is_none(run, monkeypatch):
+def test_show_opens_a_window_or_reports_that_none_is_available(run, monkeypatch):
     from matplotlib import pyplot
 
     bench, shown = run[0], []

@@ -65,7 +65,7 @@ def stimulated(kind: str, late: int) -> tuple[list, dict, bool]:
     part = bench.part(kind, on=carrier, **OPTIONS.get(kind, {}))
     drivers = {}
     for name, terminal in {**(carrier.pins if carrier else {}), **part.pins}.items():
-        if terminal.row.way != "out":
+        if terminal.row.in_out != "out":
             drivers[name] = Driver(terminal.net, "test")
     bench.run("1 us")
     before = told(part, late)
@@ -84,12 +84,12 @@ def stimulated(kind: str, late: int) -> tuple[list, dict, bool]:
     for name in part.pins:
         times, levels = bench.edges(f"{part.name}.{name}")
         edges += [(name, int(ps) - late, int(level)) for ps, level in zip(times, levels, strict=True)]
-    lives = told(part, late) != before or any(part.pins[name].row.way != "in" for name, _, _ in edges)
+    lives = told(part, late) != before or any(part.pins[name].row.in_out != "in" for name, _, _ in edges)
     return edges, told(part, late), lives
 
 
 @rows("kind", KINDS)
-def test_a_part_that_comes_late_works_like_one_that_was_there(kind):
+def test_a_part_added_late_works_like_an_early_one(kind):
     early, late = stimulated(kind, 0), stimulated(kind, S)
     assert late == early
     assert early[2], "the test sees nothing of it"
@@ -144,7 +144,7 @@ def driven(part: str, chip_at: int, host_at: int, order: str = "chip first", jou
 
 
 @rows("part", PARTS)
-def test_a_chip_that_comes_late_works_like_one_that_was_there(part):
+def test_a_chip_added_late_works_like_an_early_one(part):
     early, late = driven(part, 0, 0), driven(part, S, S)
     assert late == early
     assert len(early[2]) >= 40
@@ -152,7 +152,7 @@ def test_a_chip_that_comes_late_works_like_one_that_was_there(part):
 
 @rows("how", ["between two runs", "in the run"])
 @rows("part", ["cy525", "gs-c200s", "mc1151a"])
-def test_a_host_that_comes_late_works_like_one_that_was_there(part, how):
+def test_a_host_added_late_works_like_an_early_one(part, how):
     early = slewline.Bench()
     x = early.add(part, straps=STRAPS.get(part.removesuffix("s")))
     host = early.host(x)
@@ -166,7 +166,7 @@ def test_a_host_that_comes_late_works_like_one_that_was_there(part, how):
 
 @pytest.mark.parametrize("part", ["cy525", "gs-c200s", "mc1151a"])
 @pytest.mark.parametrize("how", ["between two runs", "in the run"])
-def test_the_journal_adds_what_came_late_at_its_instant(part, how, tmp_path):
+def test_the_journal_adds_late_parts_at_their_instant(part, how, tmp_path):
     recorded = driven(part, 300 * MS, 500 * MS, how, tmp_path / "j")
     bench = slewline.replay(tmp_path / "j")
     x = bench[part.replace("-", "_")]
@@ -208,7 +208,7 @@ def test_a_uart_a_board_and_a_memory_may_come_late():
 
 
 # -------------------------------------------------------------------------------------------------------------- wires
-def test_a_late_wire_wakes_who_waits_for_its_level():
+def test_a_late_wire_wakes_the_task_that_waits_for_its_level():
     bench = slewline.Bench()
     x, y = bench.add("cy525", name="x"), bench.add("cy525", name="y")
     host = bench.host(x, y)
@@ -227,7 +227,7 @@ def test_a_late_wire_wakes_who_waits_for_its_level():
     assert times.tolist() == [ps for ps, level in zip(*bench.edges("y.run"), strict=True) if level == 0]
 
 
-def test_what_is_put_on_the_bench_in_a_run_counts_from_that_instant_on():
+def test_a_part_added_during_a_run_counts_from_that_instant():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
 

@@ -42,7 +42,7 @@ class Played:
 
 
 # ------------------------------------------------------------------------------------------------------------ commands
-def test_commands_say_what_they_return():
+def test_commands_print_their_return_values():
     played = Played(
         "GET_VRSN\nSET_2\nset_pos $3039\nGET_POS  ; back\nSET_RATIO -5\nGET_RATIO\nGET_MODE\nGET_STATUS\nUPDATE"
     )
@@ -103,7 +103,7 @@ def test_omitted_status_queries_change_neither_steps_nor_times(part, steps):
 
 
 @pytest.mark.parametrize("at", ["", "@"])
-def test_wait_for_a_status_bit_asks_the_current_axis(at):
+def test_wait_for_a_status_bit_queries_the_current_axis(at):
     played = Played(f"SET_2\n{MOVE}{at}wait motion_complete\nGET_TRGT_POS\nSET_1\n{at}wait !in_motion")
     assert played.texts[5:] == [
         "wait motion_complete -> 0x1301 (motion_complete motor_on axis_on axis=2)",
@@ -113,7 +113,7 @@ def test_wait_for_a_status_bit_asks_the_current_axis(at):
     ]
 
 
-def test_wait_not_in_motion_behind_an_update_waits_for_the_motion():
+def test_wait_not_in_motion_after_an_update_waits_for_the_motion():
     played = Played(f"{MOVE}wait !in_motion\nGET_TRGT_POS\nexpect 50")
     assert played.texts[-1] == "GET_TRGT_POS -> 50" and not played.codes
 
@@ -132,7 +132,7 @@ NEVER = "and no event is pending, so the bit cannot change"
         ("SET_2\nSET_POS 50\nSET_VEL 65536\n", f"wait motion_complete: axis 2 is at rest {NEVER}"),
     ],
 )
-def test_wait_for_a_motion_that_cannot_complete_is_given_up_at_once(text, found):
+def test_wait_for_a_motion_that_cannot_complete_is_given_up_immediately(text, found):
     played = Played(f"{text}wait motion_complete\nGET_TRGT_POS")
     (expected,) = [each for each in played.bench.findings if each.code == "expect"]
     assert expected.text == found and played.bench.now_ps < 10 * MS
@@ -140,7 +140,7 @@ def test_wait_for_a_motion_that_cannot_complete_is_given_up_at_once(text, found)
 
 
 @pytest.mark.parametrize("part", ["mc1151a", "mc1451a"])
-def test_a_wait_that_is_given_up_names_no_finding_behind_which_the_axis_has_moved(part):
+def test_a_wait_that_is_given_up_names_no_finding_after_which_the_axis_has_moved(part):
     late = "SET_POS 50\nSET_VEL 65536\nUPDATE\nwait 2 ms\nSET_ACC 8192\nUPDATE\nwait motion_complete\nCLR_STATUS\n"
     played = Played(f"{late}wait motion_complete", part)
     assert played.codes == ["no-start", "expect"]
@@ -184,16 +184,16 @@ def test_wait_for_a_time(at):
     assert played.when("over") - played.when("GET_VRSN -> 0x5C11") == 20 * MS
 
 
-def test_wait_in_capitals_is_no_command():
+def test_wait_in_capitals_is_not_a_command():
     assert Played("WAIT 1 ms\nWait motor_on").texts == ["wait motor_on -> 0x0300 (motor_on axis_on axis=1)"]
 
 
 @rows("expected", ["-5", "0xFFFFFFFB", "$fffffffb", "-0x5"])
-def test_what_is_expected_may_be_written_in_any_way(expected):
+def test_an_expected_value_may_have_any_notation(expected):
     assert Played(f"SET_POS -5\nGET_POS\nexpect {expected}\n@expect {expected}").codes == ["no-update"]
 
 
-def test_anything_else_is_a_finding_and_the_script_goes_on():
+def test_anything_else_is_a_finding_and_the_script_continues():
     played = Played("SET_POS 5\nGET_POS\nexpect 6\nexpect 5\nGET_STATUS\n@expect 0x0301\nGET_POS")
     assert [found.text for found in played.host.findings] == [
         "GET_POS of axis 1 returned 5, expected 6",
@@ -202,12 +202,12 @@ def test_anything_else_is_a_finding_and_the_script_goes_on():
     assert played.texts[-1] == "GET_POS -> 5"
 
 
-def test_nothing_can_be_expected_before_something_was_asked():
+def test_nothing_can_be_expected_before_a_query():
     with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned a value"):
         Played("SET_POS 5\nexpect 5")
 
 
-def test_bytes_go_out_as_they_are():
+def test_bytes_are_sent_unchanged():
     played = Played("@bytes 11 00 02 c0 00\nGET_VEL\nSET_2\n@bytes 01\nGET_STATUS\n@bytes 10 00 00\nGET_VEL")
     assert played.texts == [
         "bytes 11 00 02 C0 00",
@@ -248,7 +248,7 @@ BLOCKED = (
 )
 
 
-def test_a_part_can_be_told_something(tmp_path):
+def test_a_part_can_receive_a_message(tmp_path):
     turned = Turned(BLOCKED, journal=tmp_path / "run.jsonl")
     turned.bench.run_until_idle()
     assert turned.x.position == 50 and turned.host.results[-1].value == 17
@@ -266,7 +266,7 @@ def test_a_part_can_be_told_something(tmp_path):
         ("@tell shaft", "'shaft' cannot be read"),
     ],
 )
-def test_what_no_part_understands_is_refused_before_anything_is_sent(line, found):
+def test_commands_unknown_to_every_part_are_refused_before_anything_is_sent(line, found):
     with pytest.raises(slewline.ProgramError) as raised:
         Turned(f"SET_POS 5\n{line}")
     assert str(raised.value).startswith("script, line 2, column 1: ") and found in str(raised.value)
@@ -319,7 +319,7 @@ def test_two_chipsets_of_one_bus():
         ("@drive home2=0", 3, "x (mc1151a) has no pin 'home2'"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_place_before_anything_is_sent(line, column, found):
+def test_unsuitable_commands_are_refused_with_their_place_before_anything_is_sent(line, column, found):
     bench = slewline.Bench()
     host = bench.host(bench.add("mc1151a", name="x"))
     with pytest.raises(slewline.ProgramError) as raised:
@@ -372,7 +372,7 @@ def test_a_bench_file_gives_the_host_its_script(tmp_path):
     assert bench["host"].results[-1].value == 50
 
 
-def test_a_host_whose_script_was_refused_goes_on_with_what_comes_next():
+def test_a_host_whose_script_was_refused_continues_with_the_next_one():
     bench = slewline.Bench()
     x = bench.add("mc1151a", name="x")
     host = bench.host(x)

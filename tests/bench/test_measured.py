@@ -133,7 +133,7 @@ def test_a_longer_measured_motion_is_in_the_window(model, measured):
     assert len(drawn(axes, "velocity of measured").get_xdata()) > 100
 
 
-def test_readings_have_what_was_measured(model, measured):
+def test_readings_have_the_measured_values(model, measured):
     shift = shift_of(model, measured)
     at = int(model.edges("x.pulse")[0][40]) + 1  # the measured edge is still to come
     over = {"x.pulse": measured.trace("pulse", shift=shift), "x.db": measured.trace("db", shift=shift)}
@@ -153,7 +153,7 @@ def test_readings_have_what_was_measured(model, measured):
         ({"x.db": "slew"}, "over: 'x.db' is a bus, 'slew' is one pin"),
     ],
 )
-def test_what_cannot_be_laid_over_is_refused(model, measured, over, says):
+def test_incompatible_runs_cannot_be_overlaid(model, measured, over, says):
     if isinstance(over, dict) and "x.db" in over:
         over = {"x.db": measured.trace("slew")}
     for draw in (model.figure, model.timing_figure):
@@ -218,7 +218,7 @@ def test_every_entry_takes_what_it_documents(model, measured, subtests, tmp_path
                         call(*arguments)
 
 
-def test_a_trace_in_a_timing_diagram_is_what_was_measured(model, measured):
+def test_a_trace_in_a_timing_diagram_is_the_measurement(model, measured):
     shift = shift_of(model, measured)
     pulse = measured.trace("pulse", shift=shift)
     begin, end = (int(at) for at in model.edges("x.pulse")[0][[20, 30]])

@@ -89,7 +89,7 @@ def test_a_chip_shows_its_package_its_registers_and_the_instruction_that_it_is_a
     for pin in x.sheet.pins:
         level = {0: "low", 1: "high", None: "floating"}[x.pin(pin.name).level]
         (said,) = (title for title in read.titles if title.startswith(f"{pin.number} {pin.name}: "))
-        assert (f", {level}. " in said) is (pin.way in ("in", "out", "both")), said
+        assert (f", {level}. " in said) is (pin.in_out in ("in", "out", "both")), said
     registers = {read.cells[n]: read.cells[n + 1] for n, cell in enumerate(read.cells) if cell in x.registers}
     assert registers == {name: str(value) for name, value in x.registers.items()}
     at = read.cells.index("\u25b6")
@@ -97,7 +97,7 @@ def test_a_chip_shows_its_package_its_registers_and_the_instruction_that_it_is_a
     assert [attrs["class"] for attrs in read.attributes if attrs.get("class") == "now"] == ["now"]
 
 
-def test_a_level_is_drawn_as_it_is_now():
+def test_a_level_is_drawn_at_its_present_value():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     before = x._repr_html_()
@@ -311,7 +311,7 @@ def test_text_is_escaped_wherever_it_comes_in():
     assert element("td", "a < b", class_=None, stroke_width=2) == '<td stroke-width="2">a &lt; b</td>'
 
 
-def test_a_journal_of_a_stranger_runs_nothing(tmp_path):
+def test_an_untrusted_journal_runs_no_code(tmp_path):
     bench = slewline.Bench(journal=tmp_path / "run.jsonl")
     x = bench.add("cy525", name="x")
     host = bench.host(x)
@@ -332,12 +332,12 @@ def test_a_journal_of_a_stranger_runs_nothing(tmp_path):
             Read(markup)
 
 
-def test_a_sheet_of_a_stranger_runs_nothing():
+def test_an_untrusted_sheet_runs_no_code():
     own = chip_class("cy525")
     first, *pins = own.sheet.pins
-    first = replace(first, name=HOSTILE, says=HOSTILE)
+    first = replace(first, name=HOSTILE, description=HOSTILE)
     loose = Pin(0, f"{HOSTILE}2", "none", HOSTILE)
-    registers = tuple(replace(row, says=HOSTILE, unit=HOSTILE, letter=HOSTILE) for row in own.sheet.registers)
+    registers = tuple(replace(row, description=HOSTILE, unit=HOSTILE, letter=HOSTILE) for row in own.sheet.registers)
     sheet = replace(own.sheet, part=HOSTILE, pins=(first, *pins, loose), registers=registers)
     card = slewline.core.notebook.chip_card.ChipCard(
         HOSTILE, sheet, {HOSTILE: 1}, [dict.fromkeys((row.name for row in registers), HOSTILE)], [], None, [HOSTILE]
@@ -347,7 +347,7 @@ def test_a_sheet_of_a_stranger_runs_nothing():
     assert read.text.count(HOSTILE) > 10
 
 
-def test_what_a_part_shows_runs_nothing():
+def test_displays_of_parts_run_no_code():
     class Sign(slewline.parts.base.part.Part):
         """A sign on which anything may stand."""
 
@@ -410,7 +410,7 @@ def test_waveforms_traces_and_comparisons_have_short_texts(moved, tmp_path):
     assert repr(slewline.compare_edges(edges, edges)).endswith("agree>")
 
 
-def test_tab_shows_no_name_that_only_says_what_there_is_instead(moved):
+def test_tab_hides_names_that_only_list_alternatives(moved):
     bench, x = moved
     bench.run_until_idle()
     others = [x.steps(), x.motions()[0], bench.findings, slewline.ramp("cy525", F=3, R=80, S=200), x.on_power]
@@ -423,7 +423,7 @@ def test_tab_shows_no_name_that_only_says_what_there_is_instead(moved):
     assert [*bench._ipython_key_completions_()] == ["x", "host"]
 
 
-def test_a_notebook_asks_for_what_it_shows(moved):
+def test_a_notebook_requests_the_data_that_it_shows(moved):
     formatters = pytest.importorskip("IPython.core.formatters")
     bench, x = moved
     bench.run_until_idle()

@@ -119,7 +119,7 @@ def test_a_chain_of_parts_is_made_from_any_order(tmp_path, order):
         ),
     ],
 )
-def test_a_circle_and_a_name_of_nothing_are_refused(tmp_path, parts, says):
+def test_a_circle_and_an_unknown_name_are_refused(tmp_path, parts, says):
     with pytest.raises(BenchFileError, match=says):
         bench_of(tmp_path, *parts)
 

@@ -51,7 +51,7 @@ def test_of_pulses_that_overlap_the_one_begun_last_decides() -> None:
     assert shown((0, 20, 10), (0, 10, 10))[0] == [(10, 0), (30, 1)]
 
 
-def test_what_is_driven_during_a_pulse_ends_with_it() -> None:
+def test_levels_driven_during_a_pulse_end_with_it() -> None:
     bench = slewline.Bench()
     pin = bench.add("cy525", name="x").pin("abort")
     pin.pulse(0, "10 us")

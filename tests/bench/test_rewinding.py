@@ -51,7 +51,7 @@ def power(on: bool, at_ps: int) -> dict[str, Any]:
     return {"do": "power", "t": at_ps, "round": 1, "chip": "x", "on": on}
 
 
-def test_what_is_stored_again_in_the_same_way_is_not_written_twice(tmp_path: Path) -> None:
+def test_unchanged_content_is_not_stored_twice(tmp_path: Path) -> None:
     disk = Disk()
     bench = module(tmp_path, disk)
     writes, content = disk.writes, disk.data
@@ -69,7 +69,7 @@ def test_what_is_stored_again_in_the_same_way_is_not_written_twice(tmp_path: Pat
     assert again["x"].program == new["x"].program and again.now_ps == new.now_ps
 
 
-def test_one_can_go_back_twice_and_before_all_shadows(tmp_path: Path) -> None:
+def test_a_run_can_go_back_twice_and_before_all_shadows(tmp_path: Path) -> None:
     disk = Disk()
     bench = module(tmp_path, disk)
     past = Past(bench)
@@ -88,7 +88,7 @@ def test_one_can_go_back_twice_and_before_all_shadows(tmp_path: Path) -> None:
     assert again["x"].program == new["x"].program and again.pin("x.ui1").level == new.pin("x.ui1").level == 1
 
 
-def test_what_the_new_run_has_not_stored_is_no_longer_there(tmp_path: Path) -> None:
+def test_items_not_stored_by_the_new_run_are_gone(tmp_path: Path) -> None:
     disk = Disk()
     bench = module(tmp_path, disk)
     content = disk.data
@@ -174,7 +174,7 @@ def test_only_the_past_can_be_gone_back_to(at: int, tmp_path: Path) -> None:
     assert (tmp_path / "mine").read_text() == "a letter"
 
 
-def test_what_would_take_too_long_is_refused_before_it_begins(tmp_path: Path) -> None:
+def test_a_rewind_that_would_take_too_long_is_refused_before_it_begins(tmp_path: Path) -> None:
     bench = slewline.Bench(journal=tmp_path / "journal")
     host = bench.host(bench.add("cy525", "x"), name="h")
     for _ in range(100):

@@ -59,7 +59,7 @@ def test_the_guide_shows_every_directive_and_each_example_can_be_read():
         ("no such thing", b"no such thing\r"),
     ],
 )
-def test_lines_go_out_as_a_host_sends_them(line, sent):
+def test_lines_are_sent_as_by_a_host(line, sent):
     assert SHEET.dialect.sent(SHEET, line) == sent
 
 
@@ -75,7 +75,7 @@ def test_commands_take_exactly_the_time_that_a_plain_host_takes():
     assert played.x.program == x.program and played.x.findings == []
 
 
-def test_while_the_mode_is_binary_commands_go_out_in_binary():
+def test_while_the_mode_is_binary_commands_are_sent_in_binary():
     played = Played("@drive ascii_binary=0\nR 80\nE\nN 700\nL 3,0\nQ\nS 9")
     assert (played.x.registers["rate"], played.x.registers["slope"]) == (80, 9)
     assert (played.x.program, played.x.findings) == (bytes.fromhex("4E BC 02 4C 03 00"), [])
@@ -83,7 +83,7 @@ def test_while_the_mode_is_binary_commands_go_out_in_binary():
 
 
 @pytest.mark.parametrize(("line", "found"), [("r 80", "'r 80' is not a command"), ("A$G", "a label")])
-def test_what_has_no_binary_form_is_refused_with_its_line(line, found):
+def test_commands_without_a_binary_form_are_refused_with_their_line(line, found):
     played = Played(f"@drive ascii_binary=0\n{line}", run=False)
     with pytest.raises(slewline.ProgramError, match=rf"script, line 2, column 1: {re.escape(found)}"):
         played.bench.run_until_idle()
@@ -180,7 +180,7 @@ def test_release_lets_go_of_a_pin():
     assert played.when("free") == 0
 
 
-def test_an_instant_that_is_over_is_refused_with_its_line():
+def test_a_past_instant_is_refused_with_its_line():
     played = Played("@wait 2 ms\n@drive abort=0@1 ms", run=False)
     with pytest.raises(
         slewline.ProgramError, match=r"script, line 2, column 1: at: 1 ms is in the past; the time is 2 ms"
@@ -245,7 +245,7 @@ def test_read_position_on_the_fly():
     assert played.host.received == position.to_bytes(2, "big")
 
 
-def test_verify_shows_what_was_read():
+def test_verify_shows_the_bytes_read():
     played = Played(SET_UP + "N 300\nA 12\n@verify 0\n@verify 3")
     assert [text for _, text in played.said if text.startswith("verify")] == [
         "verify 0: 00012",
@@ -253,12 +253,12 @@ def test_verify_shows_what_was_read():
     ]
 
 
-def test_bytes_go_out_as_they_are():
+def test_bytes_are_sent_unchanged():
     played = Played("@bytes 52 20 39 0D\n@bytes 53 20 35\n@bytes 0D")
     assert (played.x.registers["rate"], played.x.registers["slope"]) == (9, 5)
 
 
-def test_to_speaks_to_another_chip_on_the_bus():
+def test_to_addresses_another_chip_on_the_bus():
     bench = slewline.Bench()
     x, y = bench.add("cy525", name="x"), bench.add("cy525", name="y")
     run_script(bench, bench.host(x, y), "A 1\n@to y\nA 2\n@drive wait=0\n@to x\nR 5\n@drive y.dowhile=0")
@@ -318,7 +318,7 @@ def test_two_scripts_of_a_host_play_one_after_the_other():
         ("9" * 1001, "a line of 1001 characters; allowed 1000"),
     ],
 )
-def test_mistakes_are_told_with_their_place_before_anything_is_queued(line, found):
+def test_mistakes_are_reported_with_their_place_before_anything_is_queued(line, found):
     bench = slewline.Bench()
     host = bench.host(bench.add("cy525", name="x"))
     with pytest.raises(slewline.ProgramError) as raised:
@@ -328,7 +328,7 @@ def test_mistakes_are_told_with_their_place_before_anything_is_queued(line, foun
     assert not host.queue
 
 
-def test_all_mistakes_are_told_at_once_with_a_picture():
+def test_all_mistakes_are_reported_together_with_a_picture():
     with pytest.raises(slewline.ProgramError) as raised:
         Played("@foo\nA 0\n  @drive abort=2 ; no\n@until bell=1")
     shown = str(raised.value).split("\n\n")
@@ -338,7 +338,7 @@ def test_all_mistakes_are_told_at_once_with_a_picture():
     assert "      @drive abort=2 ; no\n      ^^^^^^^^^^^^^^\n    write, for example, @drive abort=0" in shown[1]
 
 
-def test_a_note_may_say_anything():
+def test_a_note_may_have_any_text():
     assert Played("@note die T\u00fcr geht auf").said == [(0, "die T\u00fcr geht auf")]
 
 
@@ -360,7 +360,7 @@ def test_a_script_is_one_entry_of_the_journal_and_is_repeated(tmp_path):
     assert (again["x"].steps().times_ps == x.steps().times_ps).all()
 
 
-def test_a_run_that_timed_out_is_repeated_to_its_end(tmp_path):
+def test_a_run_that_timed_out_is_repeated_completely(tmp_path):
     bench = slewline.Bench(journal=tmp_path / "j")
     run_script(bench, bench.host(bench.add("cy525", name="x")), "@until wait=0")
     with pytest.raises(slewline.Timeout):

@@ -95,11 +95,11 @@ def run(request):
 @rows("part", PARTS)
 def test_every_limit_is_between_pins_of_the_part(part):
     sheet = sheet_of(part)
-    names = {pin.name: pin for pin in sheet.pins if pin.way in ("in", "out", "both")}
+    names = {pin.name: pin for pin in sheet.pins if pin.in_out in ("in", "out", "both")}
     for limit in sheet.limits:
         assert limit.least or limit.typical or limit.most
         assert limit.where
-        assert limit.says
+        assert limit.description
         levels = (*limit.given, *limit.before)
         for edge in (limit.start, limit.end, *(f"{pin} falls" for pin, level in levels if level in (0, 1))):
             pin, change = edge.split()
@@ -127,12 +127,12 @@ def test_every_limit_occurs_in_a_recorded_run_and_is_kept(run):
 
 
 @pytest.mark.parametrize("part", ["gs-c200", "mc1151a", "mc1251a-e"])
-def test_what_the_sister_parts_have(part):
+def test_limits_of_the_sister_parts(part):
     expected = {"gs-c200": 3, "mc1151a": 23, "mc1251a-e": 32}
     assert len(sheet_of(part).limits) == expected[part]
 
 
-def test_what_was_measured_is_what_the_edges_say(run):
+def test_measurements_agree_with_the_edges(run):
     part, bench = run
     checked = 0
     for row in bench.check_timing():
@@ -239,7 +239,7 @@ def test_a_host_that_is_too_fast_or_too_late_is_found(symbol, pin, end, kept, vi
     assert strobes(write(violated)) == {symbol}
 
 
-def test_a_host_that_reads_may_select_the_port_behind_its_strobe():
+def test_a_host_that_reads_may_select_the_port_after_its_strobe():
     late = {**READ, "hostslct": (50, 190)}
     assert strobes(WRITE, READ) == strobes(WRITE, late) == set()
     assert strobes(WRITE, {**late, "hostslct": (51, 190)}) == {"t7"}
@@ -268,7 +268,7 @@ def test_a_home_level_shorter_than_480_ns_is_found_on_each_axis(lasts, kept):
     assert found == ([] if kept else [f"home{axis} changes" for axis in range(1, 5)])
 
 
-def test_strobes_of_another_chip_on_the_same_wires_are_none_of_this_one():
+def test_strobes_of_another_chip_on_the_same_wires_do_not_count():
     bench = ports("x", "y")
     for chip, strobe in (("x", "write"), ("y", "read"), ("x", "read"), ("y", "write"), ("x", "read")):
         if strobe == "write":
@@ -280,7 +280,7 @@ def test_strobes_of_another_chip_on_the_same_wires_are_none_of_this_one():
     assert [row.name for row in bench.check_timing().violated] == ["y t6"]
 
 
-def test_pulses_of_a_cy525_that_are_no_steps_are_not_taken_for_steps():
+def test_other_pulses_of_a_cy525_are_not_taken_for_steps():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     host = bench.host(x)
@@ -359,7 +359,7 @@ def test_a_measured_time_is_that_of_the_edges(run):
     assert (found.start, found.end) == (f"x.{first} changes", f"x.{second} falls")
 
 
-def test_an_edge_at_the_begin_and_at_the_end_of_the_window_belongs_to_it():
+def test_an_edge_at_either_boundary_of_the_window_belongs_to_it():
     bench = recorded("cy525")
     times, levels = bench.edges("x.pulse")
     assert levels[:2].tolist() == [0, 1]
@@ -410,7 +410,7 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
         ([("db falls", "run falls")], "a bus only changes"),
     ],
 )
-def test_what_cannot_be_measured_is_said(between, says):
+def test_unmeasurable_times_are_reported(between, says):
     bench = recorded("cy525")
     with pytest.raises(UsageError, match=says):
         bench.intervals(between)
@@ -453,7 +453,7 @@ def test_a_written_command_has_its_name():
     assert "SET_" not in " ".join(words)
 
 
-def test_a_word_that_is_read_is_no_command():
+def test_a_word_that_is_read_is_not_a_command():
     bench = slewline.Bench()
     host = bench.host(bench.add("mc1151a", name="x"))
     bench.record()
@@ -467,7 +467,7 @@ def test_a_word_that_is_read_is_no_command():
     assert "SET_" not in shown
 
 
-def test_characters_stand_over_a_serial_line():
+def test_characters_are_drawn_above_a_serial_line():
     bench = recorded("gs-c200s")
     shown = labels(bench.timing_figure(["rxd", "txd"], stop="20 ms", decode=True))
     assert "".join(shown).startswith("GS-C200SRXDPo")

@@ -59,7 +59,7 @@ def test_motions_and_findings_are_texts_at_their_instants(cy525, tmp_path):
     assert list(zip(*found["x.finding"], strict=True)) == [(0, ""), *findings]
 
 
-def test_the_command_in_work_is_a_text_from_its_begin_to_its_end(cy525, tmp_path):
+def test_the_current_command_is_a_text_from_start_to_end(cy525, tmp_path):
     cy525.save_vcd(tmp_path / "a.vcd", ["x.ready"], timescale="1 ps", values=True)
     found = read(tmp_path / "a.vcd")
     texts = [text.replace("\\x20", " ") for text in found["x.command"][1] if text]
@@ -125,7 +125,7 @@ def test_commands_are_kept_as_long_as_the_pins(tmp_path):
     assert 20 < len(texts) < 200 and set(texts) == {"B", "D\\x201", "J\\x200"}
 
 
-def test_a_file_says_which_parts_and_units(cy525, tmp_path):
+def test_a_file_names_its_parts_and_units(cy525, tmp_path):
     cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"])
     assert "$comment x: CY525, 11000000 Hz $end\n$scope" in (tmp_path / "a.vcd").read_text()
     cy525.save_vcd(tmp_path / "a.vcd", ["x.slew"], values=True)
@@ -192,7 +192,7 @@ def test_a_bus_is_its_wires_and_they_are_named_as_the_pins(cy525, tmp_path):
     assert list(read(tmp_path / "b.vcd")) == ["x.db"]
 
 
-def test_a_wire_of_a_recorded_bus_can_be_asked_for(cy525, tmp_path):
+def test_a_wire_of_a_recorded_bus_can_be_selected(cy525, tmp_path):
     cy525.save_vcd(tmp_path / "a.vcd", ["x.db3", "x.pulse"])
     assert list(read(tmp_path / "a.vcd")) == ["x.db3", "x.pulse"]
     times, levels = cy525.edges("x.db3")
@@ -278,7 +278,7 @@ def test_a_stream_is_the_file_that_is_saved(tmp_path):
     assert len(files[0]) == 3
 
 
-def test_what_a_unit_hides_is_told(cy525, tmp_path):
+def test_edges_hidden_by_the_unit_are_reported(cy525, tmp_path):
     assert cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale="1 us") == 0
     times, levels = cy525.edges("x.pulse")
     units = times // (10 * US)
@@ -288,7 +288,7 @@ def test_what_a_unit_hides_is_told(cy525, tmp_path):
     assert cy525.save_vcd(tmp_path / "a.vcd", ["x.pulse"], timescale="10 us") == 2 * within
 
 
-def test_the_head_tells_the_crystals_of_parts_that_have_one_and_units_in_ascii(tmp_path):
+def test_the_header_has_the_crystals_of_parts_and_units_in_ascii(tmp_path):
     bench = slewline.Bench()
     bench.add("gs-c200s", name="g")
     bench.add("mc1151a", name="m")

@@ -30,7 +30,7 @@ def one(bench, first, second):
 
 # --------------------------------------------------------------------------------------------------------- the sheets
 @rows("part", PARTS)
-def test_no_two_pins_of_an_axis_have_the_same_role_but_those_of_the_data_bus(part):
+def test_no_two_pins_of_an_axis_have_the_same_role_except_on_the_data_bus(part):
     sheet = sheet_of(part)
     roles = [(pin.role, pin.axis) for pin in sheet.pins if pin.role not in ("", "data")]
     assert len(set(roles)) == len(roles)
@@ -43,23 +43,23 @@ def test_no_two_pins_of_an_axis_have_the_same_role_but_those_of_the_data_bus(par
 
 
 @rows("part", PARTS)
-def test_every_register_says_what_it_counts(part):
+def test_every_register_describes_its_count(part):
     assert all(register.unit for register in sheet_of(part).registers)
 
 
-def test_a_role_holds_at_the_active_level_unless_the_pin_is_named_for_the_contrary():
+def test_a_role_applies_to_the_active_level_unless_the_pin_is_named_for_the_other():
     assert [sheet_of(part).role("moving").sense for part in ("gs-c200", "mc1151a")] == [1, 0]  # MOV, ATREST
     assert [sheet_of(part).role("enable").sense for part in ("gs-c200", "cy525")] == [1, 0]  # ENABLE, STEP INHIBIT
     assert [sheet_of(part).role("step").sense for part in ("cy525", "gs-c200", "mc1151a")] == [0, 1, 0]
 
 
-def test_a_role_that_there_is_not_is_no_role():
+def test_an_unknown_role_is_refused():
     with pytest.raises(SheetError, match=r"pin x: no role 'stepp'; there are: step, direction"):
         Pin(1, "x", "in", "", role="stepp")
 
 
 # --------------------------------------------------------------------------------------------------------------- axes
-def test_a_part_is_wired_to_the_axis_that_it_is_asked_for(bench):
+def test_a_part_is_wired_to_the_selected_axis(bench):
     bench.add("mc1451a", name="x")
     bench.part("translator", name="m", to="x", axis=3)
     assert one(bench, "m.pulse", "x.pulse3")
@@ -75,7 +75,7 @@ def test_an_axis_that_the_chip_lacks_is_refused(bench):
 
 
 # ------------------------------------------------------------------------------------------------------------ refusals
-def test_what_is_missing_is_said_with_the_reason_and_nothing_is_put_on_the_bench(bench):
+def test_missing_pins_are_reported_with_the_reason_and_nothing_is_put_on_the_bench(bench):
     x = bench.add("cy525", name="x")
     drivers = {name: len(pin.net.drivers) for name, pin in x.pins.items()}
     with pytest.raises(
@@ -87,7 +87,7 @@ def test_what_is_missing_is_said_with_the_reason_and_nothing_is_put_on_the_bench
     assert {len(pin.net.root.joined) for pin in x.pins.values()} == {0}
 
 
-def test_a_part_without_wiring_says_which_pins_it_has(bench):
+def test_a_part_without_wiring_lists_its_pins(bench):
     x = bench.add("cy525", name="x")
     with pytest.raises(
         WiringError, match=r"inverter: a part of kind inverter has no standard wiring; connect in1, out"
@@ -112,7 +112,7 @@ def test_an_unknown_neighbour_is_refused(bench):
 
 
 # ------------------------------------------------------------------------------------------------------ part to part
-def test_a_driver_behind_a_damping_circuit_takes_what_that_puts_out(bench):
+def test_a_driver_after_a_damping_circuit_takes_its_output(bench):
     x = bench.add("gs-c200", name="x", straps=LINE)
     damping = bench.part("damping", name="damping", to=x)
     bench.part("gs_d200", name="driver", to=damping)
@@ -121,7 +121,7 @@ def test_a_driver_behind_a_damping_circuit_takes_what_that_puts_out(bench):
     assert not one(bench, "driver.clock", "x.clock")
 
 
-def test_a_pin_meets_who_drives_before_who_listens_and_an_output_meets_no_output(bench):
+def test_a_pin_is_joined_to_drivers_before_receivers_and_no_output_to_an_output(bench):
     circuit = Part(bench.kernel, "circuit")
     for name, way in (("into", "in"), ("out", "out")):
         circuit.add_pin(name, way, "", role="step")
@@ -144,7 +144,7 @@ def test_a_rotor_hangs_on_the_coils_of_a_latch(bench):
     assert all(one(bench, f"rotor.phase{n}", f"latch.coil{n}") for n in (1, 2, 3, 4))
 
 
-def test_a_connector_finds_the_receiver_of_a_uart_which_never_answers(bench):
+def test_a_connector_finds_the_receiver_of_a_uart_that_never_answers(bench):
     x = bench.add("cy525", name="x")
     bench.part("uart", name="uart", to=x)
     bench.part("serial_port", name="pc", to="uart", ttl=True)
@@ -178,7 +178,7 @@ def test_a_journal_repeats_what_was_wired_with_its_edge(tmp_path):
 
 # ---------------------------------------------------------------------------------------------------- who goes by roles
 @pytest.mark.parametrize(("chip", "pin", "lets"), [("cy525", "step_inhibit", 0), ("gs-c200", "enable", 1)])
-def test_a_step_check_holds_a_chip_in_its_own_way(bench, chip, pin, lets):
+def test_a_step_check_inhibits_each_chip_by_its_own_pin(bench, chip, pin, lets):
     x = bench.add(chip, name="x")
     check = bench.part("step_check", to=x)
     assert x.pin(pin).level == lets
@@ -263,7 +263,7 @@ def test_a_bus_host_that_is_refused_leaves_the_buses_apart(bench):
     assert x.bus.root is not y.bus.root
 
 
-def test_a_chip_of_ones_own_on_a_serial_line_needs_pins_with_the_roles_of_it(bench):
+def test_a_custom_chip_on_a_serial_line_needs_pins_with_the_serial_roles(bench):
     class Deaf(chip_class("gs-c200")):
         sheet = replace(
             sheet_of("gs-c200"),

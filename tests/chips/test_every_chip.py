@@ -172,7 +172,7 @@ def test_options_are_the_rows_of_the_sheet_and_hold_what_is_given(part):
 
 
 @every_part
-def test_unknown_and_ill_typed_options_are_refused_and_leave_nothing_behind(part, tmp_path):
+def test_unknown_and_ill_typed_options_are_refused_without_a_trace(part, tmp_path):
     path = tmp_path / "x.jsonl"
     bench = slewline.Bench(journal=path)
     for options, says in wrong_options(sheet_of(part).options):
@@ -202,7 +202,7 @@ def test_options_come_as_text_and_from_a_bench_file_as_from_python(part, tmp_pat
 
 
 @every_part
-def test_what_a_part_keeps_without_power_is_an_option(part):
+def test_memory_kept_without_power_is_an_option(part):
     stores = []
     bench = slewline.Bench(stores=lambda name: stores.append(Memory(b"")) or stores[-1])
     x = bench.add(part, name="x")
@@ -241,7 +241,7 @@ def test_axis_1_is_the_axis(part):
 
 
 @every_kind
-def test_a_host_that_comes_late_is_heard(part):
+def test_a_host_that_connects_late_is_served(part):
     bench = furnished(part)
     bench.run("400 ms")
     since = bench.now_ps
@@ -257,7 +257,7 @@ def test_a_host_that_comes_late_is_heard(part):
 
 
 @every_part
-def test_waiting_says_who_and_since_when_and_a_timeout_repeats_it(part):
+def test_waiting_has_the_task_and_its_start_time_and_a_timeout_repeats_it(part):
     bench = furnished(part)
     x = bench["x"]
     run_script(bench, bench.host(x), dialogue(part))
@@ -270,7 +270,7 @@ def test_waiting_says_who_and_since_when_and_a_timeout_repeats_it(part):
 
 @pytest.mark.parametrize("how", ["reset", "power"])
 @every_kind
-def test_a_restart_in_the_dialogue_leaves_nothing_behind(part, how):
+def test_a_restart_in_the_dialogue_leaves_no_trace(part, how):
     found = places(part)
     expected = second_dialogue(part, how)
     assert sum(map(len, expected["times"])) >= 40
@@ -281,7 +281,7 @@ def test_a_restart_in_the_dialogue_leaves_nothing_behind(part, how):
 @pytest.mark.long
 @pytest.mark.parametrize("how", ["reset", "power"])
 @every_part
-def test_a_restart_at_every_await_of_the_dialogue_leaves_nothing_behind(part, how):
+def test_a_restart_at_every_await_of_the_dialogue_leaves_no_trace(part, how):
     expected = second_dialogue(part, how)
     for first in places(part):
         for after in (0, 1):

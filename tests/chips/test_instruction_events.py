@@ -59,7 +59,7 @@ def test_instructions_begin_at_their_bytes_and_branches_lead_elsewhere():
     assert texts_of(texts) == ["X", "N 3", "B", "L 3,3", "B", "L 3,3", "B", "L 3,3", "C", "0", ""]
 
 
-def test_the_program_counter_is_the_instruction_in_work_and_none_without_a_program():
+def test_the_program_counter_is_the_current_instruction_and_none_without_a_program():
     bench, x, host = cy525("B\rW\rC\r0")
     x.pin("wait").drive(0)
     assert x.program_counter is None
@@ -83,7 +83,7 @@ def test_the_event_comes_when_an_instruction_is_fetched_before_it_acts():
     assert [at for at, *_ in seen][1:] == [rise, fall], "an instruction is fetched when the one before has acted"
 
 
-def test_live_commands_are_no_instructions():
+def test_live_commands_are_not_instructions():
     bench, x, host = cy525("B\rD 50\rC\rJ 0")
     addresses, texts = heard(x)
     host.send("X\r")
@@ -94,7 +94,7 @@ def test_live_commands_are_no_instructions():
     assert texts_of(texts)[-6:] == ["D 50", "", "R 20", "", "0", ""]
 
 
-def test_a_command_of_a_host_is_in_work_until_its_handshake_ends():
+def test_a_command_of_a_host_is_current_until_its_handshake_ends():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     _, texts = heard(x)
@@ -106,7 +106,7 @@ def test_a_command_of_a_host_is_in_work_until_its_handshake_ends():
     assert texts[-1][0] == times[-1] and levels[-1] == 1
 
 
-def test_program_entry_works_on_what_it_stores_and_reset_on_nothing():
+def test_the_instruction_in_program_entry_is_the_stored_one_and_none_in_reset():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     addresses, texts = heard(x)
@@ -137,7 +137,7 @@ def test_instructions_of_a_gs_c_begin_at_their_locations():
     assert x.program_counter is None
 
 
-def test_a_question_during_a_program_is_in_work_and_then_the_instruction_again():
+def test_a_question_during_a_program_is_current_and_then_the_instruction_again():
     bench, x, host = gsc("S10", "T100", "R5", "D20")
     assert host.ask("E") == "Y"
     bench.run("100 ms")
@@ -149,7 +149,7 @@ def test_a_question_during_a_program_is_in_work_and_then_the_instruction_again()
     assert texts_of(texts) == ["V1", "D20", "K", ""] and x.program_counter is None
 
 
-def test_lines_for_another_address_are_no_work():
+def test_lines_for_another_address_are_ignored():
     bench = slewline.Bench()
     x = bench.add("gs-c200s", name="x", straps=SLOW, address=3)
     host = bench.host(x)
@@ -177,7 +177,7 @@ def test_homing_and_the_eeprom_are_work():
 
 
 # ---------------------------------------------------------------------------------------------------- MC1451A family
-def test_a_packet_is_in_work_from_its_command_byte_until_it_acts():
+def test_a_packet_is_current_from_its_command_byte_until_it_acts():
     bench = slewline.Bench()
     x: Any = bench.add("mc1151a", name="x")
     host = bench.host(x)
@@ -193,7 +193,7 @@ def test_a_packet_is_in_work_from_its_command_byte_until_it_acts():
     assert told[0][0] > begun and not addresses and x.program_counter is None and x.program_rows() == []
 
 
-def test_who_listens_may_change_and_nobody_need_be_there():
+def test_listeners_may_change_or_be_absent():
     bench, x, host = cy525("B\rC\r0")
     one: list[int] = []
     two: list[int] = []

@@ -161,7 +161,7 @@ def test_an_update_in_motion_begins_another_motion(stepwise):
         ("SET_PRFL_S_CRV\n", "stopped"),
     ],
 )
-def test_what_ends_the_motion_of_a_chipset(end, why, stepwise):
+def test_causes_that_end_the_motion_of_a_chipset(end, why, stepwise):
     x, host, found = mc("SET_POS 30000\nUPDATE\n", stepwise=stepwise)
     x.kernel.run(x.kernel.now + 10**11)
     for line in end.splitlines():
@@ -200,7 +200,7 @@ def test_a_gear_has_no_end_but_another_mode(stepwise):
     assert told(found)[3:] == [(0, 0, "stopped")]
 
 
-def test_a_gear_that_may_not_follow_is_over_at_once():
+def test_a_gear_that_may_not_follow_ends_immediately():
     x, _, found = mc("MTR_OFF\nSET_PRFL_GEAR\n")
     x.kernel.run(x.kernel.now + 10**10)
     assert told(found) == [("SET_PRFL_GEAR",), (0, 0, "cut")]
@@ -220,7 +220,7 @@ def test_where_reset_cuts_a_step_off_the_velocity_is_0(stepwise):
     ), "within the last step"
 
 
-def test_after_k_the_motor_stands_and_the_next_motion_begins_from_rest():
+def test_after_k_the_motor_is_stopped_and_the_next_motion_begins_from_rest():
     x, host, found = gsc("S1", "T2", "R2", "+50")
     x.kernel.run(x.kernel.now + 10**12)
     host.ask("K")
@@ -254,7 +254,7 @@ def test_a_motion_cut_off_twice_before_its_first_step_leaves_the_earlier_cut_whe
 
 
 # ---------------------------------------------------------------------------------------------------------- listeners
-def test_two_listeners_hear_everything_and_one_may_leave_from_inside():
+def test_two_listeners_receive_everything_and_one_may_leave_from_inside():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     heard: list[str] = []

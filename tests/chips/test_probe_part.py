@@ -158,7 +158,7 @@ def run(bench):
     return bench
 
 
-def test_both_channels_are_at_work_at_once():
+def test_both_channels_work_at_the_same_time():
     bench, x = furnished()
     bus, line = bench.host(x), bench.host(x, over="serial")
     bus.send("P 7\r" * 100 + "P 40\rM\r")
@@ -189,7 +189,7 @@ def test_a_command_that_comes_over_one_channel_does_not_cut_into_the_other():
     assert [text for *_, text in x.obeyed] == ["P 9", "P 1234"]
 
 
-def test_the_first_channel_is_the_usual_one_and_others_are_asked_for():
+def test_the_first_channel_is_the_default_and_others_are_selected():
     bench, x = furnished()
     assert bench.host(x).channel is PROBE.channels[0]
     assert bench.host(x, over="serial").channel is SERIAL
@@ -206,7 +206,7 @@ def test_two_chips_share_a_channel_that_both_have():
         bench.host(x, y)
 
 
-def test_a_script_speaks_over_the_channel_of_its_host():
+def test_a_script_uses_the_channel_of_its_host():
     bench, x = furnished()
     bus, line = bench.host(x, name="b"), bench.host(x, name="l", over="serial")
     told = []
@@ -228,7 +228,7 @@ def test_a_script_speaks_over_the_channel_of_its_host():
         assert found in str(error.value)
 
 
-def test_a_journal_says_over_what(tmp_path):
+def test_a_journal_records_the_channel(tmp_path):
     bench, x = furnished(tmp_path / "probe.journal")
     bench.host(x, over="serial")
     bench.host(x)
@@ -237,7 +237,7 @@ def test_a_journal_says_over_what(tmp_path):
     assert [entry.get("over") for entry in kept if entry.get("do") == "host"] == ["serial", None]
 
 
-def test_a_bench_file_says_over_what(tmp_path, monkeypatch):
+def test_a_bench_file_selects_the_channel(tmp_path, monkeypatch):
     monkeypatch.setitem(chips.CATALOGUE.ours, "probe", f"{__name__}:Probe")
     file = tmp_path / "probe.toml"
     tables = (
@@ -279,7 +279,7 @@ def test_each_channel_is_served_by_its_own_line():
 
 
 # ------------------------------------------------------------------------------------------------- words of its own
-def test_rules_and_texts_speak_of_the_commands_of_the_part():
+def test_rules_and_texts_name_the_commands_of_the_part():
     found = {problem.code: problem for problem in lint("B\nS:P 5\nR 1,S", PROBE)}
     assert found["no-quit"].found == "a program without K: all lines after it are stored"
     assert found["no-end"].remedy == "end with H, or repeat with A"
@@ -317,7 +317,7 @@ def test_sizes_of_instructions_are_those_of_the_dialect():
     assert not any(p.code == "overflow" for p in lint("B\n" + "P 500\n" * 17 + "H\nK", PROBE))
 
 
-def test_a_sheet_without_a_dialect_or_with_another_one_says_so():
+def test_a_sheet_with_a_missing_or_wrong_dialect_is_reported():
     mute = dataclasses.replace(PROBE, dialect=None)
     with pytest.raises(SheetError, match="probe: no dialect"):
         dialect_of(mute)

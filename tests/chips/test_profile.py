@@ -54,7 +54,9 @@ def test_a_unit_scales_with_slope_and_divisor() -> None:
 @pytest.mark.fact("UND-RAMP-LAW", "RAMP-1")
 @thorough
 @given(rates, rates, slopes, divisors, st.sampled_from(LAWS))
-def test_a_ramp_is_the_reckoning_step_by_step(low: int, high: int, slope: int, divisor: int, law: profile.Law) -> None:
+def test_a_ramp_equals_the_calculation_step_by_step(
+    low: int, high: int, slope: int, divisor: int, law: profile.Law
+) -> None:
     runs = profile.ramp(low, high, slope, divisor, law)
     assert spread(profile.head(runs, 3000)) == one_by_one(low, high, slope, divisor, 3000, law)
     assert bool(runs) == (low < high)
@@ -130,7 +132,7 @@ def test_a_steady_plan_has_no_end() -> None:
     assert [leg.name for leg in profile.steady(80).legs] == ["slew"]
 
 
-def test_a_plan_that_does_not_hold_together_is_refused() -> None:
+def test_an_inconsistent_plan_is_refused() -> None:
     good = profile.plan(("up", ((2000, 3),)), ("slew", ((1137, 300),)))
     assert good.verified(303) is good
     for wrong in (302, 304):

@@ -42,7 +42,7 @@ def test_a_quirk_is_pinned_by_a_test_that_names_it(quirk, marked: dict[str, set[
     assert marked[quirk.test].isdisjoint({"long", "system"}), f"{quirk.test} does not run in make test"
 
 
-def test_quirks_are_told_once_and_whole() -> None:
+def test_quirks_are_described_once_and_completely() -> None:
     ids = [quirk.id for quirk in QUIRKS]
     assert len(ids) == len(set(ids))
     assert all(re.match("(CY500-|CY512-|CY545-|GSC-|PMD-)?(UND|CON)-", quirk.id) and all(quirk) for quirk in QUIRKS)

@@ -90,7 +90,7 @@ def linted(setup: tuple[str, ...], commands: tuple[str, ...], between: str) -> l
 
 @both
 @pytest.mark.parametrize("part", [CHIPSETS[0], CHIPSETS[-1]])
-def test_an_update_that_may_not_be_made_in_motion_is_a_finding_and_lint_has_said_so(part, stepwise):
+def test_an_update_that_is_not_allowed_in_motion_is_a_finding_in_lint_and_run(part, stepwise):
     for setup, commands in REFUSED:
         rig = moved(part, setup, *commands, stepwise=stepwise)
         assert rig.shows("status") & 0x80
@@ -105,7 +105,7 @@ def test_an_update_that_may_not_be_made_in_motion_is_a_finding_and_lint_has_said
 
 @rows("between", ["wait motion_complete", "wait !in_motion", "@wait 10 s", "@until atrest1=1", "STOP\nUPDATE", "RESET"])
 @rows(("setup", "commands"), REFUSED)
-def test_at_rest_lint_has_nothing_against_it(setup, commands, between):
+def test_at_rest_lint_accepts_it(setup, commands, between):
     assert "command-error" not in linted(setup, commands, between)
 
 
@@ -122,7 +122,7 @@ def test_a_move_into_a_switch_is_a_finding_in_every_profile_mode(mode, stepwise)
 
 @both
 @pytest.mark.parametrize(("setup", "told"), [(T1, True), (V1, True), (S1, False)], ids=["trapezoid", "velocity", "s"])
-def test_a_start_velocity_in_motion_is_a_finding_and_lint_has_said_so(setup, told, stepwise):
+def test_a_start_velocity_in_motion_is_a_finding_in_lint_and_run(setup, told, stepwise):
     rig = moved("mc1451a", setup, "SET_START_VEL 9", stepwise=stepwise)
     assert rig.codes == ["start-velocity"] * told
     rig.do("SET_START_VEL 9")
@@ -147,7 +147,7 @@ def test_a_stall_is_a_finding_once_and_again_after_a_recovery(part, stepwise):
 
 
 @rows("profile", ["SET_PRFL_TRAP", "SET_PRFL_S_CRV"])
-def test_a_profile_mode_that_changes_in_motion_is_a_finding_and_lint_has_said_so(profile):
+def test_a_profile_mode_that_changes_in_motion_is_a_finding_in_lint_and_run(profile):
     setup = S1 if profile == "SET_PRFL_TRAP" else T1
     rig = mover("mc1451a")
     rig.begin(*setup)

@@ -125,7 +125,7 @@ def test_slewing() -> None:
     assert rig.edges("slew")[-2:] == [(105_000, 0), (105_000 + 256 * FULL, 1)]
 
 
-def test_held_step() -> None:
+def test_inhibited_step() -> None:
     rig = Rig(number=3, firstrate=10, rate=10)
     rig.begin()
     rig.put("step_inhibit", 1, 100)

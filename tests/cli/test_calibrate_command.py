@@ -55,12 +55,12 @@ def test_the_same_as_data(call, monkeypatch):
         (("--start-stop", "1210 steps/s", "--pull-out", "1100 steps/s"), "check whether the two rates are exchanged"),
     ],
 )
-def test_mistakes_are_said(call, given, says):
+def test_mistakes_are_reported(call, given, says):
     ran = call(*GIVEN, *given)
     assert ran.status == 2 and says in ran.err
 
 
-def test_an_interrupt_says_that_nothing_is_kept(call, monkeypatch):
+def test_an_interrupt_reports_that_nothing_is_kept(call, monkeypatch):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 

@@ -197,7 +197,7 @@ def test_check_capture(call, tmp_path, monkeypatch):
         assert says in call("check-capture", "a.vcd", *option).err
 
 
-def test_what_compare_says_of_a_signal_that_does_not_move(call, tmp_path, monkeypatch):
+def test_compare_on_a_constant_signal(call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     still = captures.Wave({**PLAIN.edges, "DIR": []}, PLAIN.first, PLAIN.end)
     captures.model(still, tmp_path / "model.vcd")

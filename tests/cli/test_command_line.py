@@ -58,11 +58,11 @@ LIGHT = [
 
 @pytest.mark.system
 @pytest.mark.parametrize("arguments", LIGHT)
-def test_what_needs_no_arrays_loads_none(arguments):
+def test_commands_without_arrays_load_no_array_library(arguments):
     assert not loaded_by(arguments) & {"numpy", "rich", "matplotlib"}
 
 
-def test_every_command_has_help_that_says_how_it_ends(call):
+def test_every_command_has_help_that_describes_its_exit(call):
     shown = call("--help")
     for command in COMMANDS:
         assert f"\n  {command} " in shown.out
@@ -81,7 +81,7 @@ def test_version(call):
     assert call("--version").out == f"slewline, version {slewline.__version__} ({build()})\n"
 
 
-def test_the_build_is_told_from_the_file_that_the_kernel_is_loaded_from():
+def test_the_build_is_recognised_by_the_file_that_the_kernel_is_loaded_from():
     of = SimpleNamespace(__file__="/lib/slewline/core/time/kernel.py")
     assert not is_compiled(of)
     of.__file__ = f"/lib/slewline/core/time/kernel{EXTENSION_SUFFIXES[0]}"
@@ -104,7 +104,7 @@ def lacks(monkeypatch):
     return lacks
 
 
-def test_without_click_the_message_says_what_to_install(call, lacks):
+def test_without_click_the_message_names_the_package_to_install(call, lacks):
     lacks("click")
     assert call("chips") == (2, "", "slewline: the command line needs click: pip install click\n")
 
@@ -116,7 +116,7 @@ def test_without_rich_the_same(call, lacks, monkeypatch):
     assert call("describe", "cy525", "A") == (2, "", says)
 
 
-def test_who_lacks_one_extra_is_told_of_all_that_are_missing(call, lacks):
+def test_users_without_one_extra_get_a_list_of_all_that_are_missing(call, lacks):
     lacks("click", "rich", "msgspec", "matplotlib", "serial")
     ran = call("demo")
     assert (ran.status, ran.err) == (
@@ -137,7 +137,7 @@ LACKING = {  # packages that a process lacks from its beginning: the command
 
 @pytest.mark.system
 @pytest.mark.parametrize(("names", "line"), LACKING.items(), ids=LACKING)
-def test_nothing_else_asks_for_what_is_missing(call, five, lacks, names, line):
+def test_nothing_else_requires_the_missing_packages(call, five, lacks, names, line):
     code = f"sys.modules |= dict.fromkeys({names.split()!r}); sys.stdout.isatty = lambda: {'rich' in names};"
     ran = python(f"{code} sys.exit(invoke({line.split()!r}))")
     with pytest.MonkeyPatch.context() as patch:
@@ -187,7 +187,7 @@ def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
 
 @pytest.mark.system
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_a_full_disk_behind_the_standard_output(five):
+def test_a_full_disk_at_the_standard_output(five):
     command = "import sys; from slewline.cli.main import main; main()"
     with open("/dev/full", "w") as full:
         ran = subprocess.run(
@@ -198,7 +198,7 @@ def test_a_full_disk_behind_the_standard_output(five):
 
 @pytest.mark.system
 @pytest.mark.parametrize("module", ["click", "slewline.cli.commands", "slewline.errors"])
-def test_interrupts_while_modules_are_loaded_are_told_and_no_traceback(module):
+def test_interrupts_while_modules_are_loaded_are_reported_without_traceback(module):
     code = f"""
 import signal, sys
 
@@ -222,7 +222,7 @@ main()
 
 @pytest.mark.system
 @pytest.mark.parametrize("at", ["before", "behind"])
-def test_an_interrupt_beside_the_command_is_no_traceback(at):
+def test_an_interrupt_outside_the_command_shows_no_traceback(at):
     code = f"""
 import signal, sys
 from slewline.cli import main
@@ -373,7 +373,7 @@ def test_refused_lines_leave_no_warning_of_the_interpreter(five):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a user of Windows has a home")
-def test_a_user_without_home_and_name_is_told_what_to_set(call, monkeypatch):
+def test_a_user_without_home_and_name_gets_the_variables_to_set(call, monkeypatch):
     for variable in ("HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME", "SLEWLINE_CACHE"):
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setattr(os, "getuid", lambda: 54321)

@@ -84,7 +84,7 @@ def test_signals_that_differ(call: Any) -> None:
     ]  # fmt: skip
 
 
-def test_the_first_signal_says_the_shift(call: Any, folder: Path) -> None:
+def test_the_first_signal_determines_the_shift(call: Any, folder: Path) -> None:
     (folder / "board.vcd").write_text(BOARD.replace("0b", "").replace("#27000 1a", "#27000 1a 0b"))
     called = call("compare", "model.vcd", "board.vcd", "--map", "pulse=D0,slew=D1", "--shift", "best")
     assert called.status == 1 and "edge 0 (falls) at 20 µs is 2 µs late" in called.out
@@ -97,7 +97,7 @@ def test_names_that_are_alike_need_no_map(call: Any, folder: Path) -> None:
     assert call("compare", "model.vcd", "model.vcd").out.count("agree") == 2
 
 
-def test_files_that_need_a_word(call: Any, folder: Path) -> None:
+def test_files_that_need_an_option(call: Any, folder: Path) -> None:
     (folder / "board.vcd").write_text(BOARD.replace("$timescale 1 ns $end\n", "") + "#5")
     options = ("compare", "model.vcd", "board.vcd", "--map", "pulse=D0")
     assert "has no $timescale" in call(*options).err or "cut off" in call(*options).err

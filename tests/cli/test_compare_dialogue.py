@@ -21,7 +21,7 @@ def dialogue(folder):
         found = recorded(part, lines, **options)
         with DialogueFile(name, found.header, clock=lambda: 0) as file:
             file.note("C:\\secret")
-            for number, said in enumerate(found.said):
+            for number, said in enumerate(found.entries):
                 data = planted.get(number, said.data) if planted else said.data
                 write = file.host if said.speaker == "host" else file.module
                 write(data, said.at_us * 1000, said.last_us * 1000)
@@ -61,7 +61,7 @@ def test_as_data(call, dialogue):
     }
 
 
-def test_the_file_to_send_has_what_was_said_and_what_is_known_of_the_module_and_nothing_else(call, dialogue):
+def test_the_file_to_send_has_the_dialogue_and_the_facts_of_the_module_and_nothing_else(call, dialogue):
     name = dialogue()
     found = call("compare", name, "--report", "send", "--markings", "GS-C200S 9431")
     assert found.status == 0
@@ -103,7 +103,7 @@ def test_a_model_with_options(call, dialogue, write):
     assert call("compare", name, "--options", write("o.toml", 'law = "linear in steps"')).status == 0
 
 
-def test_a_torn_dialogue_is_compared_up_to_its_end(call, dialogue):
+def test_a_torn_dialogue_is_compared_as_far_as_it_goes(call, dialogue):
     name = dialogue()
     Path(name).write_bytes(Path(name).read_bytes()[:-5])
     found = call("compare", name)
@@ -133,7 +133,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("arguments, says", WRONG.values(), ids=WRONG)
-def test_what_is_refused(call, dialogue, write, arguments, says):
+def test_refused_arguments(call, dialogue, write, arguments, says):
     dialogue()
     write("text", "hello")
     found = call("compare", *arguments)
@@ -164,7 +164,7 @@ def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F
 
 @pytest.mark.system
 @pytest.mark.usefixtures("patient")
-def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
+def test_commands_that_move_are_not_played(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", *GSC[2:12]])
     found = call("compare", name, "--port", served.where, "--report", "now")
@@ -181,7 +181,7 @@ def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
 
 @pytest.mark.system
 @pytest.mark.usefixtures("patient")
-def test_a_module_of_another_kind_is_found_out(call, dialogue, serve):  # noqa: F811
+def test_a_module_of_another_kind_is_recognised(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", "V1", "V2"])
     found = call("compare", name, "--port", served.where)

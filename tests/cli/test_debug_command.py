@@ -24,7 +24,7 @@ from tests.links.conftest import PATIENCE
         (("cy525", "--rate", "0"), "--rate 0: allowed 0.001 to 1000"),
     ],
 )
-def test_what_is_refused(call, arguments, says):
+def test_refused_arguments(call, arguments, says):
     ran = call("debug", *arguments)
     assert ran.status == 2
     assert says in ran.err
@@ -38,7 +38,7 @@ BY_THE_SERVER = [
 
 
 @pytest.mark.parametrize(("arguments", "says"), BY_THE_SERVER)
-def test_what_the_server_refuses(call, arguments, says):
+def test_refusals_of_the_server(call, arguments, says):
     ran = call("debug", *arguments, "--control", "127.0.0.1:0")
     assert ran.status == 2
     assert says in ran.err
@@ -71,7 +71,7 @@ def test_without_textual(call, monkeypatch):
 
 
 @pytest.mark.system
-def test_a_front_end_of_ones_own(write):
+def test_a_custom_front_end(write):
     program = write("five.cy525", "F 3", "R 100", "S 254", "Z 1", "A 0", "N 5", "G")
     call = [sys.executable, "-m", "slewline", "debug", program, "--control", "127.0.0.1:0", "--while-input"]
     with subprocess.Popen(call, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ) as process:

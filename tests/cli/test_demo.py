@@ -52,7 +52,7 @@ def test_six_spots_on_each_of_two_workpieces(ran):
     assert ran.out.index("workpiece 2 is in place") < ran.out.index("no other workpiece: the program ends")
 
 
-def test_the_files_are_where_it_says(ran):
+def test_the_files_are_in_the_reported_place(ran):
     assert sorted(path.name for path in Path("build/demo").iterdir()) == FILES
     assert all(f"build/demo/{name} " in ran.out for name in FILES)
     assert Path("build/demo/weld.png").read_bytes().startswith(b"\x89PNG")
@@ -113,7 +113,7 @@ def script(folder, monkeypatch):
     return script
 
 
-def test_the_name_alone_is_told_only_where_the_next_shell_finds_it(script, monkeypatch):
+def test_the_bare_name_is_shown_only_where_the_next_shell_finds_it(script, monkeypatch):
     path = script(".venv/bin")
     path.touch(0o755)
     assert called_as() == str(Path(".venv/bin/slewline"))

@@ -40,7 +40,7 @@ def test_the_module_is_the_command():
 
 
 # ------------------------------------------------------------------------------------------------------------ examples
-def test_every_example_is_listed_with_what_it_is(call):
+def test_every_example_is_listed_with_its_description(call):
     out = call("examples").out.split("\n\n")[0].splitlines()
     there = {path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("*") if path.is_file()}
     there |= {f"lessons/{path.name}" for path in LESSONS.glob("*.ipynb")}
@@ -96,7 +96,7 @@ def test_a_link_in_the_place_of_an_example_is_not_followed(call, same):
     assert os.listdir("drill") == ["looped.toml"] and Path("victim").stat() == before
 
 
-def test_an_unknown_example_is_told_with_the_nearest(call):
+def test_an_unknown_example_is_reported_with_the_nearest(call):
     ran = call("examples", "hand_of")
     assert (ran.status, ran.err) == (
         2,
@@ -105,7 +105,7 @@ def test_an_unknown_example_is_told_with_the_nearest(call):
 
 
 @pytest.mark.parametrize("place", [".ipynb_checkpoints/1_ramps-checkpoint.ipynb", "drill/looped.out", "index.md"])
-def test_what_lies_beside_the_examples_is_left_out(tmp_path, monkeypatch, place):
+def test_files_next_to_the_examples_are_left_out(tmp_path, monkeypatch, place):
     for each in ("drill/looped.toml", "1_ramps.ipynb", place):
         (tmp_path / each).parent.mkdir(exist_ok=True)
         (tmp_path / each).touch()
@@ -113,7 +113,7 @@ def test_what_lies_beside_the_examples_is_left_out(tmp_path, monkeypatch, place)
     assert [*module.named()] == ["1_ramps.ipynb", "drill/looped.toml"]
 
 
-def test_a_package_without_examples_says_so(call, monkeypatch):
+def test_a_package_without_examples_reports_it(call, monkeypatch):
     monkeypatch.setitem(module.SOUGHT, "examples", ())
     assert "no examples are installed" in call("examples").err
 
@@ -231,7 +231,7 @@ def on_a_terminal(*arguments, **environment):
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_no_color_is_heard(five):
+def test_no_color_is_obeyed(five):
     arguments = ("run", five)
     assert b"\033[" in on_a_terminal(*arguments)
     assert b"\033[" in on_a_terminal(*arguments, NO_COLOR="")  # empty means nothing, as no-color.org has it

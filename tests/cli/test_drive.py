@@ -106,10 +106,10 @@ MISTAKES = [
 ]
 
 
-def test_a_mistake_says_what_was_found_and_what_is_allowed(call, monkeypatch, folder, subtests):
+def test_a_mistake_is_reported_with_its_value_and_the_allowed_ones(call, monkeypatch, folder, subtests):
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
     for words, says in MISTAKES:
-        with subtests.test(words=words, says=says):
+        with subtests.test(words=words, description=says):
             ran = call(*words)
             assert ran.status == 2
             text = " ".join(ran.err.replace("│", " ").split())
@@ -264,7 +264,7 @@ def test_without_a_black_box_nothing_is_left(folder):
 
 
 @pytest.mark.system
-def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
+def test_typed_words_stop_the_motor_and_let_it_continue(folder):
     with Slewline(*DRIVE, *AHEAD, "--board", "twin", "--no-black-box", folder=folder, typed=True) as driven:
         where = driven.ready()
         driven.hears("slewline: type clear: continue after a halt; clear homing, clear homed: with current; stop: stop")

@@ -80,8 +80,8 @@ class Started:
     def until(self, met):
         end = time.monotonic() + PATIENCE
         while not met():
-            assert self.process.poll() is None, self.said("err")
-            assert time.monotonic() < end, self.said("err")
+            assert self.process.poll() is None, self.entries("err")
+            assert time.monotonic() < end, self.entries("err")
             time.sleep(0.01)
 
     def said(self, name):
@@ -90,7 +90,7 @@ class Started:
 
     def where(self, name):
         """Where the command says that a port is; "": it has not said it."""
-        return next((line.partition(": ")[2] for line in self.said("out").splitlines() if line.startswith(name)), "")
+        return next((line.partition(": ")[2] for line in self.entries("out").splitlines() if line.startswith(name)), "")
 
     def left(self):
         """What is left of the session after its leader has ended."""
@@ -156,7 +156,7 @@ class TestKilled:
             x.until(lambda: x.where("control"))
             kill(x)
 
-    def test_a_branch_that_is_on_its_way(self, tmp_path):
+    def test_a_branch_in_progress(self, tmp_path):
         with started(folder=tmp_path, code=ARRIVING) as x:
             x.until(lambda: "begun" in x.said("out"))
             kill(x)
@@ -346,7 +346,7 @@ def without(streams, *arguments, folder):
     )
 
 
-def test_closed_standard_streams_lead_nowhere(tmp_path):
+def test_output_to_closed_standard_streams_is_dropped(tmp_path):
     (tmp_path / "p.cy525").write_text("R 5\n")
     found = without(">&-", "chips", folder=tmp_path)
     assert (found.returncode, found.stderr) == (0, "")

@@ -39,7 +39,7 @@ def refused(capsys, *arguments):
 @pytest.mark.parametrize(
     ("name", "says"), [("lab:m1.VAL", "write lab:m1"), ("lab m1", "write lab_m1"), ("", "give one, such as lab:m1")]
 )
-def test_a_name_that_is_no_record_is_not_served(capsys, module, name, says):
+def test_an_invalid_record_name_is_not_served(capsys, module, name, says):
     assert says in refused(capsys, module.url, "--part", "gs-c200s", "--record", name, *RAMP)
 
 
@@ -57,7 +57,7 @@ def test_a_name_that_is_no_record_is_not_served(capsys, module, name, says):
         ((*RAMP, "--baud", "1000"), "--baud 1000: not a rate of the GS-C200S"),
     ],
 )
-def test_what_is_wrong_is_told(capsys, module, parameters, says):
+def test_wrong_parameters_are_reported(capsys, module, parameters, says):
     assert says in refused(capsys, module.url, *OPTIONS, *parameters)
     assert module.position == 0
 
@@ -72,7 +72,7 @@ def test_an_address_that_other_machines_reach_needs_an_option(capsys, module, mo
 
 @pytest.mark.parametrize("name", ["EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"])
 @pytest.mark.parametrize("port", ["abc", "0", "65536", "-1"])
-def test_a_variable_that_is_no_port_is_told(capsys, module, monkeypatch, name, port):
+def test_an_invalid_port_variable_is_reported(capsys, module, monkeypatch, name, port):
     monkeypatch.setenv(name, port)
     told = refused(capsys, module.url, *OPTIONS, *RAMP)
     assert f"{name} '{port}' in the environment: allowed a port, 1 to 65535" in told
@@ -86,11 +86,11 @@ def test_the_port_of_the_server_is_that_of_either_variable(monkeypatch):
     assert port_of_server() == 15072
 
 
-def test_a_port_that_is_not_there_is_told(capsys):
+def test_a_missing_port_is_reported(capsys):
     assert "/dev/none: No such file or directory" in refused(capsys, "/dev/none", *OPTIONS, *RAMP)
 
 
-def test_a_part_that_has_no_serial_line_is_told(capsys, module):
+def test_a_part_without_a_serial_line_is_reported(capsys, module):
     said = refused(capsys, module.url, "--part", "cy525", "--record", "m1", *RAMP)
     assert "no serial line" in said
 

@@ -37,7 +37,7 @@ def test_without_a_name_it_lists_what_there_is(call) -> None:
     ]
 
 
-def test_it_writes_the_file_and_says_what_to_do(call, release: Path) -> None:
+def test_it_writes_the_file_and_prints_the_next_steps(call, release: Path) -> None:
     ran = call("firmware", "gs-c200s", "--board", "pico", "--from", str(release), "-o", "mine.uf2")
     assert (ran.status, ran.err) == (0, "")
     assert Path("mine.uf2").read_bytes() == CONTENT
@@ -45,13 +45,13 @@ def test_it_writes_the_file_and_says_what_to_do(call, release: Path) -> None:
     assert "BOOTSEL" in ran.out
 
 
-def test_what_is_not_here_is_named_with_its_remedy(call, release: Path) -> None:
+def test_a_missing_image_is_named_with_its_remedy(call, release: Path) -> None:
     ran = call("firmware", "uno")
     assert ran.status == 2
     assert "slewline-uno.hex is not here" in ran.err and "--from" in ran.err and "make boards" in ran.err
 
 
-def test_a_wrong_name_board_or_ending_is_refused(call, release: Path) -> None:
+def test_a_wrong_name_board_or_extension_is_refused(call, release: Path) -> None:
     assert "did you mean gs-c200s?" in call("firmware", "gsc200s").err
     assert "is only for the board uno" in call("firmware", "uno", "--board", "pico").err
     ran = call("firmware", "gs-c200s", "--from", str(release), "-o", "mine.hex")

@@ -44,7 +44,7 @@ def test_so_it_does_on_a_bench_and_in_the_linter(call, write):
         assert ran.status == 1 and "looks like a program for the cy525" in ran.out + ran.err, command
 
 
-def test_a_chip_that_refuses_before_it_runs_says_it_too(call, write):
+def test_a_chip_that_refuses_before_it_runs_reports_it_too(call, write):
     ran = call("run", write("shuttle.cy525", *SHUTTLE), "--chip", "mc1451a")
     assert ran.status == 2 and ran.err.endswith("command of the mc1451a.  It looks like a program for the cy525.\n")
 
@@ -71,5 +71,5 @@ def test_the_examples_are_for_their_own_chip_and_for_no_other_family(path):
             assert found or part == "cy525", (path.name, part)  # which takes S, R, G and more of what a GS-C does
 
 
-def test_bytes_are_no_dialect():
+def test_bytes_are_not_a_dialect():
     assert says("41 00\n42 00\n", "x.hex", "gs-c200s") == ""

@@ -68,7 +68,7 @@ def test_asm_as_the_lines_of_a_host(call, program, options, sent):
     assert Path("out").read_bytes() == sent
 
 
-def test_what_the_parts_do_not_have_is_refused(call, program, write):
+def test_missing_features_of_the_parts_are_refused(call, program, write):
     ran = call("asm", program, "--format", "binary")
     assert (ran.status, ran.err) == (
         2,
@@ -91,7 +91,7 @@ def test_asm_refuses_what_does_not_fit_into_the_memory(call, write):
     )
 
 
-def test_dis_gives_back_what_asm_made(call, program):
+def test_dis_returns_the_input_of_asm(call, program):
     call("asm", program, "-o", "p.hex")
     text = call("dis", "p.hex", "--chip", "GS-C200S").out
     assert [line.split(";")[0].strip() for line in text.splitlines()] == [*LINES[:-1], "Px"]
@@ -106,7 +106,7 @@ def test_dis_refuses_more_than_the_memory_holds(call, write):
     assert ran.status == 2 and "120 bytes; the program buffer has 119; check the file name" in ran.err
 
 
-def test_lint_takes_the_part_from_the_ending(call, write):
+def test_lint_takes_the_part_from_the_extension(call, write):
     ran = call("lint", write("p.gs-c200s", "Po", "g+1", "j0", "Px"), write("q.gs-c200", "P", "g+1", "j0"))
     assert ran.status == 1
     assert "p.gs-c200s: 1 warning" in ran.out and "q.gs-c200: 2 errors" in ran.out
@@ -144,7 +144,7 @@ def by_hand(lines, **straps):
 @pytest.mark.parametrize(
     ("options", "straps"), [((), {}), (("--strap", "chs=1", "--strap", "br0=1"), {"chs": 1, "br0": 1})]
 )
-def test_run_asks_line_by_line_and_tells_the_answers(call, program, options, straps):
+def test_run_queries_line_by_line_and_prints_the_answers(call, program, options, straps):
     ran = call("run", program, *options, "--json", "-", "--steps", "s.csv")
     bench, chip, host = by_hand(LINES, **straps)
     found = ran.json
@@ -168,7 +168,7 @@ def test_the_transcript_of_a_run(call, program):
     assert out[-1] == "gs_c200s (gs-c200s): position 50, 50 steps, up to 1000 steps/s, 0 findings"
 
 
-def test_errors_are_told_with_their_meaning_and_count_if_strict(call, write):
+def test_errors_are_reported_with_their_meaning_and_count_if_strict(call, write):
     program = write("p.gs-c200", "P", "A4", "f+1", "E", "@until ready")
     ran = call("run", program, "--strict")
     told = [line[15:] for line in ran.out.splitlines()]
@@ -179,7 +179,7 @@ def test_errors_are_told_with_their_meaning_and_count_if_strict(call, write):
     assert "host     E -> E4 (unknown, or not allowed now)" in told
 
 
-def test_inputs_are_told_with_what_waited_for_them(call, write):
+def test_inputs_are_reported_with_the_waiting_command(call, write):
     program = write("p.gs-c200", "@drive ui2=0", "P", "W2", "E", "@wait 30 ms", "@drive ui2=1")
     assert "UI2 high (waiting for ui2=1 (W2) since 17.299479 ms)" in call("run", program).out
 
@@ -200,7 +200,7 @@ def test_a_bench_of_two_modules(call):
         ("segments.gs-c200s", 30, 90),
     ],
 )
-def test_the_examples_do_what_they_say(call, name, position, count):
+def test_the_examples_do_what_their_comments_promise(call, name, position, count):
     ran = call("run", str(EXAMPLES / "programs" / name), "--timeout", "600 s", "--strict", "--json", "-")
     assert (ran.status, ran.json["position"], ran.json["steps"]["count"]) == (0, position, count)
 

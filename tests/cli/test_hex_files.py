@@ -176,7 +176,7 @@ def test_no_reader_takes_a_damaged_image(call, write, wrong: str, case: tuple[by
         assert not good and says in found, (reader, found)
 
 
-def test_pairs_are_no_image_and_an_image_is_no_program(call, write) -> None:
+def test_pairs_are_not_an_image_and_an_image_is_not_a_program(call, write) -> None:
     Path("pairs.hex").write_bytes(text(*PAIRS))
     Path("image.hex").write_bytes(text(*IMAGE))
     for reader, read in images(call, write).items():

@@ -37,7 +37,7 @@ def keys(rows: list[bytes]) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("number", "jobs"), [(signal.SIGINT, "1"), (signal.SIGINT, "2"), (signal.SIGTERM, "1")])
-def test_the_store_has_what_the_message_says_and_the_same_command_goes_on(tmp_path, number, jobs):
+def test_the_store_has_the_content_in_the_message_and_the_same_command_resumes(tmp_path, number, jobs):
     store, given = tmp_path / "st.jsonl", ("--jobs", jobs, "--store", "st.jsonl")
     process = begun(tmp_path, *given)
     until = monotonic() + PATIENCE

@@ -32,7 +32,7 @@ def script(write):
     return write("two.mc1451a", *TWO_AXES)
 
 
-def test_the_transcript_tells_commands_answers_and_motions(call, script):
+def test_the_transcript_has_commands_answers_and_motions(call, script):
     ran = call("run", script)
     assert (ran.status, ran.err) == (0, "")
     told = [line.split(maxsplit=1)[1] for line in ran.out.splitlines()]
@@ -54,7 +54,7 @@ def test_the_transcript_tells_commands_answers_and_motions(call, script):
     ]
 
 
-def test_json_has_every_axis_and_what_was_returned(call, script):
+def test_json_has_every_axis_and_the_returned_values(call, script):
     found = call("run", script, "--json").json
     assert (found["chip"], found["ended"], found["position"]) == ("mc1451a", "idle", 20)
     assert [axis["axis"] for axis in found["axes"]] == [1, 2, 3, 4]
@@ -137,7 +137,7 @@ def test_drive_from_the_command_line(call, write):
     assert call("run", script, "--json", "--drive", "home2=0@10 ms").json["results"][-1]["value"] == 0x000D
 
 
-def test_what_is_wrong_is_told_before_anything_runs(call, write):
+def test_mistakes_are_reported_before_anything_runs(call, write):
     ran = call("run", write("x.mc1151a", "SET_POS 5", "  SET_2", "wait moving"))
     assert (ran.status, ran.out) == (2, "")
     assert "x.mc1151a, line 2, column 3: SET_2 is not a command of the MC1151A" in ran.err
@@ -153,7 +153,7 @@ def test_what_is_wrong_is_told_before_anything_runs(call, write):
         ("stall_recovery.toml", [2000, 0, 0, 0], ["motion-error"]),
     ],
 )
-def test_the_examples_do_what_they_say(call, name, positions, reported):
+def test_the_examples_do_what_their_comments_promise(call, name, positions, reported):
     ran = call("run", str(EXAMPLES / name), "--json")
     assert (ran.status, ran.err == "") == (0, not reported)
     found = json.loads(ran.out)

@@ -35,7 +35,7 @@ def test_a_program_that_is_assembled_as_an_image_runs_at_its_address(
 
 
 @pytest.mark.parametrize(("name", "origin", "told"), [("p.bin", 10, True), ("p.hex", 10, True), ("p.bin", 0, False)])
-def test_bytes_without_their_address_are_told(call, write, name: str, origin: int, told: bool) -> None:
+def test_bytes_without_their_address_are_reported(call, write, name: str, origin: int, told: bool) -> None:
     ran = call("asm", write("a.cy545b", f"Y {origin}", *ENTER[1:7]), "-o", name)
     assert (
         ran.status == 0
@@ -66,7 +66,7 @@ def test_a_dump_of_32k_runs_in_its_mirror_too(call, write) -> None:
     assert len(Path("again.bin").read_bytes()) == 32768
 
 
-def test_an_endless_or_empty_program_is_what_the_memory_holds(call, write) -> None:
+def test_an_endless_or_empty_program_is_dumped_as_stored(call, write) -> None:
     ran = call("run", write("x.cy545b", "Y 0", "X"), "--until", "10 ms")
     assert "erased-memory" in ran.out
 
@@ -100,7 +100,7 @@ CANNOT_BE = [
 ]
 
 
-def test_what_cannot_be_is_refused(call, five, write, subtests: pytest.Subtests) -> None:
+def test_impossible_values_are_refused(call, five, write, subtests: pytest.Subtests) -> None:
     write("p.cy545b", *ENTER)
     write("bad.hex", ":010000004100")
     write("bytes.hex", "47 0D")
@@ -109,7 +109,7 @@ def test_what_cannot_be_is_refused(call, five, write, subtests: pytest.Subtests)
     write_image("p.hex", PROGRAM)
     before = Path("p.hex").read_bytes()
     for arguments, says in CANNOT_BE:
-        with subtests.test(arguments=arguments, says=says):
+        with subtests.test(arguments=arguments, description=says):
             ran = call(*arguments)
             assert ran.status == 2 and says in ran.err
             assert Path("p.hex").read_bytes() == before and not Path("q.hex").exists()
@@ -170,7 +170,7 @@ def test_a_server_keeps_its_eeprom(folder) -> None:
 
 
 @pytest.mark.system
-def test_an_image_goes_into_the_eeprom_whatever_it_held(folder) -> None:
+def test_an_image_replaces_the_old_content_of_the_eeprom(folder) -> None:
     write_image("p.hex", PROGRAM)
     write_image("q.bin", b"N 7\r")
     for image in ("p.hex", "q.bin"):

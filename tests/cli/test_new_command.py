@@ -110,7 +110,7 @@ def test_a_name_that_cannot_be_is_refused_with_the_reason(call, folder, subtests
 
 
 @pytest.mark.parametrize("made", [os.mkdir, lambda name: Path(name).touch(), lambda name: os.symlink("nowhere", name)])
-def test_what_exists_is_left_as_it_is(call, folder, made):
+def test_existing_files_are_left_unchanged(call, folder, made):
     made("x")
     before = Path("x").lstat()
     ran = call("new-part", "x")
@@ -142,7 +142,7 @@ def test_where_writing_fails_nothing_is_left(call, folder, monkeypatch, method, 
     assert calls and os.listdir(folder) == []
 
 
-def test_a_link_in_the_place_of_what_is_being_written_is_not_followed(call):
+def test_a_link_in_the_place_of_a_file_being_written_is_not_followed(call):
     Path("elsewhere").mkdir()
     os.symlink("elsewhere", f".slewline-{os.getpid()}.part")
     ran = call("new-chip", "x")

@@ -21,7 +21,7 @@ def mine(write):
 
 
 @pytest.mark.fact("CY545-RATE-4")
-def test_the_ramp_calculator_speaks_of_the_rates_in_the_file(call, mine):
+def test_the_ramp_calculator_uses_the_rates_in_the_file(call, mine):
     ours = call("ramp", "cy545", "F=14", "R=100", "S=220", "--distance", "10000")
     theirs = call("ramp", "cy545", "F=14", "R=100", "S=220", "--distance", "10000", "--options", mine)
     assert "370 to 4119 steps/s" in ours.out and "up 1599, slew 6802, down 1599" in ours.out
@@ -38,7 +38,7 @@ def test_the_reference_lists_the_rates_in_the_file(call, mine):
     assert "| **8** | 220 | 245 | 270 |" in call("describe", "cy545b").out
 
 
-def test_lint_reckons_with_the_rates_in_the_file(call, mine, write):
+def test_lint_uses_the_rates_in_the_file(call, mine, write):
     program = write("p.cy545", "+", "N 2000", "G")
     assert "R 100 is not reached: each ramp takes 1599 steps" in call("lint", program).out
     assert "no problems found" in call("lint", program, "--options", mine).out
@@ -59,7 +59,7 @@ def test_a_run_and_the_script_of_a_bench_file_have_them(call, mine, write, how):
     assert 0.3 * 10**12 < told["time_ps"] < 0.31 * 10**12  # 30 steps, 100 a second
 
 
-def test_a_file_that_is_none_is_refused_with_what_is_allowed(call, write):
+def test_an_invalid_file_is_refused_with_the_allowed_keys(call, write):
     for lines, says in (
         (("rate_table = ",), "bad.toml: not TOML"),
         (("[[chip]]", 'part = "cy545"'), "bad.toml: is a bench file; allowed: options of a chip"),
@@ -80,7 +80,7 @@ def test_a_file_that_is_none_is_refused_with_what_is_allowed(call, write):
     assert status == 2 and "missing.toml: cannot be read" in err
 
 
-def test_what_is_said_of_a_wrong_option_names_the_file_and_the_part(call, write):
+def test_a_message_about_a_wrong_option_names_the_file_and_the_part(call, write):
     program, bad = write("p.cy545", "G"), write("bad.toml", 'crystal = "12 MHz"')
     for command in (
         ("run", program), ("lint", program), ("ramp", "cy545"), ("describe", "cy545"),
@@ -97,7 +97,7 @@ def test_from_python_wrong_options_are_refused_likewise():
         slewline.ramp("cy545", F=14, R=100, S=220, options={"rate_table": "30k"})
 
 
-def test_what_is_served_has_them_too_and_an_option_beside_them_counts(mine):
+def test_served_parts_have_them_too_and_an_option_on_the_command_line_wins(mine):
     given = ["cy545", "--tcp", "127.0.0.1:0", "--options", mine, "--option", "inferred.pulse_low=80"]
     context = serve_command.make_context("serve", [*given, "--option", "ramp_jumps=true"])
     chip = ServeCommand(**context.params).new_bench(None).chips["cy545"]

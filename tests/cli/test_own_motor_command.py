@@ -36,14 +36,14 @@ def quick(monkeypatch, folder):
 
 
 @rows("given", [EXAMPLE, TABLE, "own.toml", "ROW.TOML", "text.toml"])
-def test_every_way_to_give_a_motor_is_the_same_motor(given):
+def test_all_forms_of_giving_a_motor_are_the_same_motor(given):
     named = {"name": Path(given).stem} if given.lower().endswith("oml") and given != "text.toml" else {}
     motor = read_motor(motor_value(given))
     assert motor == read_motor(tomllib.loads(FIGURES) | named)
 
 
 @rows("given", [EXAMPLE, TABLE, "own.toml"])
-def test_both_commands_take_it_and_say_what_is_assumed(call, given):
+def test_both_commands_take_it_and_list_the_assumptions(call, given):
     says = ", ".join(assumptions(EXAMPLE))
     ran = call("tune", "cy525", "--motor", given, *QUICK, "--bench", "found.toml")
     assert ran.status == 0 and f"assumed       {says}\n" in ran.out
@@ -58,7 +58,7 @@ def test_a_motor_with_a_name_has_no_line_of_assumptions(call):
     assert "assumed" not in call("tune", "cy525", "--motor", "17HS4401", *QUICK).out
 
 
-def test_what_calibrate_has_found_is_no_assumption_and_its_row_is_a_motor(call):
+def test_calibrated_values_are_not_assumptions_and_their_row_is_a_motor(call):
     ran = call("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "900 rpm")
     row = next(line for line in ran.out.splitlines() if line.startswith("motor = "))
     assert "assumed" in ran.out and "iron loss 2.66" not in ran.out
@@ -121,7 +121,7 @@ def test_a_unit_that_does_not_fit_is_named(call, command, says):
     assert ran.status == 2 and says in ran.err
 
 
-def test_a_great_ripple_is_said_by_both_commands(call):
+def test_a_large_ripple_is_reported_by_both_commands(call):
     small = ("--motor", "QSH4218-47-28-040", "--driver", "24 V, 2.8 A averaged", "--load", "inertia 68 g cm2")
     says = "chopper at 20 kHz: the current ripples by up to 0.5 A of 2.8 A"
     ran = call("tune", "cy525", *QUICK, *small)

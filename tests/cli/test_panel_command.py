@@ -111,7 +111,7 @@ def test_a_panel_is_attached_to_a_server():
 
 
 @pytest.mark.system
-def test_attached_to_what_is_no_control_port_or_without_its_token(call):
+def test_attached_to_a_wrong_port_or_without_its_token(call):
     """And nothing of the question reaches the module, whose port it is."""
     serve = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--token", "a long token"]
     with subprocess.Popen([*COMMAND, *serve], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
@@ -151,7 +151,7 @@ def when_the_panel_runs(*row):
         (["b.toml", "--strap", "chs=0"], "leave out --chip, --strap"),
     ],
 )
-def test_a_mistake_is_told_and_nothing_is_left(call, arguments, says):
+def test_a_mistake_is_reported_and_nothing_is_left(call, arguments, says):
     before = {*threading.enumerate()}  # those of other tests may end meanwhile
     ran = call("panel", "--no-browser", *arguments)
     assert ran.status == 2

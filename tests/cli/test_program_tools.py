@@ -63,7 +63,7 @@ def test_asm_formats(program, form, data, capfdbinary):
 
 
 @pytest.mark.system
-def test_carriage_returns_reach_a_pipe_as_they_are(program):
+def test_carriage_returns_reach_a_pipe_unchanged(program):
     code = "from slewline.cli.main import main; main()"
     command = [sys.executable, "-c", code, "asm", program, "--format", "ascii"]
     assert subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout == FORMS["ascii"]
@@ -72,7 +72,7 @@ def test_carriage_returns_reach_a_pipe_as_they_are(program):
 @pytest.mark.parametrize(
     ("name", "data"), [("p.hex", b"4E 64 00 47 4C 06 00 00\n"), ("p.bin", RESOLVED), ("p.lst", None)]
 )
-def test_asm_takes_the_format_from_the_ending(call, program, name, data):
+def test_asm_takes_the_format_from_the_extension(call, program, name, data):
     call("asm", program, "--resolve", "-o", name)
     written = Path(name).read_bytes()
     assert written == data if data else written.startswith(b"00  4E 64 00")
@@ -86,7 +86,7 @@ def test_asm_refuses_with_all_errors_and_writes_nothing(call, write):
     assert "p.cy525, line 3, column 3: JUMP Z" in ran.err
 
 
-def test_asm_tells_what_is_odd_beside_the_bytes(call, write):
+def test_asm_reports_oddities_next_to_the_bytes(call, write):
     program = write("p.cy525", "E", "R  20", "0", "Q")
     ran = call("asm", program, "--format", "hex")
     assert (ran.status, ran.out) == (0, "52 14 00\n")
@@ -122,7 +122,7 @@ def test_dis_turns_either_form_back_into_the_program(call, program, name, form):
     assert "L 6,0" in call("dis", name, "--chip", "cy525", "--format", form).out, "without --labels: addresses"
 
 
-def test_dis_reads_comments_in_hex_and_can_be_told_that_it_is_none(call):
+def test_dis_reads_comments_in_hex_and_can_be_forced_to_binary(call):
     Path("p.hex").write_text("47 ; go\n00")
     assert "G  " in call("dis", "p.hex", "--chip", "cy525").out
     Path("p.bin").write_bytes(b"4200")  # four bytes that look like hexadecimal digits
@@ -137,7 +137,7 @@ def test_dis_as_json(call):
     assert found["lines"][-1] == {"address": 8, "data": "ff", "name": None, "values": []}
 
 
-def test_dis_reads_what_a_binary_host_sends(call, program):
+def test_dis_reads_the_stream_of_a_binary_host(call, program):
     call("asm", program, "--format", "binary", "-o", "p.bin")
     ran = call("dis", "p.bin", "--chip", "cy525", "--stream")
     assert (ran.out.splitlines(), ran.err) == (["E", "N 100", "G", "L 6,0", "0", "Q"], "")
@@ -165,7 +165,7 @@ def test_dis_reads_a_program_as_the_chip_keeps_it_whatever_the_counts_say(call, 
 
 
 @pytest.mark.parametrize("cut", [2, 5, 16])
-def test_dis_says_where_a_stream_breaks_off(call, write, cut):
+def test_dis_reports_where_a_stream_is_truncated(call, write, cut):
     ran = call("dis", write("p.hex", " ".join(SINGLE.split()[:cut])), "--chip", "cy525", "--stream")
     where = "from byte 2 on, 52 0C 7F\n"
     assert ran.err == (f"slewline: cut-short: the stream ends inside a command, which is omitted: {where}" * (cut == 5))
@@ -174,7 +174,7 @@ def test_dis_says_where_a_stream_breaks_off(call, write, cut):
 
 @pytest.mark.parametrize("lines", [LINES, ("A 0", "@wait 2 s", "r 5"), ("B", "C"), ("E\r", "R 5 ; fast\r")])
 @pytest.mark.parametrize("options", [(), ("--stream",)])
-def test_dis_knows_a_program_text_when_it_sees_one(call, write, lines, options):
+def test_dis_recognises_a_program_text(call, write, lines, options):
     ran = call("dis", write("p.cy525", *lines), *options)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err == "slewline: p.cy525: this is a program text, not program bytes; slewline asm converts it\n"
@@ -215,14 +215,14 @@ def test_notes_never_count(call, write):
     assert ran.status == 0 and "note: spacing" in ran.out
 
 
-def test_lint_looks_at_directives_too(call, write):
+def test_lint_checks_directives_too(call, write):
     ran = call("lint", write("p.cy525", "A 0", " @wait 0.5"))
     assert ran.status == 1
     assert "p.cy525, line 2, column 2: error: time '0.5': expected a number and a unit" in ran.out
     assert "write, for example, @wait 20 ms" in ran.out
 
 
-def test_lint_knows_what_only_this_chip_cannot_do(call, write):
+def test_lint_knows_the_limits_of_this_chip_only(call, write):
     ran = call("lint", write("p.cy525", "F 20", "R 10", "S 200", "Z 1", "N 500", "G"))
     assert "R 10 is below F 20" in ran.out
 
@@ -296,7 +296,7 @@ def test_lint_reads_the_scripts_of_a_bench_file_on_its_bench(call, write):
     assert call("lint", write("e.toml", chips[0])).out == "e.toml: no problems found\n"
 
 
-def test_lint_of_a_bench_file_tells_of_each_host_that_plays_a_file(call, write):
+def test_lint_of_a_bench_file_lists_each_host_that_plays_a_file(call, write):
     write("y.cy525", "@drive nix=0")
     hosts = [f'[[host]]\nchips = ["{name}"]\nfile = "y.cy525"' for name in "xy"]
     chips = [f'[[chip]]\npart = "cy525"\nname = "{name}"' for name in "xy"]
@@ -319,14 +319,14 @@ def test_lint_of_a_bench_file_tells_of_each_host_that_plays_a_file(call, write):
         ((), False),
     ],
 )
-def test_run_loses_or_delays_the_commands_behind_x_that_lint_warns_of(call, write, behind, lost):
+def test_run_loses_or_delays_the_commands_after_x_that_lint_warns_of(call, write, behind, lost):
     program = write("p.cy525", "E", "D 50", "D 50", "0", "QX", *behind)
     findings = call("run", program, "--json").json["findings"]
     assert ("request-while-running" in {found["code"] for found in findings}) == lost
     assert ("the program that X of line 5 started may still run" in call("lint", program).out) == lost
 
 
-def test_run_refuses_the_verify_behind_x_that_lint_warns_of_and_takes_what_lint_advises(call, write):
+def test_run_refuses_the_verify_after_x_that_lint_warns_of_and_takes_the_advised_one(call, write):
     entered = ("A 12", "E", "D 50", "0", "QX")
     program = write("p.cy525", *entered, "@verify 0")
     found = call("lint", program).out
@@ -363,11 +363,11 @@ def test_run_hangs_where_lint_warns_of_it(call, write, lines):
         ("R x", "bad-number: RATE x: not a decimal number; ignored\n"),
     ],
 )
-def test_run_tells_what_to_write_instead(call, write, line, told):
+def test_run_suggests_a_replacement(call, write, line, told):
     assert f"! {told}" in call("run", write("p.cy525", "E", "0", "Q", line, "@wait 1 ms"), "--until", "5 ms").out
 
 
-def test_run_refuses_the_zero_of_the_manual_and_says_what_to_write(call, write):
+def test_run_refuses_the_zero_of_the_manual_and_suggests_a_replacement(call, write):
     ran = call("run", write("p.cy525", "E", "\u00d8", "Q"))
     assert ran.status == 2 and "write 0 for a slashed zero" in ran.err
     ran = call("run", write("p.gs-c200", "S10\u2193"))
@@ -404,7 +404,7 @@ def test_describe_helps_with_the_signs_of_the_manual(call, command, word):
     assert ran.status == 2 and f"cy525 has no command {command!r}; " in ran.err and word in ran.err
 
 
-def test_describe_says_what_a_letter_was_in_the_cy512(call):
+def test_describe_explains_the_letter_in_the_cy512(call):
     assert "\n- in the CY512 D ran the program: here X does" in call("describe", "cy525", "D").out
     assert "CY512" not in call("describe", "cy525", "R").out
 

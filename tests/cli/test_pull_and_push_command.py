@@ -29,7 +29,7 @@ def test_a_program_goes_in_and_comes_out_with_its_dialogues(call, write):
     dialogue = RecordedDialogue.read("weld.gs-c200s.dialogue")
     header = dialogue.header
     assert (header.part, header.markings, header.baud, header.checksum) == ("gs-c200s", "GS-C200S 9431", 9600, False)
-    sent = [each.text for each in dialogue.said if each.speaker == "host"]
+    sent = [each.text for each in dialogue.entries if each.speaker == "host"]
     assert sent[-9:] == [f"{line}\r" for line in (*WELD[:-1], "Q", "Q", "Px", "M")]
 
 
@@ -72,7 +72,7 @@ CANNOT_BE = [
 ]
 
 
-def test_what_cannot_be_done_is_said_and_nothing_is_written(call, write, subtests):
+def test_impossible_requests_are_reported_and_nothing_is_written(call, write, subtests):
     write("here.gs-c200s", "f+5")
     write("p.cy545", "E", "R 5", "0", "Q")
     write("p.cy525", "E", "R 5", "0", "Q")

@@ -17,7 +17,7 @@ CY, GSC, MC = (
 )
 
 
-def test_a_ramp_is_told_in_five_lines(call: Any) -> None:
+def test_a_ramp_is_described_in_five_lines(call: Any) -> None:
     ramp = slewline.ramp("cy525", F=3, R=80, S=100)
     first, mean, greatest = (round(each) for each in ramp.accelerations)
     assert call("ramp", *CY).out.splitlines() == [
@@ -38,7 +38,7 @@ def test_a_ramp_is_told_in_five_lines(call: Any) -> None:
     ),
     (("cy525", "F=3", "R=127", "S=1", "Z=200"), {"reached": "by no move"}),
 ])  # fmt: skip
-def test_what_does_not_vary_is_one_number_and_what_is_not_there_is_said(
+def test_constant_values_are_one_number_and_missing_ones_are_reported(
     call: Any, arguments: tuple[str, ...], lines: dict[str, str]
 ) -> None:
     found = dict(
@@ -47,7 +47,7 @@ def test_what_does_not_vary_is_one_number_and_what_is_not_there_is_said(
     assert {name: found[name] for name in lines} == lines
 
 
-def test_a_distance_adds_the_move_and_what_it_comes_to(call: Any) -> None:
+def test_a_distance_adds_the_move_and_its_time(call: Any) -> None:
     ramp = slewline.ramp("cy525", F=3, R=80, S=100)
     *_, long = call("ramp", *CY, "--distance", "20000").out.splitlines()
     *_, short = call("ramp", *CY, "--distance", "500").out.splitlines()
@@ -68,7 +68,7 @@ def test_the_table_has_a_line_for_every_rate(call: Any) -> None:
     assert len({len(line) for line in lines}) == 1
 
 
-def test_what_is_looked_for_is_listed_best_first(call: Any) -> None:
+def test_search_results_are_listed_best_first(call: Any) -> None:
     found = slewline.find_ramps("cy525", F=3, R=80, time="0.5 s", count=3)
     ran = call("ramp", "cy525", "F=3", "R=6000 steps/s", "--time", "0.5 s", "--best", "3")
     head, columns, *rows = ran.out.splitlines()
@@ -130,7 +130,7 @@ def test_a_ramp_as_data(call: Any) -> None:
     (GSC, slewline.ramp("gs-c200", S=10, T=100, R=50).reached_from),
     (MC, slewline.ramp("mc1451a", SET_VEL=65536, SET_ACC=1024).reached_from),
 ])  # fmt: skip
-def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_its_rate(
+def test_a_plot_shows_the_requested_move_or_the_shortest_that_reaches_its_rate(
     call: Any, folder: Any, arguments: tuple[str, ...], steps: int
 ) -> None:
     assert call("ramp", *arguments, "--plot", "x.svg").out.endswith("\nwrote x.svg\n")
@@ -163,7 +163,7 @@ WRONG = [
 
 def test_wrong_use_is_refused_with_the_remedy(call: Any, folder: Any, subtests: pytest.Subtests) -> None:
     for arguments, says in WRONG:
-        with subtests.test(arguments=arguments, says=says):
+        with subtests.test(arguments=arguments, description=says):
             ran = call("ramp", *arguments)
             assert (ran.status, ran.out) == (2, "")
             assert says in ran.err

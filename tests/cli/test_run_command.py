@@ -70,7 +70,7 @@ def test_json_is_one_object_with_exactly_the_agreed_keys(call, five):
         "ended": "idle",
         "position": 5,
         "registers": {"number": 5, "slope": 254, "rate": 100, "firstrate": 3, "divisor": 1, "position": 5},
-        "pins": {row.name: chip.pin(row.name).level for row in chip.sheet.pins if row.way not in ("power", "none")},
+        "pins": {row.name: chip.pin(row.name).level for row in chip.sheet.pins if row.in_out not in ("power", "none")},
         "program": "",
         "steps": {
             "count": 5,
@@ -112,7 +112,7 @@ def test_steps_are_counted_across_windows(call, write, monkeypatch, window):
     assert call("run", program, "--json", "-").json["steps"] == whole
 
 
-def test_json_goes_to_a_file_beside_the_transcript(call, five):
+def test_json_goes_to_a_file_in_addition_to_the_transcript(call, five):
     ran = call("run", five, "--json", "x.json")
     assert "MOTION COMPLETE at 5" in ran.out and ran.out.endswith("wrote x.json\n")
     assert json.loads(Path("x.json").read_text()) == call("run", five, "--json").json
@@ -135,7 +135,7 @@ def test_until_zero_is_an_instant_too(call, five):
     assert call("run", five, "--until", "0 s", "--json", "-").json["time_ps"] == 0
 
 
-def test_a_time_out_says_who_waits_for_what_and_still_writes_the_result(call, write):
+def test_a_time_out_names_the_waiting_task_and_still_writes_the_result(call, write):
     program = write("p.cy525", "A 0", "W", "B")
     ran = call("run", program, "--timeout", "2 s", "--drive", "wait=0", "--json", "-")
     assert (ran.status, ran.json["ended"], ran.json["time_ps"]) == (1, "timeout", 2 * 10**12)
@@ -155,7 +155,7 @@ def test_findings_are_a_problem_if_strict(call, write, options, status):
     assert "! range: RATE rate 200: allowed 0..127" in ran.out
 
 
-def test_strict_and_quiet_tells_the_findings_all_the_same(call, write):
+def test_strict_and_quiet_still_report_the_findings(call, write):
     ran = call("run", write("p.cy525", "R 200"), "-q", "--strict")
     assert (ran.status, ran.out) == (1, "")
     assert "cy525  range: RATE rate 200" in ran.err
@@ -174,7 +174,7 @@ def test_strict_is_content_without_findings(call, five):
     assert call("run", five, "--strict").status == 0
 
 
-def test_a_bench_file_says_how_long(call, bench):
+def test_a_bench_file_sets_the_duration(call, bench):
     for line, ended, time_ps in (("until", "until", 3 * 10**9), ("timeout", "timeout", 3 * 10**9)):
         Path(bench).write_text(f'[bench]\n{line} = "3 ms"\n{BENCH}')
         found = call("run", bench, "--json", "-").json["chips"]["x"]
@@ -217,7 +217,7 @@ def test_a_bench_file_has_its_own_chips_and_crystals(call, bench):
         assert (ran.status, "a bench file names its chips" in ran.err) == (2, True)
 
 
-def test_the_chip_may_be_named_in_either_way(call, write):
+def test_the_chip_may_be_named_in_either_form(call, write):
     write("p.CY525", "A 7")
     write("p.txt", "A 7")
     for arguments in (["p.CY525"], ["p.txt", "--chip", "CY525"]):
@@ -328,7 +328,9 @@ def test_a_waveform_has_all_pins_and_every_step(call, five):
     lows = [line for line in text.split("$enddefinitions")[1].splitlines() if line == f"0{name}"]
     assert len(lows) == 5
     _, chip = by_hand(FIVE)
-    pins = {row.name for row in chip.sheet.pins if row.way not in ("power", "none") and not row.name.startswith("db")}
+    pins = {
+        row.name for row in chip.sheet.pins if row.in_out not in ("power", "none") and not row.name.startswith("db")
+    }
     named = {line.split()[4] for line in text.splitlines() if line.startswith("$var")}
     wires = {f"db{bit}" for bit in range(8)}
     assert named == pins - {"clk15"} | wires, "the bus as its wires; the clock only when it is asked for"
@@ -354,7 +356,7 @@ def test_a_waveform_with_values_buses_and_layouts(call, five):
     assert '[dumpfile] "x.vcd"' in Path("x.gtkw").read_text()
 
 
-def test_what_a_timescale_hides_is_told(call, five):
+def test_edges_hidden_by_a_timescale_are_reported(call, five):
     ran = call("run", five, "--vcd", "x.vcd", "--pins", "pulse", "--timescale", "100 ms", "-q")
     assert (ran.status, ran.out) == (0, "")
     says = "10 changes of level last less than 100 ms and are not in the file; a finer --timescale shows them"
@@ -423,7 +425,7 @@ def test_progress_is_drawn_on_a_terminal_and_changes_nothing(monkeypatch, five, 
     assert Path("plain.json").read_bytes() == Path("drawn.json").read_bytes()
 
 
-def test_a_torn_journal_is_told_and_counts_as_a_problem(call, five):
+def test_a_torn_journal_is_reported_and_counts_as_a_problem(call, five):
     call("run", five, "--journal", "j")
     whole = Path("j").read_text()
     Path("j").write_text(whole[:-9])
@@ -446,7 +448,7 @@ def test_a_journal_of_other_laws_is_replayed_only_on_demand(call, five):
     assert call("run", five, "--other-laws").status == 2
 
 
-def test_a_journal_replaces_only_a_journal_and_says_so(call, five):
+def test_a_journal_replaces_only_a_journal_and_reports_it(call, five):
     call("run", five, "--journal", "j", "-q")
     again = call("run", five, "--journal", "j", "-q")
     assert (again.status, again.err) == (0, "slewline: j: the existing journal is replaced\n")

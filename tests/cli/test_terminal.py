@@ -44,7 +44,7 @@ def talk(call, monkeypatch):
 LEAVES = "Ctrl-D leaves, :help lists the commands"
 
 
-def test_lines_their_answers_and_what_is_odd(talk):
+def test_lines_their_answers_and_oddities(talk):
     found = talk("V1", "S0", "Q")
     assert found.status == 0
     assert re.sub(r"[0-9]+ ms", "1 ms", found.out).splitlines() == [
@@ -86,10 +86,10 @@ def test_without_the_model_nothing_is_found(talk):
     assert "!" not in talk("S0", options=["--no-model"]).out
 
 
-def test_what_is_said_is_recorded(talk, folder):
+def test_the_dialogue_is_recorded(talk, folder):
     assert talk("V1", options=["--dialogue", "x.dialogue", "--markings", "9431"]).status == 0
     found = RecordedDialogue.read("x.dialogue")
-    assert [each.text for each in found.said if each.speaker != "tool"] == ["V1\r", "V+0\r"]
+    assert [each.text for each in found.entries if each.speaker != "tool"] == ["V1\r", "V+0\r"]
     assert (found.header.part, found.header.checksum, found.header.markings) == ("gs-c200s", False, "9431")
     again = talk("V1", options=["--dialogue", "x.dialogue"])
     assert (again.status, "this file exists; name a new file" in again.err) == (2, True)
@@ -111,7 +111,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("arguments, says", WRONG.values(), ids=WRONG)
-def test_what_is_refused(call, arguments, says):
+def test_refused_arguments(call, arguments, says):
     found = call("terminal", *arguments)
     assert found.status == 2
     assert says in found.err
@@ -260,7 +260,7 @@ def answering(listener, writes):
 @pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.skipif(find_spec("prompt_toolkit") is None, reason="needs prompt_toolkit")
-def test_what_comes_unasked_is_shown_while_a_line_is_written(person):
+def test_unsolicited_text_is_shown_while_a_line_is_written(person):
     with socket.create_server(("127.0.0.1", 0)) as listener:
         writes = threading.Event()
         thread = threading.Thread(target=answering, args=(listener, writes), daemon=True)

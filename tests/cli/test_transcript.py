@@ -33,7 +33,7 @@ def texts(events, *kinds):
     return [text for _, _, kind, text in events if kind in kinds]
 
 
-def test_a_motion_is_told_when_it_begins_and_when_it_is_complete():
+def test_a_motion_is_reported_at_its_start_and_at_its_end():
     events, x = told(SET_UP + "N 300\nG\n-\nN 1\nG\n")
     motions = [event for event in events if event[2] == "motion"]
     times = [int(time) for time in x.steps().times_ps]
@@ -48,7 +48,7 @@ def test_a_motion_is_told_when_it_begins_and_when_it_is_complete():
     assert [time for time, *_ in events] == sorted(time for time, *_ in events)
 
 
-def test_pins_are_told_with_their_meaning():
+def test_pins_are_reported_with_their_meaning():
     events, _ = told("E\nC\nB\n0\nQX\n")
     assert texts(events, "pin") == [
         "PROG low: program entry, or live commands",
@@ -60,12 +60,12 @@ def test_pins_are_told_with_their_meaning():
     ]
 
 
-def test_slew_is_told_once_at_each_end():
+def test_slew_is_reported_once_at_each_end():
     events, _ = told(SET_UP + "N 1000\nG\n")
     assert texts(events, "pin") == ["SLEW low: at a steady rate", "SLEW high"]
 
 
-def test_what_a_waiting_chip_waited_for_is_told_when_the_pin_changes():
+def test_the_awaited_pin_of_a_waiting_chip_is_reported_when_it_changes():
     events, _ = told("W\n", drive=[("wait", 0, None), ("abort", 0, "3 ms"), ("wait", 1, "5 ms")])
     assert [event for event in events if event[2] == "pin"] == [
         (3 * 10**9, "x", "pin", "ABORT low: stop the motion"),
@@ -73,7 +73,7 @@ def test_what_a_waiting_chip_waited_for_is_told_when_the_pin_changes():
     ]
 
 
-def test_a_pulse_without_a_step_is_no_motion():
+def test_a_pulse_without_a_step_is_not_a_motion():
     events, x = told("O 255\n" + SET_UP + "N 2\nG\n")
     assert [text.split(":")[0] for text in texts(events, "motion")] == ["steps cw from 0", "MOTION COMPLETE at 2"]
     assert x.travel == 2
@@ -115,7 +115,7 @@ def followed(part, *lines, axes=(), before=(), **options):
     return texts(events, "motion"), x
 
 
-def test_an_update_in_motion_is_told_as_one_motion():
+def test_an_update_in_motion_is_reported_as_one_motion():
     lines = ("SET_1", "SET_VEL 0x20000", "SET_ACC 800", "SET_POS 300", "UPDATE", "SET_POS 500", "UPDATE")
     motions, x = followed("mc1251a", *lines, "@until atrest1=1")
     assert len(x.axis(1).motions()) == 2
@@ -123,18 +123,18 @@ def test_an_update_in_motion_is_told_as_one_motion():
     assert len(motions) == 2
 
 
-def test_a_motion_that_ends_without_a_step_is_told_of_no_part_that_has_no_pin_for_it():
+def test_a_motion_without_a_step_is_not_reported_for_a_part_without_a_pin_for_it():
     events, _ = told(SET_UP + "N 0\nG\n")
     assert texts(events, "motion") == []
 
 
-def test_what_switches_the_motor_off_cuts_a_motion_off():
+def test_switching_the_motor_off_cuts_a_motion_off():
     lines = ("SET_VEL 0x20000", "SET_ACC 800", "SET_POS 30000", "UPDATE", "@wait 100 ms", "MTR_OFF")
     motions, x = followed("mc1151a", *lines)
     assert motions == ["moves from 0", motions[1]] and motions[1].startswith(f"cut off at {x.position}: ")
 
 
-def test_what_pins_mean_stands_in_the_sheet():
+def test_the_meaning_of_pins_is_in_the_sheet():
     bench = slewline.Bench()
     x = bench.add("mc1451a", name="x")
     events = []
@@ -145,7 +145,7 @@ def test_what_pins_mean_stands_in_the_sheet():
     assert texts(events, "pin")[-1] == "HOME3 low: axis 3 at its home position"
 
 
-def test_motion_complete_is_told_at_the_edge_of_its_pin_before_what_the_host_does_next():
+def test_motion_complete_is_reported_at_the_edge_of_its_pin_before_the_next_act_of_the_host():
     script = "A 0\nF 10\nR 10\nS 255\nZ 1\nP 50\nB\n"
     events, _ = told(script)
     (begun, _, _, first), (over, _, _, last) = (event for event in events if event[2] == "motion")
@@ -156,7 +156,7 @@ def test_motion_complete_is_told_at_the_edge_of_its_pin_before_what_the_host_doe
     assert [time for time, *_ in events] == sorted(time for time, *_ in events)
 
 
-def test_findings_are_told_those_from_before_included():
+def test_findings_are_reported_including_earlier_ones():
     events, _ = told("R 200\n", crystal="12 MHz")
     assert [text.split(":")[0] for text in texts(events, "finding")] == ["crystal", "range"]
 

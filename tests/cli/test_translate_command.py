@@ -42,7 +42,7 @@ def test_as_data_each_line_has_its_kind(call: Any) -> None:
     assert rate["written"] == ["T598"] and rate["kind"] == "nearly" and 0 < rate["verdicts"][0]["off"] < 0.001
 
 
-def test_what_is_not_possible_fails_the_command(call: Any, tmp_path: Path) -> None:
+def test_an_impossible_translation_fails_the_command(call: Any, tmp_path: Path) -> None:
     program = tmp_path / "fast.cy525"
     program.write_text("F 3\nR 127\nS 200\nN 900\n+\nG\n")
     found = call("translate", str(program), "--to", "cy512")
@@ -51,7 +51,7 @@ def test_what_is_not_possible_fails_the_command(call: Any, tmp_path: Path) -> No
     assert "9674.58" in report and "174 to 5000 steps/s" in report and "moves take longer" in report
 
 
-def test_strict_writes_nothing_and_lists_what_is_not_the_same(call: Any, tmp_path: Path) -> None:
+def test_strict_writes_nothing_and_lists_the_differences(call: Any, tmp_path: Path) -> None:
     result = tmp_path / "weld.gs-c200s"
     found = call("translate", str(WELD), "--to", "gs-c200s", "--strict", "-o", str(result))
     assert found.status == 1 and not result.exists()
@@ -89,7 +89,7 @@ def test_a_program_for_another_part_is_recognised(call: Any) -> None:
     assert found.status == 1 and "It looks like a program for the cy525" in found.err
 
 
-def test_files_that_are_no_programs_are_refused(call: Any, tmp_path: Path) -> None:
+def test_invalid_programs_are_refused(call: Any, tmp_path: Path) -> None:
     binary = tmp_path / "dump.cy525"
     binary.write_bytes(bytes(range(256)))
     assert "is not UTF-8 text" in call("translate", str(binary), "--to", "gs-c200s").err
@@ -121,7 +121,7 @@ def test_a_bench_becomes_a_folder_with_a_bench_that_runs_and_each_chip_is_proven
     assert call("run", str(tmp_path / "new" / "bench.toml"), "-q").status == 0
 
 
-def test_what_a_bench_has_and_the_target_has_not_is_a_comment_and_is_listed(call: Any, tmp_path: Path) -> None:
+def test_features_that_the_target_lacks_are_listed_and_become_comments(call: Any, tmp_path: Path) -> None:
     found = call("translate", str(BENCH), "--to", "cy525", "-o", str(tmp_path / "new"), "--prove")
     assert found.status == 1
     text = (tmp_path / "new" / "bench.toml").read_text()
@@ -209,14 +209,14 @@ def test_a_loop_into_the_middle_of_an_instruction_is_refused_with_where_instruct
     assert "LOOP to byte 9" in call("translate", str(program), "--to", "arduino").err
 
 
-def test_a_program_that_never_runs_proves_nothing_and_the_proof_says_so(call: Any, tmp_path: Path) -> None:
+def test_a_program_that_never_runs_proves_nothing_and_the_proof_reports_it(call: Any, tmp_path: Path) -> None:
     program = tmp_path / "press.gs-c200"
     program.write_text("P\nS25\nT300\nR60\n+1200\n")  # without E, which runs it
     found = call("translate", str(program), "--to", "gs-c200s", "--prove")
     assert "proof    nothing moved or switched on either side" in found.err
 
 
-def test_what_is_written_out_is_counted_in_the_report(call: Any, tmp_path: Path) -> None:
+def test_repeated_lines_are_counted_in_the_report(call: Any, tmp_path: Path) -> None:
     program = tmp_path / "press.gs-c200"
     program.write_text("P\nS25\nT300\nR60\nL0\n+50\nD2\nL8\nW1\nG0\nE\n")
     found = call("translate", str(program), "--to", "grbl", "--prove")

@@ -35,17 +35,17 @@ class Dialogue:
     def answer(self, question: str, text: str) -> None:
         """Type a text after a question that was not there before."""
         late = monotonic() + LATE_S
-        while question not in self.said[self._begin :]:
-            assert monotonic() < late and self.terminal.status is None, self.said
+        while question not in self.entries[self._begin :]:
+            assert monotonic() < late and self.terminal.status is None, self.entries
             self.terminal.looks(1)
-        self._begin = len(self.said)
+        self._begin = len(self.entries)
         self.terminal.types(text)
 
     def ended(self, key: str = "") -> int:
         """Read the rest, and press a key each second; return the exit status."""
         late = monotonic() + LATE_S
         while self.terminal.status is None:
-            assert monotonic() < late, self.said
+            assert monotonic() < late, self.entries
             if not self.terminal.looks(1):
                 self.terminal.types(key)
         self.terminal.close()
@@ -90,7 +90,7 @@ def test_ctrl_c_and_ctrl_d_end_it(tmp_path):
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_a_whole_line_is_not_asked_about():
+def test_a_complete_line_is_not_prompted_for():
     terminal = Dialogue(
         *("tune", "cy525", "--motor", MOTOR["motor"], "--driver", "L/4R 20 V", "--steps", "40", "--grid", QUICK),
         "--no-switching",
@@ -133,7 +133,7 @@ def test_an_answer_is_a_number_a_name_or_a_part_of_names(monkeypatch, answers, f
     assert asked(monkeypatch, motor_question({}), *answers) == found
 
 
-def test_a_text_of_ones_own_goes_through_the_option(monkeypatch):
+def test_a_custom_text_passes_through_the_option(monkeypatch):
     """Whatever the option takes, the question takes too."""
     question = motor_question({})
     question.check = lambda text: None if text.startswith("current 2 A") else motor_question({}).check(text)
@@ -143,7 +143,7 @@ def test_a_text_of_ones_own_goes_through_the_option(monkeypatch):
 DRIVEN = MOTOR | {"driver": "24 V, 1 A averaged"}
 
 
-def test_a_load_that_the_motor_cannot_turn_is_asked_again(monkeypatch, capsys):
+def test_a_load_that_the_motor_cannot_turn_is_prompted_again(monkeypatch, capsys):
     assert asked(monkeypatch, load_question(DRIVEN), "friction 5 Nm", "friction 5 mNm") == "friction 5 mNm"
     assert "5 of friction" in capsys.readouterr().err
 

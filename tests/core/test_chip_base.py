@@ -101,7 +101,7 @@ def test_a_firmware_that_runs_is_not_started_a_second_time():
     assert toy.log == [10 * US, 35 * US]
 
 
-def test_a_sheet_says_which_channel_and_which_pin_it_lacks():
+def test_a_missing_channel_or_pin_in_a_sheet_is_named():
     with pytest.raises(SheetError, match=r"^toy: needs a FlowBus among its channels; it has none: give it one"):
         SHEET.through(FlowBus)
     with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready'; no row of its pins has it"):
@@ -109,11 +109,11 @@ def test_a_sheet_says_which_channel_and_which_pin_it_lacks():
 
 
 @rows("part", ["cy525", "cy545", "gs-c200", "mc1451a"])
-def test_what_a_chip_does_by_its_supply_is_no_call_of_its_users(part):
+def test_internal_actions_of_a_chip_are_not_public_calls(part):
     bench = slewline.Bench()
     x = bench.add(part)
     bench.run("30 ms")
-    for name in ("cleared", "powered_up", "powered_off", "driven", "clock_runs", "begin_anew", "released"):
+    for name in ("cleared", "powered_up", "powered_off", "driven", "clock_runs", "restart", "released"):
         assert not hasattr(x, name)
     with pytest.raises(UsageError, match="a Mc1451A has no firmware" if part == "mc1451a" else "is running already"):
         x.start()
@@ -173,7 +173,7 @@ def test_bits_of_the_bus_are_pins():
 
 
 @pytest.mark.parametrize("name", ["vcc", "nc"])
-def test_pins_without_signal_are_refused_at_once_also_for_later(name):
+def test_pins_without_signal_are_refused_immediately_also_for_later(name):
     kernel = Kernel()
     pin = Toy(kernel).pin(name)
     for act in (lambda: pin.drive(1), lambda: pin.drive(1, at="1 ms"), pin.release, lambda: pin.pulse(0, "1 us")):
@@ -227,7 +227,7 @@ def test_outputs_that_disagree_are_one_finding():
     ]
 
 
-def test_a_conflict_that_comes_again_and_again_is_told_once_until_a_millisecond_has_had_none():
+def test_a_recurring_conflict_is_reported_once_until_a_millisecond_has_had_none():
     toy = Toy(Kernel())
     heard = []
     toy.pin("out").net.on_conflict.add(lambda net: heard.append(toy.kernel.now))
@@ -276,7 +276,7 @@ def looks_of(origin_ps, every, changes, crystal_hz=1_000_000):
         ([(700, 1)], 705),
     ],
 )
-def test_a_polled_pin_is_looked_at_on_a_grid(changes, seen):
+def test_a_polled_pin_is_sampled_on_a_grid(changes, seen):
     (entry,) = looks_of(5 * US, 7, [(us * US, value) for us, value in changes])
     assert entry == (seen * US, seen, "toy.free")
 
@@ -329,7 +329,7 @@ def test_ticks_are_counted_and_converted_once():
     assert toy.log[-1] == 8001
 
 
-def test_waiting_says_what_and_since_when():
+def test_waiting_has_the_cause_and_the_start_time():
     kernel = Kernel()
 
     async def program(toy):
@@ -445,7 +445,7 @@ def test_every_window_of_steps_is_a_slice_of_the_list(seed):
         assert (window.times_ps.dtype, window.directions.dtype, window.positions.dtype) == (np.int64, np.int8, np.int64)
 
 
-def test_an_axis_says_when_it_arrives():
+def test_an_axis_reports_its_arrival():
     kernel, clock = Kernel(), Clock(11_000_000)
     axis = Axis(kernel, range(1 << 16), 65_534)
     train = StepTrain(clock, 100, ((50, 10),))
@@ -467,7 +467,7 @@ def test_an_axis_says_when_it_arrives():
     assert axis.arrives(65_533) == clock.ps(clock.ticks_from(kernel.now) + 5 * 50)
 
 
-def test_what_is_forgotten_leaves_the_rest_in_place():
+def test_forgetting_leaves_the_rest_in_place():
     travel = Travel(1)
     travel.go()
     middle = travel.steps[len(travel.steps) // 2][0]
@@ -511,7 +511,7 @@ def test_a_condition_that_is_met_already_takes_no_time():
         assert bench.now_ps == 10**9
 
 
-def test_a_timeout_names_the_condition_the_time_and_who_waits():
+def test_a_timeout_names_the_condition_the_time_and_the_waiting_task():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     host = bench.host(x)
@@ -524,7 +524,7 @@ def test_a_timeout_names_the_condition_the_time_and_who_waits():
     assert bench.now_ps == 10**12
 
 
-def test_a_timeout_says_when_nothing_is_going_to_happen():
+def test_a_timeout_reports_a_deadlock():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     with pytest.raises(slewline.Timeout, match="deadlock: no event is pending, so the condition cannot become true"):

@@ -99,12 +99,12 @@ def test_an_endless_train_is_walked_with_a_bounded_memory(monkeypatch):
     clock = WalkedEdges(promise, 0, 0)
     step = 10_000_000
     assert clock.count(100_000 * step) == 100_000
-    assert len(clock._starts) < 100_000 / 32 and len(clock._held[-1]) < 1000
+    assert len(clock._starts) < 100_000 / 32 and len(clock._cached[-1]) < 1000
     assert clock.times(500, 503).tolist() == [n * step for n in range(500, 504)]
     assert clock.time(70_001) == 70_001 * step and clock.count(70_001 * step - 1) == 70_000
 
 
-def test_a_question_about_the_future_looks_ahead_so_far_and_no_further():
+def test_a_query_about_the_future_looks_ahead_to_its_time_and_no_further():
     promise = Asked(Wave(1, tuple(range(5, 5005, 5)), (None, 1) * 500))  # no fall at all
     clock = WalkedEdges(promise, 0, 0)
     assert clock.time(1) == NotYet(5 * clocking.LOOKS) and clock.count(5 * clocking.LOOKS) == 0

@@ -22,7 +22,7 @@ def followed(shuffle: int | None = None) -> tuple[Kernel, list[int]]:
 
 
 @pytest.mark.parametrize("shuffle", [None, 1, 2])
-def test_every_instant_is_told_once_and_the_end_of_the_run(shuffle):
+def test_every_instant_is_reported_once_and_the_end_of_the_run(shuffle):
     kernel, told = followed(shuffle)
     net = Net(kernel, "net")
     net.watch(lambda _: None)
@@ -36,7 +36,7 @@ def test_every_instant_is_told_once_and_the_end_of_the_run(shuffle):
     assert told == [0, 10, 20, 30, 40, 50, 60]
 
 
-def test_it_is_told_when_the_instant_is_quiet():
+def test_it_is_reported_when_the_instant_is_quiet():
     kernel, shown = Kernel(), []
     net = Net(kernel, "net")
     out = Driver(net, "out")
@@ -51,7 +51,7 @@ def test_it_is_told_when_the_instant_is_quiet():
     assert shown == [(0, 0, None), (10, 10, 1)]
 
 
-def test_what_is_put_in_between_two_runs_makes_the_instant_one_that_is_told_again():
+def test_inputs_between_two_runs_cause_another_report_of_the_instant():
     kernel, told = followed()
     out = Driver(Net(kernel, "net"), "out")
     kernel.run(10)
@@ -63,7 +63,7 @@ def test_what_is_put_in_between_two_runs_makes_the_instant_one_that_is_told_agai
 
 
 @pytest.mark.parametrize("event", [True, False])
-def test_what_a_listener_puts_in_belongs_to_the_instant(event):
+def test_inputs_of_a_listener_belong_to_the_instant(event):
     kernel, told = followed()
     net = Net(kernel, "net")
     out, changes = Driver(net, "out"), []
@@ -76,7 +76,7 @@ def test_what_a_listener_puts_in_belongs_to_the_instant(event):
     assert (changes, told) == ([10], [10, 10, 20])
 
 
-def test_a_listener_that_always_puts_something_in_is_stopped(monkeypatch):
+def test_a_listener_that_always_adds_an_input_is_stopped(monkeypatch):
     monkeypatch.setattr(kernel_module, "ROUNDS_LIMIT", 20)
     kernel = Kernel()
     out = Driver(Net(kernel, "net"), "out")
@@ -87,7 +87,7 @@ def test_a_listener_that_always_puts_something_in_is_stopped(monkeypatch):
 
 
 @pytest.mark.parametrize("shuffle", [None, 1])
-def test_who_is_added_inside_a_run_hears_of_that_very_instant_on(shuffle):
+def test_a_listener_added_inside_a_run_receives_that_very_instant(shuffle):
     kernel, told, others = Kernel(None if shuffle is None else Random(shuffle)), [], []
     kernel.call_at(5, lambda: None)
     kernel.call_at(10, lambda: kernel.on_commit.add(told.append))

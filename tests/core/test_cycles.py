@@ -195,7 +195,7 @@ def test_long_trains_are_expanded_exactly():
                 assert train.times(k + 1, k + 9).tolist() == [MHZ25.ps(12_345 + tick) for tick in ticks[k : k + 9]]
 
 
-def test_positions_stand_at_the_begins_of_cycles():
+def test_positions_are_those_at_the_start_of_cycles():
     for law, displaced, lead in long_trains():
         train = CycleTrain(MHZ25, 0, law, len(displaced), lead)
         expected = [lead, *(lead + np.cumsum(displaced)).tolist()]
@@ -229,7 +229,7 @@ def test_rounding_up_is_exact_at_every_speed(speed):
     assert train.ends(500, steps).tolist() == ticks[500:]
 
 
-def test_what_stands_still_takes_no_steps():
+def test_a_stationary_train_has_no_steps():
     for law in (Linear(0), SCurve([JerkPiece(0, 1, ONE << PLACES, 0, 0, 0), JerkPiece(9, 7, ONE << PLACES, 0, 0, 0)])):
         train = CycleTrain(MHZ25, 5, law, 9, ONE - 1)
         assert (train.steps, train.end(0), train.count(10**15)) == (0, 5 + 9 * CYCLE, 0)
@@ -246,7 +246,7 @@ def test_begins_go_into_a_buffer():
 
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
-def test_an_s_curve_adds_up_what_its_pieces_say():
+def test_an_s_curve_is_the_sum_of_its_pieces():
     random = Random(8)
     for _ in range(100):
         curve = pieces(random, random.choice([1, 3, 30]), random.choice([1, 511]))

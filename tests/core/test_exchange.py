@@ -73,7 +73,7 @@ async def wait(task: Callable[[], object]) -> None:
 
 
 # ------------------------------------------------------------------------------------------------------- how it begins
-def test_an_exchange_that_nobody_sees_is_no_event(toy: Toy) -> None:
+def test_an_unwatched_exchange_is_not_an_event(toy: Toy) -> None:
     assert toy.exchange.begin(toy.start) and toy.exchange.begin(toy.start)
     assert toy.kernel.next_time() is None
     toy.kernel.run(9000)
@@ -101,19 +101,19 @@ def joined(toy: Toy) -> Net:
 
 
 @pytest.mark.parametrize("how", WATCHING)
-def test_nothing_goes_by_value_while_somebody_else_looks_or_drives(toy: Toy, how: str) -> None:
+def test_no_exchange_goes_by_value_while_another_task_samples_or_drives(toy: Toy, how: str) -> None:
     WATCHING[how](toy)
     toy.kernel.settle()
     assert not toy.exchange.begin(toy.start)
     assert toy.exchange.nets == () and toy.strobe.exchange is None
 
 
-def test_nothing_goes_by_value_while_a_driver_has_something_to_say(toy: Toy) -> None:
+def test_no_exchange_goes_by_value_while_a_driver_has_pending_edges(toy: Toy) -> None:
     toy.answering.drive((0xFF, 0))
     assert not toy.exchange.begin(toy.start)
 
 
-def test_a_driver_that_drives_nothing_and_a_wait_that_is_over_are_no_obstacle(toy: Toy) -> None:
+def test_a_driver_that_drives_nothing_and_an_ended_wait_are_not_obstacles(toy: Toy) -> None:
     Driver(toy.strobe, "silent")
 
     async def waits() -> None:
@@ -144,7 +144,7 @@ def test_a_wire_carries_one_exchange_at_a_time(toy: Toy) -> None:
 
 # -------------------------------------------------------------------------------------------------------- what is shown
 @rows("ps", [0, 999, 1000, 1039, 1040, 4999, 5000, 5039, 5040, 9000])
-def test_the_wires_show_what_they_would_have_shown(ps: int) -> None:
+def test_an_exchange_by_value_shows_the_same_levels_on_its_wires(ps: int) -> None:
     value, twin = Toy(), Toy()
     assert value.exchange.begin(value.start)
     twin.play()
@@ -221,7 +221,7 @@ DISTURBING: dict[str, Callable[[Toy], object]] = {
 
 @rows("ps", [0, 999, 1000, 1001, 1040, 3000, 5000, 5040, 6000])
 @rows("how", DISTURBING)
-def test_whoever_looks_or_drives_makes_the_rest_real(how: str, ps: int) -> None:
+def test_any_task_that_samples_or_drives_makes_the_rest_real(how: str, ps: int) -> None:
     toy, twin = Toy(), Toy()
     toy.exchange.begin(toy.start)
     twin.play()
@@ -272,7 +272,7 @@ def test_an_answer_does_not_come_when_the_strobe_is_taken_back(toy: Toy) -> None
     assert toy.levels() == (1, None) and toy.heard == []
 
 
-def test_a_net_that_nobody_watches_shows_what_its_wire_shows(toy: Toy) -> None:
+def test_an_unwatched_net_shows_the_level_of_its_wire(toy: Toy) -> None:
     more, another = Net(toy.kernel, "more"), Driver(toy.strobe, "another")
     more.join(toy.strobe)
     toy.kernel.settle()
@@ -288,7 +288,7 @@ def test_a_net_that_nobody_watches_shows_what_its_wire_shows(toy: Toy) -> None:
     assert more.level == toy.strobe.level == 1
 
 
-def test_what_only_the_end_watches_goes_on_being_watched(toy: Toy) -> None:
+def test_nets_watched_only_at_the_end_remain_watched(toy: Toy) -> None:
     assert toy.exchange.begin(toy.start)
     toy.outside.drive(1)  # on a net without a line
     toy.kernel.run(3000)
@@ -299,7 +299,7 @@ def test_what_only_the_end_watches_goes_on_being_watched(toy: Toy) -> None:
     assert toy.heard == [(0, 1), (5000, 1)]
 
 
-def test_it_may_begin_again_behind_what_has_disturbed_it(toy: Toy) -> None:
+def test_it_may_begin_again_after_a_disturbance(toy: Toy) -> None:
     assert toy.exchange.begin(toy.start)
     toy.kernel.run(3000)
     look = lambda _net: None  # noqa: E731
@@ -313,7 +313,7 @@ def test_it_may_begin_again_behind_what_has_disturbed_it(toy: Toy) -> None:
     assert toy.levels() == (0, (0xFF, 0x5A)) and len(toy.withdrawn) == 1
 
 
-def test_the_past_of_a_wire_begins_with_what_it_showed_when_the_recording_began(toy: Toy) -> None:
+def test_the_past_of_a_wire_begins_with_its_level_at_the_start_of_the_recording(toy: Toy) -> None:
     assert toy.exchange.begin(toy.start)
     toy.kernel.run(3000)
     toy.strobe.log = [(3000, toy.strobe.level)]

@@ -26,7 +26,7 @@ def kernel():
 
 # ------------------------------------------------------------------------------------------------------------- history
 @pytest.mark.parametrize("many", [False, True])
-def test_an_endless_history_keeps_the_latest_values_and_says_what_is_gone(many, monkeypatch, kernel):
+def test_an_endless_history_keeps_the_latest_values_and_reports_the_lost_ones(many, monkeypatch, kernel):
     monkeypatch.setattr("slewline.core.motion.history.KEPT", 10)
     history = History(0)
     for n in range(1, 1000):
@@ -72,7 +72,7 @@ def test_many_are_noted_as_one_by_one():
     assert many.changes(0, 20)[0].tolist() == [3, 5, 9, 12]
 
 
-def test_what_is_forgotten_leaves_the_value_that_holds_there():
+def test_forgetting_leaves_the_value_at_that_time():
     history = History()
     for ps in range(1, 10):
         history.note(ps, ps)
@@ -144,7 +144,7 @@ def ramp(kernel):
 
 def test_lines_end_where_the_window_ends(kernel):
     angle = ramp(kernel)
-    assert not angle.held
+    assert not angle.is_staircase
     assert [c.tolist() for c in angle.changes(5 * MS, 30 * MS)] == [
         [5 * MS, 10 * MS, 25 * MS, 30 * MS],
         [5, 10, 40, 50],

@@ -8,7 +8,7 @@ from slewline.core.time.hook import Hook
 from slewline.errors import UsageError
 
 
-def test_listeners_hear_in_the_order_in_which_they_were_added() -> None:
+def test_listeners_are_called_in_the_order_in_which_they_were_added() -> None:
     hook, heard = Hook(), []
     for name in ("one", "two"):
         assert hook.add(lambda number, name=name: heard.append((name, number))) in hook.listeners
@@ -17,7 +17,7 @@ def test_listeners_hear_in_the_order_in_which_they_were_added() -> None:
     assert heard == [("one", 1), ("two", 1), ("one", 2), ("two", 2)]
 
 
-def test_a_hook_says_whether_anybody_listens() -> None:
+def test_a_hook_reports_whether_it_has_listeners() -> None:
     hook = Hook()
     assert not hook
     listener = hook.add(print)
@@ -27,7 +27,7 @@ def test_a_hook_says_whether_anybody_listens() -> None:
     hook()  # nobody hears
 
 
-def test_who_is_removed_inside_a_call_is_not_called_any_more() -> None:
+def test_a_listener_removed_inside_a_call_is_not_called_any_more() -> None:
     hook, heard = Hook(), []
 
     def first() -> None:
@@ -47,7 +47,7 @@ def test_who_is_removed_inside_a_call_is_not_called_any_more() -> None:
     assert heard == ["first", "second", "fourth"] * 2
 
 
-def test_who_removes_itself_silences_nobody() -> None:
+def test_a_listener_that_removes_itself_silences_no_other() -> None:
     hook, heard = Hook(), []
 
     def once() -> None:
@@ -61,7 +61,7 @@ def test_who_removes_itself_silences_nobody() -> None:
     assert heard == ["once", "always", "always"]
 
 
-def test_who_is_added_inside_a_call_is_called_from_the_next_time_on() -> None:
+def test_a_listener_added_inside_a_call_is_called_from_the_next_time() -> None:
     hook, heard = Hook(), []
 
     def late() -> None:
@@ -88,7 +88,7 @@ def test_one_that_was_added_twice_is_removed_once() -> None:
     assert heard == [7]
 
 
-def test_who_does_not_listen_cannot_be_removed() -> None:
+def test_only_listeners_can_be_removed() -> None:
     with pytest.raises(ValueError, match="it is not a listener"):
         Hook().remove(print)
 

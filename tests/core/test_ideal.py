@@ -16,7 +16,7 @@ S = 10**12
 UP = [IdealPiece(2.0, 0.0, 3.0, 0.0), IdealPiece(1.0, 6.0, 4.0, 0.0)]  # to 6 and 10 steps/s, 6 and 8 steps
 
 
-def test_an_ideal_is_asked_at_any_instant() -> None:
+def test_an_ideal_is_queried_at_any_instant() -> None:
     ideal = Ideal(5 * S, 100.0, [*UP, IdealPiece(3.0, 10.0, 0.0, -2.0)], sign=-1)
     times = np.array([12, 5, 7, 8, 9, 11, 4]) * S
     assert ideal.stop == 11 * S and ideal.bends.tolist() == [5 * S, 7 * S, 8 * S, 11 * S]

@@ -52,7 +52,7 @@ def test_lower_case_blank_lines_and_start_addresses_are_taken() -> None:
 
 
 @pytest.mark.parametrize(("base", "address"), [(":020000020800F4", 0x8000), (":020000040000FA", 0)])
-def test_a_base_moves_the_addresses_behind_it(base: str, address: int) -> None:
+def test_a_base_moves_the_addresses_after_it(base: str, address: int) -> None:
     image = from_hex(f"{base}\n:0100100041AE\n:00000001FF\n", "x.hex")
     assert image[address + 0x10] == 0x41 and len(image) == address + 0x11
 
@@ -76,12 +76,12 @@ def test_an_address_is_added_to_the_base_with_its_carry() -> None:
         (":0100000000FF\n:01000002FFFE\n", "line 2: a base of 1 bytes; allowed 2"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(text: str, says: str) -> None:
+def test_mistakes_are_reported_with_their_line(text: str, says: str) -> None:
     with pytest.raises(BenchFileError, match=f"x.hex.*{says}"):
         from_hex(text, "x.hex")
 
 
-def test_a_file_says_itself_what_it_is() -> None:
+def test_a_file_declares_its_own_format() -> None:
     assert is_hex(PRINTED.encode()) and not is_hex(b"") and not is_hex(b": hello") and not is_hex(b"N 1\r")
     assert from_file(b"N 1\r", "x.bin") == b"N 1\r"
     with pytest.raises(BenchFileError, match=r"x.bin: an image of 65537 bytes; allowed 65536"):
@@ -94,7 +94,7 @@ def test_a_dump_is_taken_for_the_part_that_is_as_long() -> None:
 
 
 @pytest.mark.parametrize("name", ["x.bin", "x.hex", "x.HEX", "x.ihx"])
-def test_the_name_of_a_file_says_how_it_is_written(name: str, tmp_path) -> None:
+def test_the_name_of_a_file_determines_its_format(name: str, tmp_path) -> None:
     image = Random(1).randbytes(300)
     write_image(tmp_path / name, image)
     assert read_image(tmp_path / name) == image
@@ -114,7 +114,7 @@ def test_a_file_that_is_called_hex_is_read_as_such(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("image", "says"), [(bytes(LARGEST + 1), "an image of 65537 bytes; allowed 65536"), ("abc", "expected bytes")]
 )
-def test_what_is_no_image_is_not_written(image, says: str, tmp_path, monkeypatch) -> None:
+def test_an_invalid_image_is_not_written(image, says: str, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError, match=says):
         write_image("x.hex", image)

@@ -109,7 +109,7 @@ def test_an_edge_of_the_instant_survives_a_withdrawal_in_its_first_round(seed):
 
 
 @rows("seed", SEEDS)
-def test_an_input_that_changes_exactly_at_a_look_is_seen_at_the_next(seed):
+def test_an_input_that_changes_exactly_at_a_sample_is_seen_at_the_next(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, x=0)
     seen = []
@@ -165,7 +165,7 @@ def test_run_includes_its_last_instant_and_a_drive_afterwards_is_a_new_round_of_
     assert kernel.now == 250
 
 
-def test_a_call_for_the_present_or_the_past_is_served_at_once():
+def test_a_call_for_the_present_or_the_past_is_served_immediately():
     kernel = Kernel()
     kernel.run(100)
     called = []
@@ -209,7 +209,7 @@ def test_run_while_stops_between_two_instants():
 # ------------------------------------------------------------------------------------------------------------- waits
 
 
-def test_waits_for_what_is_there_already_return_in_the_same_round():
+def test_waits_for_a_level_that_is_there_already_return_in_the_same_round():
     kernel = Kernel()
     wires = Wires(kernel, a=1, b=0)
     log = []
@@ -392,7 +392,7 @@ def test_a_task_that_fails_alone_in_its_instant_is_over():
     assert not task.alive and kernel.now == 100
 
 
-def test_next_time_skips_what_nobody_waits_for_any_more():
+def test_next_time_skips_abandoned_waits():
     kernel = Kernel()
 
     async def sleeper(ps):
@@ -443,7 +443,7 @@ def test_the_limit_is_a_hundred_thousand_rounds():
     assert kernel_module.ROUNDS_LIMIT == 100_000
 
 
-def test_many_rounds_are_no_mistake(monkeypatch):
+def test_many_rounds_are_allowed(monkeypatch):
     monkeypatch.setattr(kernel_module, "ROUNDS_LIMIT", 1000)
     kernel = Kernel()
     wires = Wires(kernel, a=0)
@@ -500,7 +500,7 @@ def test_the_order_inside_a_round_does_not_matter():
 
 
 @pytest.mark.parametrize("where", ["call", "commit", "until"])
-def test_what_a_run_calls_cannot_let_time_pass(where):
+def test_calls_from_a_run_cannot_let_time_pass(where):
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     if where == "call":

@@ -74,7 +74,7 @@ def test_a_near_name_is_suggested(word, names, meant):
 
 
 @rows(("word", "names"), FAR)
-def test_what_is_far_is_not_suggested(word, names):
+def test_distant_names_are_not_suggested(word, names):
     assert near(word, names) == [] and hint(word, names) == ""
 
 

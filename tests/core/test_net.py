@@ -31,7 +31,7 @@ def net_with(*levels, pull=None, tie=None, kind=Net):
 
 
 @rows(("pull", "tie", "expected"), [(None, None, None), (1, None, 1), (0, None, 0), (1, 0, 0), (0, 1, 1), (None, 1, 1)])
-def test_a_net_that_nobody_drives_takes_its_tie_then_its_pull(pull, tie, expected):
+def test_an_undriven_net_takes_its_tie_then_its_pull(pull, tie, expected):
     assert net_with(pull=pull, tie=tie)[0].level == expected
     assert net_with(None, None, pull=pull, tie=tie)[0].level == expected
 
@@ -72,7 +72,7 @@ def test_a_clash_is_reported_when_it_begins_however_often_the_net_is_read():
 
 @rows("told", list(product([0, 1, None], repeat=4)))
 @rows("kind", [Net, Bus])
-def test_what_two_drivers_are_told_in_one_round_takes_effect_as_one_change(kind, told):
+def test_levels_of_two_drivers_in_one_round_take_effect_as_one_change(kind, told):
     one_was, two_was, one_is, two_is = (value if value is None or kind is Net else (1, value) for value in told)
     for swapped in (False, True):
         net, (one, two), _ = net_with(one_was, two_was, kind=kind)
@@ -99,7 +99,7 @@ def test_a_clash_that_ended_may_begin_again(kind):
     assert clashes == [0, 20, 40]
 
 
-def test_changes_are_counted_where_somebody_watches():
+def test_changes_are_counted_on_watched_nets():
     net, (driver,), _ = net_with(0)
     net.watch(lambda _: None)
     start = net.changes
@@ -118,14 +118,14 @@ def test_wires_of_a_bus_are_driven_and_read_apart():
     assert clashes == []
 
 
-def test_a_bus_that_nobody_drives_floats_and_reads_ff():
+def test_an_undriven_bus_floats_and_reads_ff():
     bus, _, _ = net_with(None, kind=Bus)
     assert bus.level is None
     assert bus.byte == 0xFF
     assert bus.bit(3) is None
 
 
-def test_only_wires_that_two_drive_differently_clash():
+def test_only_wires_with_two_different_drivers_clash():
     assert net_with((0x0F, 0x05), (0x0F, 0x05), kind=Bus)[2] == []
     assert net_with((0x0F, 0x05), (0xF0, 0x00), kind=Bus)[2] == []
     bus, (one, two, _), clashes = net_with((0x0F, 0x05), (0x1C, 0x18), (0x01, 0x01), kind=Bus)
@@ -216,7 +216,7 @@ def test_a_wave_that_is_over_leaves_what_it_ended_with_and_not_the_pull(ends):
     assert clashes == ([30] if ends == 1 else [])
 
 
-def test_two_promises_on_one_net_are_both_heard():
+def test_two_promises_on_one_net_are_both_followed():
     net, (one, two), clashes = net_with(None, None, pull=1)
     seen = []
     net.watch(lambda net: seen.append((net.kernel.now, net.level)))
@@ -284,7 +284,7 @@ def test_joined_nets_are_one_wire():
     assert log[2:] == []
 
 
-def test_a_joint_tells_both_sides_of_the_level_that_it_makes():
+def test_a_joint_notifies_both_sides_of_the_resulting_level():
     kernel = Kernel()
     one, two = Net(kernel, "one", 1), Net(kernel, "two", 1)
     out, heard = Driver(one, "out"), []
@@ -354,7 +354,7 @@ def test_a_clash_on_a_joint_wire_is_reported_once():
     assert two.level == 0 and reports == [one, one]
 
 
-def test_what_a_recorder_kept_before_two_wires_became_one_stays():
+def test_recordings_made_before_two_wires_were_joined_stay():
     bench = slewline.Bench()
     x, y = bench.add("cy525", name="x"), bench.add("cy525", name="y")
     bench.record("x.wait", "y.dowhile")
@@ -380,7 +380,7 @@ def test_the_order_of_wiring_does_not_decide_what_an_open_wire_reads(pulls):
     assert one.level == max((pull for pull in pulls if pull is not None), default=None)
 
 
-def test_edges_promised_before_two_nets_are_joined_are_told_once():
+def test_edges_promised_before_two_nets_are_joined_are_reported_once():
     kernel = Kernel()
     one, two = Net(kernel, "one"), Net(kernel, "two")
     told = []
@@ -482,7 +482,7 @@ def test_a_task_waits_for_any_change_of_a_shared_wire():
 
 
 @pytest.mark.parametrize("watched", [True, False])
-def test_a_wave_that_begins_with_the_last_edge_of_another_one_leaves_that_edge_to_be_told(watched):
+def test_a_wave_that_begins_with_the_last_edge_of_another_one_leaves_that_edge_to_be_reported(watched):
     net, (driver,), _ = net_with(1)
     kernel, seen = net.kernel, []
     if watched:
@@ -543,7 +543,7 @@ def answered(drive, way, shuffle=None, beside=False):
 
 @rows("beside", [False, True])
 @rows("way", WAYS)
-def test_a_level_that_is_put_at_once_is_noticed_by_nothing(way, beside):
+def test_a_level_that_is_set_immediately_notifies_no_observer(way, beside):
     driven = answered(Driver.drive, way, beside=beside)
     assert len(driven[0]) > 8
     assert answered(Driver.put, way, beside=beside) == driven
@@ -551,7 +551,7 @@ def test_a_level_that_is_put_at_once_is_noticed_by_nothing(way, beside):
         assert answered(Driver.put, way, shuffle=Random(1), beside=True) == driven
 
 
-def test_a_level_is_put_at_once_where_it_can_be():
+def test_a_level_is_set_immediately_where_it_can_be():
     kernel = Kernel()
     net = Net(kernel, "net")
     driver = Driver(net, "one")
@@ -613,7 +613,7 @@ def test_pins_of_one_wire_keep_their_own_activity():
     assert ready.is_active and busy.is_inactive
 
 
-def test_a_pin_whose_row_names_no_activity_is_not_asked_about_one():
+def test_a_pin_whose_row_names_no_activity_is_not_queried_for_one():
     net = Net(Kernel(), "direction")
     driver = Driver(net, "d")
     for ask in (lambda: net.is_active, lambda: net.is_inactive, driver.activate, driver.deactivate):

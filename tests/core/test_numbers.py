@@ -24,7 +24,7 @@ READERS = [  # of text with a number; what is written, the remedy at the end of 
 
 
 @pytest.mark.parametrize(("read", "text", "remedy"), READERS, ids=[text for _, text, _ in READERS])
-def test_every_reader_says_how_a_number_with_commas_is_written(read, text, remedy):
+def test_every_reader_explains_how_a_number_with_commas_is_written(read, text, remedy):
     with pytest.raises(SlewlineError) as caught:
         read(text)
     assert str(caught.value).endswith(f"; {remedy}")

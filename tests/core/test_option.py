@@ -43,7 +43,7 @@ ROWS = (
 DEFAULT_LOAD = {"inertia": 2.5, "rates": (), "gear": {"teeth": 20}}
 
 
-def test_what_is_left_out_has_its_default_tables_too():
+def test_omitted_options_have_their_default_tables_too():
     found = checked("x", ROWS, {"load": {"gear": {"teeth": 7}}})
     assert found == {row.name: row.default for row in ROWS} | {"load": DEFAULT_LOAD | {"gear": {"teeth": 7}}}
     assert checked("x", ROWS, {})["load"] == DEFAULT_LOAD
@@ -72,7 +72,7 @@ def test_what_is_left_out_has_its_default_tables_too():
         ("address", 0, 0),
     ],
 )
-def test_what_is_allowed_is_kept(name, value, kept):
+def test_allowed_options_are_kept(name, value, kept):
     assert checked("x", ROWS, {name: value})[name] == kept
 
 
@@ -134,12 +134,12 @@ def test_integers_of_numpy_are_whole_numbers_and_become_plain_ones():
         ("inertia", 1, "; did you mean load.inertia?"),
     ],
 )
-def test_what_is_not_allowed_is_refused_with_what_is(name, value, says):
+def test_disallowed_options_are_refused_with_the_allowed_ones(name, value, says):
     with pytest.raises(UsageError, match=re.escape(says)):
         checked("x", ROWS, {name: value})
 
 
-def test_what_must_be_given_is_asked_for():
+def test_a_missing_required_option_is_requested():
     row = Option("image", "bytes", ..., "what it holds")
     assert row.required and row.shown == "" and row.data()["required"] and row.data()["default"] is None
     assert checked("x", [row], {"image": b"A"}) == {"image": b"A"}

@@ -20,7 +20,7 @@ def listened(bench: slewline.Bench) -> list[tuple[int, str, dict[str, object]]]:
     return heard
 
 
-def test_every_input_is_told_once_with_plain_data():
+def test_every_input_is_reported_once_with_plain_data():
     bench = slewline.Bench()
     heard = listened(bench)
     x = bench.add("cy525", name="x", rate=40)
@@ -39,18 +39,18 @@ def test_every_input_is_told_once_with_plain_data():
     assert json.loads(json.dumps([what for *_, what in heard])) == [what for *_, what in heard]
 
 
-def test_what_is_nested_is_not_told_however_deep():
+def test_nested_calls_are_not_reported_at_any_depth():
     outside, heard = Outside(), []
     outside.on_input.add(lambda do, what: heard.append(do))
     with outside.nested():
-        outside.tell("no")
+        outside.record("no")
         with outside.nested():
-            outside.tell("no")
-        outside.tell("no")
-    outside.tell("yes")
+            outside.record("no")
+        outside.record("no")
+    outside.record("yes")
     with pytest.raises(ZeroDivisionError), outside.nested():
         raise ZeroDivisionError
-    outside.tell("again")
+    outside.record("again")
     assert heard == ["yes", "again"]
 
 
@@ -78,7 +78,7 @@ def test_a_script_is_one_input():
     assert [do for _, do, _ in heard] == ["script", "run"]
 
 
-def test_calls_only_queue_where_that_is_asked_for():
+def test_calls_are_queued_where_requested():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x", rate=40, number=300)
     host = bench.host(x)

@@ -38,7 +38,7 @@ def test_a_package_has_a_size_in_which_they_are_made_and_pins_that_are_not_in_th
     assert sum(map(len, large.sides)) == 88
 
 
-def test_a_chipset_has_several_packages_by_what_its_pins_say_or_by_their_names():
+def test_a_chipset_has_several_packages_by_the_rows_of_its_pins_or_by_their_names():
     rows = [(1, "pulse1", "out"), (2, "io_vcc2", "power"), (2, "atrest1", "out"), (1, "cp_gnd1", "power")]
     found = packages([Pin(*row, "") for row in rows])
     assert [one.name for one in found] == ["I/O chip", "CP chip"]
@@ -47,7 +47,7 @@ def test_a_chipset_has_several_packages_by_what_its_pins_say_or_by_their_names()
     assert packages(told) == found
 
 
-def test_pins_without_a_number_are_in_the_order_of_the_manual_or_beside_the_package():
+def test_pins_without_a_number_are_in_the_order_of_the_manual_or_next_to_the_package():
     (unknown,) = packages([Pin(0, name, "in", "") for name in "abc"])
     assert (unknown.numbered, unknown.sides) == (False, (("a", "b"), ("c",)))
     (some,) = packages([*pins(8), Pin(0, "late", "in", "")])

@@ -101,7 +101,7 @@ def quantities(bench: Any) -> list[Quantity]:
     return [quantity for axis in x.axes[:2] for quantity in (Velocity(axis), Position(axis))]
 
 
-def test_the_bench_has_seen_much(bench: Any) -> None:
+def test_the_bench_has_a_long_past(bench: Any) -> None:
     axis = bench["x"].axes[0]
     steps = axis.steps(0, bench.now_ps)
     assert len(steps) > 60 and set(steps.directions.tolist()) == {-1, 1}
@@ -109,7 +109,7 @@ def test_the_bench_has_seen_much(bench: Any) -> None:
     assert np.isnan(Position(axis).changes(0, bench.now_ps).values).sum() >= breaks
 
 
-def test_what_is_drawn_is_what_is_there_at_a_thousand_instants(bench: Any) -> None:
+def test_a_curve_equals_its_quantity_at_a_thousand_instants(bench: Any) -> None:
     now = bench.now_ps
     for number, axis in enumerate(bench["x"].axes, 1):
         steps = axis.steps(0, now).times_ps
@@ -127,7 +127,7 @@ def test_what_is_drawn_is_what_is_there_at_a_thousand_instants(bench: Any) -> No
 
 
 @pytest.mark.parametrize("columns", [3, 11, 130])
-def test_an_outline_keeps_what_shows(bench: Any, columns: int) -> None:
+def test_an_outline_keeps_visible_points(bench: Any, columns: int) -> None:
     for quantity in quantities(bench):
         for start, stop in ((0, bench.now_ps), (bench.now_ps // 7, bench.now_ps * 3 // 5)):
             keeps_what_shows(quantity, start, stop, columns)
@@ -207,7 +207,7 @@ def test_within_a_train_the_velocity_is_one_over_the_interval(bench: Any) -> Non
     assert moving > 0.8 * len(steps) and axis.velocity_at(now) == 0
 
 
-def test_there_is_no_velocity_while_a_part_says_that_it_rests(bench: Any) -> None:
+def test_a_part_at_rest_has_no_velocity(bench: Any) -> None:
     """Between the moves, however short the rest is."""
     x, now = bench["x"], bench.now_ps
     axis = x.axes[0]
@@ -233,7 +233,7 @@ def test_velocity_at_takes_what_position_at_takes(bench: Any) -> None:
     assert x.velocity_at(np.array([], np.int64)).shape == (0,)
     with pytest.raises(UsageError, match="in the future"):
         x.velocity_at(now + 1)
-    names = [(quantity.name, quantity.unit, quantity.held) for quantity in x.axis(1).quantities()[:2]]
+    names = [(quantity.name, quantity.unit, quantity.is_staircase) for quantity in x.axis(1).quantities()[:2]]
     assert names == [("velocity", "steps/s", True), ("position", "steps", True)]
 
 

@@ -67,7 +67,7 @@ def test_levels_waves_and_floating_outputs_are_read_alike():
     assert reading.first == 0
 
 
-def test_what_changes_at_the_instant_of_the_making_is_the_first_level():
+def test_a_change_at_the_instant_of_creation_is_the_first_level():
     kernel, pin, (driver,) = wire()
     reading = PinEdges(pin)
     for level in (1, 0, 1):
@@ -86,7 +86,7 @@ def test_what_changes_at_the_instant_of_the_making_is_the_first_level():
     assert (told(reading, 9), reading.first) == ([], 0)
 
 
-def test_a_change_at_the_instant_of_the_question_is_told_by_the_next_one():
+def test_a_change_at_the_instant_of_the_query_is_reported_by_the_next_one():
     kernel, pin, (driver,) = wire()
     reading = PinEdges(pin)
     kernel.run(10)
@@ -128,7 +128,7 @@ def test_a_promise_that_is_cut_off_has_shown_its_edges_up_to_there():
     assert told(reading, 54)[-6:] == [(32, 1), (35, 0), (42, 1), (50, 0), (53, 1), (54, 0)]
 
 
-def test_a_bound_that_moves_is_told_to_a_sleeping_reader():
+def test_a_sleeping_reader_is_notified_of_a_bound_that_moves():
     kernel, pin, (driver,) = wire()
     reading = PinEdges(pin)
     changes = []
@@ -150,7 +150,7 @@ def test_a_bound_that_moves_is_told_to_a_sleeping_reader():
     assert reading.quiet
 
 
-def test_quiet_means_that_nothing_comes_behind_the_last_question():
+def test_quiet_means_that_no_change_follows_the_last_query():
     kernel, pin, (driver,) = wire()
     reading = PinEdges(pin)
     assert not reading.quiet  # its first level is not known
@@ -255,7 +255,7 @@ def real(edges, first):
 
 
 @pytest.mark.parametrize("seed", few(range(400), 60))
-def test_a_reading_tells_what_an_observer_saw(seed):
+def test_a_reading_reports_the_view_of_an_observer(seed):
     watched = Script(seed)
     seen = []
     watched.pin.net.watch(lambda net: seen.append((watched.kernel.now, net.level)))

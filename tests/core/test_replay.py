@@ -106,7 +106,7 @@ def test_the_recorded_run_has_inputs_of_every_kind(recorded):
     assert told["chips"]["y"][0] == 7
 
 
-def test_what_was_driven_in_round_one_is_driven_in_round_one_again(tmp_path):
+def test_levels_driven_in_round_one_are_driven_in_round_one_again(tmp_path):
     path = tmp_path / "journal"
     bench = slewline.Bench(journal=path)
     x = bench.add("cy525", name="x")
@@ -174,7 +174,7 @@ def test_a_replay_stops_at_an_instant_exactly_as_the_run_was(recorded):
         assert part.findings == [found for found in whole.findings if found.time_ps <= ps]
 
 
-def test_a_replay_that_has_stopped_goes_on_by_hand(recorded, tmp_path):
+def test_a_stopped_replay_is_continued_by_hand(recorded, tmp_path):
     """Back to an instant of an undisturbed run, and from there on another way, or the same."""
     bench = slewline.Bench(journal=tmp_path / "journal")
     x = bench.add("cy525", name="x", firstrate=9, rate=60, slope=250, number=900)
@@ -210,7 +210,7 @@ def test_inputs_at_the_last_instant_are_put_in_whenever_they_came(tmp_path, shuf
     assert slewline.replay(path, until=0).now_ps == 0
 
 
-def test_behind_the_end_of_a_journal_time_passes_without_inputs(recorded):
+def test_after_the_end_of_a_journal_time_passes_without_inputs(recorded):
     path, told = recorded
     assert slewline.replay(path, until=told["now"] + 1).now_ps == told["now"] + 1
     with pytest.raises(slewline.errors.TimeError, match="does not run backwards"):
@@ -252,7 +252,7 @@ def test_a_furnished_bench_is_prepared_even_if_no_time_passes(tmp_path):
         ('{"do":"journal","t":0,"version":1,"seed":0}\n{"do":"dance","t":0}\n', "unknown entry 'dance'"),
     ],
 )
-def test_what_is_no_journal_is_refused_with_its_line(tmp_path, text, match):
+def test_an_invalid_journal_is_refused_with_its_line(tmp_path, text, match):
     path = tmp_path / "bad.jsonl"
     path.write_text(text)
     with pytest.raises(BenchFileError, match=match):
@@ -295,7 +295,7 @@ def rewritten(path, entries):
     return path
 
 
-def test_a_journal_says_by_which_laws_it_was_made(tmp_path):
+def test_a_journal_names_the_laws_of_its_run(tmp_path):
     first, *others = short_run(tmp_path / "j")
     assert first["slewline"] == slewline.__version__
     assert [(e["part"], e["behaviour"]) for e in others if e["do"] == "add"] == [("cy525", 2), ("gs-c200s", 2)]
@@ -303,7 +303,7 @@ def test_a_journal_says_by_which_laws_it_was_made(tmp_path):
     assert [part for part in PARTS if sheet_of(part).behaviour == 1] == ["cy500", "cy512"]
 
 
-def test_a_chip_of_ones_own_has_behaviour_1():
+def test_a_custom_chip_has_behaviour_1():
     assert Sheet("mine", "a chip", "none", (), Table()).behaviour == 1
 
 
@@ -332,7 +332,7 @@ def test_a_journal_from_before_there_were_laws_counts_as_behaviour_1(tmp_path):
         slewline.replay(path, other_laws=True)
 
 
-def test_another_version_with_the_same_laws_replays_in_silence(tmp_path):
+def test_another_version_with_the_same_laws_replays_silently(tmp_path):
     entries = short_run(tmp_path / "j")
     entries[0]["slewline"] = "0.9.9"
     slewline.replay(rewritten(tmp_path / "other", entries))
@@ -372,7 +372,7 @@ def test_a_journal_does_not_wait_for_the_reader_of_a_fifo(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------- listeners that interfere
-def test_what_a_listener_puts_in_stands_in_the_journal_before_what_it_has_heard_of(tmp_path):
+def test_inputs_of_a_listener_precede_their_cause_in_the_journal(tmp_path):
     bench = slewline.Bench(journal=tmp_path / "j")
     x = bench.add("cy525", name="x")
     host = bench.host(x, name="host")
@@ -400,7 +400,7 @@ def test_an_input_that_a_listener_refuses_is_not_in_the_journal(tmp_path):
 
 
 @pytest.mark.parametrize("shuffle", [None, 1, 2, 3])
-def test_what_was_sent_in_one_round_is_sent_in_its_order_again(tmp_path, shuffle):
+def test_messages_sent_in_one_round_are_sent_in_their_order_again(tmp_path, shuffle):
     bench = slewline.Bench(journal=tmp_path / "j")
     x = bench.add("cy525", name="x")
     host = bench.host(x, name="host")

@@ -172,7 +172,7 @@ def compare(seed):
 
 
 @pytest.mark.parametrize("seed", few(range(60), 20))
-def test_what_sits_on_a_shaft_moves_as_one_step_after_the_other_says(seed):
+def test_parts_on_a_shaft_move_step_by_step(seed):
     compare(seed)
 
 
@@ -182,7 +182,7 @@ def test_it_does_so_in_many_more_stories():
         compare(seed)
 
 
-def test_what_slips_in_front_of_a_stop_is_not_lost_there():
+def test_slip_in_front_of_a_stop_is_not_lost_there():
     kernel = Kernel()
     shaft = Shaft(kernel)
     carriage = Carriage(kernel, "carriage", on=Gear(kernel, "gear", on=shaft, wheel=2).shaft, high=5)
@@ -214,7 +214,7 @@ def test_a_hand_turns_a_shaft_no_further_than_to_a_stop():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_what_is_put_on_a_shaft_that_turns_begins_where_it_is_said_to(sign):
+def test_a_part_put_on_a_turning_shaft_begins_at_its_given_position(sign):
     kernel = Kernel()
     shaft = Shaft(kernel)
     shaft.turn(Even(0, 1_000_000), sign, 0)
@@ -228,7 +228,7 @@ def test_what_is_put_on_a_shaft_that_turns_begins_where_it_is_said_to(sign):
     assert carriage.lost == (150 - 37 if sign > 0 else 150 - 7 - 63)
 
 
-def test_only_the_load_that_is_at_its_stop_tells_of_lost_steps():
+def test_only_the_load_that_is_at_its_stop_reports_lost_steps():
     kernel = Kernel()
     shaft = Shaft(kernel)
     near = Carriage(kernel, "near", on=Gear(kernel, "gear", on=shaft, wheel=3).shaft, low=-20, high=5, backlash=2.5)
@@ -244,7 +244,7 @@ def test_only_the_load_that_is_at_its_stop_tells_of_lost_steps():
     ]  # fmt: skip
 
 
-def test_what_a_shaft_forgets_is_gone_and_the_rest_is_as_it_was():
+def test_forgetting_the_past_of_a_shaft_leaves_the_rest_unchanged():
     kernel = Kernel()
     shaft = Shaft(kernel)
     for n in range(1, 101):

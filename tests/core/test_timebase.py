@@ -63,18 +63,18 @@ def test_a_time_is_read_exactly(text, ps):
         "nan s",
     ],
 )
-def test_a_time_that_says_nothing_exact_is_refused(text):
+def test_an_inexact_time_is_refused(text):
     with pytest.raises(TimeError):
         picoseconds(text)
 
 
 @rows("value", [1.0, 25e6, True, False, None, b"1 us", np.float64(3), -1])
-def test_what_is_not_an_int_of_picoseconds_is_refused(value):
+def test_times_other_than_an_int_of_picoseconds_are_refused(value):
     with pytest.raises(TimeError):
         picoseconds(value)
 
 
-def test_a_refused_time_says_what_was_found_and_what_would_do():
+def test_a_refused_time_is_reported_with_its_value_and_the_allowed_forms():
     with pytest.raises(TimeError, match=r"'25'.*number and a unit.*'25 us'"):
         picoseconds("25")
     with pytest.raises(TimeError, match=r"1\.5.*a float would be rounded"):
@@ -107,7 +107,7 @@ def test_a_bare_number_below_a_nanosecond_is_refused_where_time_is_to_pass(numbe
         picoseconds(number)
 
 
-def test_the_refusal_of_a_bare_number_says_what_to_write():
+def test_the_refusal_of_a_bare_number_suggests_a_unit():
     with pytest.raises(TimeError, match="bare number is picoseconds; write its unit, such as '5 ms' or '5 ps'"):
         picoseconds(5)
     assert [picoseconds(time) for time in (0, 1000, "5 ps", np.int64(2000), np.int32(0))] == [0, 1000, 5, 2000, 0]
@@ -146,7 +146,7 @@ def test_the_seconds_of_a_bench_are_a_time_like_any_other_and_another_float_is_n
 
 
 @rows("text", ["11", "11 MH", "3.5795455 MHz", "fast", 11e6, True])
-def test_a_frequency_that_is_no_whole_number_of_hertz_is_refused(text):
+def test_a_frequency_that_is_not_a_whole_number_of_hertz_is_refused(text):
     with pytest.raises(TimeError):
         hertz(text)
 
@@ -179,7 +179,7 @@ def exact(hz: int, ticks: int) -> int:
 
 
 @rows("hz", CRYSTALS)
-def test_a_tick_lies_where_big_integers_say(hz):
+def test_a_tick_agrees_with_big_integers(hz):
     clock, random = Clock(hz), Random(hz)
     for ticks in [0, 1, 2, 15, hz, hz + 1, 10**15 + 7, *(random.randrange(1 << 60) for _ in range(200))]:
         ps = clock.ps(ticks)
@@ -190,7 +190,7 @@ def test_a_tick_lies_where_big_integers_say(hz):
 
 
 @rows("hz", CRYSTALS)
-def test_an_instant_lies_between_two_ticks(hz):
+def test_an_instant_is_between_two_ticks(hz):
     clock, random = Clock(hz), Random(hz)
     for _ in range(300):
         ps = random.randrange(1 << 62)
@@ -227,7 +227,7 @@ def test_an_array_beyond_a_hundred_days_is_refused():
         Clock(11_000_000).ps_array(np.array([0, 102 * 10**12]))
 
 
-def test_no_ticks_make_no_instants():
+def test_an_empty_array_of_ticks_has_no_instants():
     assert Clock(11_000_000).ps_array(np.empty(0, np.int64), 5).tolist() == []
 
 

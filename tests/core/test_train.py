@@ -105,7 +105,7 @@ def test_an_empty_train_has_no_steps_and_ends_where_it_begins():
     assert train.times(1, train.steps).tolist() == []
 
 
-def test_a_run_without_end_is_asked_in_any_window():
+def test_an_endless_run_is_queried_in_any_window():
     clock = Clock(11_000_000)
     train = StepTrain(clock, 100, ((50, 3), (20, OPEN)))
     assert train.steps == OPEN + 3
@@ -136,7 +136,7 @@ def small_trains(number=7):
 
 
 @some
-def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end(number):
+def test_pulse_is_low_from_the_start_of_a_step_to_shortly_before_its_end(number):
     for random, train, ticks in small_trains(number):
         clock = train.clock
         lows = [(clock.ps(a), clock.ps(b - HIGH)) for a, b in pairwise(ticks)]
@@ -147,7 +147,7 @@ def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end(number)
 
 
 @some
-def test_a_strobe_is_low_at_the_begin_of_each_step(number):
+def test_a_strobe_is_low_at_the_start_of_each_step(number):
     for random, train, ticks in small_trains(number):
         clock = train.clock
         lows = [(clock.ps(a), clock.ps(a + HIGH)) for a in ticks[:-1]]
@@ -175,7 +175,7 @@ def test_a_phase_follows_its_table_step_by_step(levels, sign, number):
             check_promise(view, 0, clock.ps(ticks[-1]) + 5, plain, until)
 
 
-def test_what_is_played_counts_steps_up_to_its_bound_and_no_further():
+def test_a_played_train_counts_steps_up_to_its_bound_and_no_further():
     for random, train, ticks in small_trains():
         if not train.steps:
             continue

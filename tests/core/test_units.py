@@ -61,7 +61,7 @@ def test_a_quantity_is_rounded_once(text, unit, value):
 
 
 @rows("unit", UNITS)
-def test_every_unit_is_read_as_it_is_spelled(unit):
+def test_every_unit_is_read_in_its_own_spelling(unit):
     assert next(iter(UNITS[unit].items())) == (unit, "1")
     for spelled, size in UNITS[unit].items():
         assert quantity(f"3 {spelled}", unit, "x") == float(3 * Fraction(size))
@@ -138,7 +138,7 @@ def test_turns_become_steps(text, found):
         "٣ A", True, None, float("nan"), float("inf"), 5j, [1.4], {"A": 5}, "9" * 31,
     ],
 )  # fmt: skip
-def test_what_is_no_quantity_is_refused_with_what_is(value):
+def test_an_invalid_quantity_is_refused_with_the_allowed_forms(value):
     with pytest.raises(UsageError) as error:
         quantity(value, "A", "m: current")
     other = "mH is a unit of inductance; " if value == "5 mH" else ""

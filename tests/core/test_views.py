@@ -129,7 +129,7 @@ MAKERS = {"gate": gate, "wire": wire, "rest": rested, "delay": delay, "invert": 
 
 
 @pytest.mark.parametrize("seed", few(range(250), 40))
-def test_a_view_says_what_a_plain_function_of_its_inputs_says(seed):
+def test_a_view_agrees_with_a_plain_function_of_its_inputs(seed):
     random = Random(seed)
     view, plain = made(random)
     while not isinstance(view, View):
@@ -169,7 +169,7 @@ def test_edges_of_trains_come_as_arrays_through_gates_delays_and_inverters():
         assert not (levels[1:] == levels[:-1]).any()
 
 
-def test_a_gate_is_reduced_to_what_it_depends_on():
+def test_a_gate_is_reduced_to_its_relevant_inputs():
     train = pulses(10)
     assert gated([train, 0], NAND) == 1
     assert type(gated([train, None], NAND)) is Inverted  # an open input reads high
@@ -188,7 +188,7 @@ def test_a_closed_gate_does_not_ask_for_the_steps_of_its_other_input():
     assert Wired([pulses(10), Wave(0, (10**12,), (1,))], Net.wired, 1).after(5) == 10**12 + 7
 
 
-def test_what_is_behind_a_view_that_has_looked_ahead_enough_does_not_look_ahead_itself():
+def test_the_source_of_a_view_that_has_looked_ahead_enough_does_not_look_ahead_itself():
     train = Asked(pulses(16))
     view = still = Gated((train, Inverted(train)), (1, 1, 1, 1))  # no edge ever, and no input decides
     for _ in range(3):
@@ -199,7 +199,7 @@ def test_what_is_behind_a_view_that_has_looked_ahead_enough_does_not_look_ahead_
     assert train.asked < 1000
 
 
-def test_a_bound_lies_before_those_of_the_inputs():
+def test_a_bound_is_before_those_of_the_inputs():
     train = pulses(10, until=50)
     view = inverted(Delayed([(0, train)], 7))
     assert view.until == 57
@@ -218,7 +218,7 @@ def wired(drivers=1, pull=0, kind=Net):
     return kernel, Terminal("x", Pin(1, "wire", "in", "an input"), net), [Driver(net, f"d{n}") for n in range(drivers)]
 
 
-def test_what_a_wire_shows_is_a_level_or_a_promise_and_the_same_object_until_it_changes():
+def test_a_wire_shows_a_level_or_a_promise_and_the_same_object_until_it_changes():
     kernel, pin, (one, two) = wired(2)
     lookahead = Lookahead(pin, lambda: None)
     assert lookahead.shown() == 0
@@ -248,7 +248,7 @@ def test_what_a_wire_shows_is_a_level_or_a_promise_and_the_same_object_until_it_
     )
 
 
-def test_what_was_shown_holds_for_the_past_when_a_driver_tells_something_else():
+def test_shown_levels_remain_in_the_past_when_a_driver_changes():
     kernel, pin, (driver,) = wired()
     lookahead = Lookahead(pin, lambda: None)
     driver.wave(0, (10, 20), (1, 0))
@@ -260,7 +260,7 @@ def test_what_was_shown_holds_for_the_past_when_a_driver_tells_something_else():
     assert lookahead.edges(0, 60) == ([30, 40, 50], [1, 0, 1])
 
 
-def test_changed_is_called_before_the_driver_forgets_and_says_whether_only_a_bound_has_moved():
+def test_changed_is_called_before_the_driver_forgets_and_reports_whether_only_a_bound_has_moved():
     kernel, pin, (driver,) = wired()
     told = []
     lookahead = Lookahead(pin, lambda: told.append((kernel.now, lookahead.renewed, pin.net.shown())))
@@ -291,7 +291,7 @@ def test_the_wires_of_a_bus_are_put_together_ahead_of_time():
 
 # --------------------------------------------------------------------------------------------- answers that come early
 @pytest.mark.parametrize("seed", few(range(60), 30))
-def test_who_asks_for_the_next_edge_may_be_told_to_ask_again(seed):
+def test_a_query_for_the_next_edge_may_have_to_be_repeated(seed):
     """Observers, waits, readings, recorders and conditions: a promise that answers early changes nothing."""
     random = Random(seed)
     drives = [(made(random, 1)[0], random.randrange(60)) for _ in range(3)]
@@ -321,7 +321,7 @@ def test_who_asks_for_the_next_edge_may_be_told_to_ask_again(seed):
     assert seen(early=True) == seen(early=False)
 
 
-def test_a_reading_is_not_quiet_while_it_is_told_to_ask_again():
+def test_a_reading_is_not_quiet_while_it_must_query_again():
     kernel, pin, (driver,) = wired()
     reading = PinEdges(pin)
     driver.play(Early(Wave(0, (50,), (1,)), 5))

@@ -60,7 +60,7 @@ def sizes(page):
 
 # -------------------------------------------------------------------------------------------------------------- numbers
 @pytest.mark.parametrize("part", PARTS)
-def test_the_page_says_what_the_command_prints(page, part):
+def test_the_page_shows_the_output_of_the_command(page, part):
     page.get_by_role("radio", name=part).check()
     ends, chance = sizes(page), random.Random(part)
     corners = [[(end - 1) * (corner >> n & 1) for n, end in enumerate(ends)] for corner in range(8)]
@@ -74,7 +74,7 @@ def test_the_page_says_what_the_command_prints(page, part):
 
 
 @pytest.mark.parametrize(("part", "straps"), [("CY525", {}), ("GS-C200", {"chs": 0})])
-def test_what_a_host_sends_makes_that_move(page, part, straps):
+def test_the_host_commands_shown_produce_that_move(page, part, straps):
     page.get_by_role("radio", name=part).check()
     values = dict(word.split("=") for word in shlex.split(shown(page)[0]) if "=" in word)
     bench = slewline.Bench()
@@ -94,7 +94,7 @@ def test_the_area_below_every_curve_is_the_distance(parts):
 
 
 # --------------------------------------------------------------------------------------------------------------- moving
-def test_a_slider_moves_the_curve_and_the_curves_beside_it(page):
+def test_a_slider_moves_its_own_and_the_neighbouring_curves(page):
     def curves():
         return [one.get_attribute("d") for one in page.locator(".by-hand path").all()]
 
@@ -131,7 +131,7 @@ def test_a_curve_that_is_kept_stays_until_another_part_is_chosen(page):
     assert page.locator(".by-hand path.kept").count() == 0
 
 
-def test_a_slider_tells_a_screen_reader_its_parameter_and_value(page):
+def test_a_slider_announces_its_parameter_and_value_to_a_screen_reader(page):
     slider = page.get_by_role("slider", name="S: acceleration, 255 is steepest")
     slider.press("End")
     assert slider.get_attribute("aria-valuetext") == "S 250"
@@ -141,7 +141,7 @@ def test_a_slider_tells_a_screen_reader_its_parameter_and_value(page):
 
 
 # --------------------------------------------------------------------------------------------------------------- weight
-def test_the_page_is_light_and_begins_at_once(opened, built):
+def test_the_page_is_light_and_starts_immediately(opened, built):
     page = opened("index")
     page.wait_for_load_state("networkidle")  # what is asked for and then left is an error, too
     loaded = []

@@ -54,13 +54,13 @@ def lines(paths) -> list[str]:
 
 
 @pytest.mark.parametrize("line", ["pip install 'slewline[all]'", "uvx slewline demo"])
-def test_a_line_that_asks_an_index_works_once_it_is_released(line, monkeypatch):
+def test_a_line_that_needs_an_index_works_after_the_release(line, monkeypatch):
     monkeypatch.setattr(sys.modules[__name__], "RELEASED", "## 0.1.0 (2030-01-31)")
     assert not any(complaint(requirement) for requirement in requirements(line))
 
 
 @pytest.mark.parametrize("line", sorted({*lines(PAGES)}))
-def test_no_line_on_a_page_asks_an_index_for_what_only_the_clone_has(line):
+def test_no_line_on_a_page_needs_an_index_for_a_package_of_the_clone(line):
     assert [complaint(requirement) for requirement in requirements(line)] == [None] * len(requirements(line))
 
 
@@ -99,7 +99,7 @@ def test_a_line_that_cannot_work_is_found(line, monkeypatch):
 @pytest.mark.parametrize(
     "missing", [each for number in (0, 1, 2, len(extras.EXTRAS)) for each in combinations(extras.EXTRAS, number)]
 )
-def test_what_a_message_of_the_program_installs_is_what_is_missing(missing, monkeypatch):
+def test_a_message_of_the_program_installs_the_missing_package(missing, monkeypatch):
     gone = {module for extra in missing for _, module in extras.EXTRAS[extra]}
     monkeypatch.setattr("importlib.util.find_spec", lambda module: None if module in gone else module)
     for extra, rows in extras.EXTRAS.items():
@@ -117,7 +117,7 @@ def test_no_other_message_installs_anything():
 
 # -------------------------------------------------------------------------------------------------------------- Windows
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_what_only_a_shell_of_posix_takes_has_its_windows_beside_it(page):
+def test_posix_shell_lines_have_their_windows_version_next_to_them(page):
     text = page.read_text("utf-8")
     for posix, twin in ((r"\.venv/bin/(\w+)", r".venv\Scripts" + "\\"), (r"^ +[A-Z]\w+=\S+ \S", "$env:")):
         for found in re.finditer(posix, text, re.MULTILINE):

@@ -19,7 +19,7 @@ def test_every_entry_has_an_anchor_and_a_signature_that_can_be_read(built):
     assert [name for name, text in pages.items() if unreadable.search(text)] == []
 
 
-def test_what_is_named_in_docstrings_and_on_pages_leads_to_its_entry(built):
+def test_names_in_docstrings_and_on_pages_lead_to_their_entry(built):
     bench = page(built, "api/bench")
     assert 'href="host.html#slewline.parts.hosts.host.Host"' in bench  # what Bench.host returns
     assert 'href="errors.html#slewline.errors.UnknownName"' in bench

@@ -96,7 +96,7 @@ def x():
     return x
 
 
-def test_a_command_flows_through_the_code_as_the_page_says(x):
+def test_a_command_flows_through_the_code_as_documented(x):
     x.pin("ready").net.watch(lambda _net: None)  # else it goes as a value
     wanted = told("`host.send")
     assert len(wanted) > 20
@@ -104,7 +104,7 @@ def test_a_command_flows_through_the_code_as_the_page_says(x):
     assert x.registers["rate"] == 100
 
 
-def test_a_motion_flows_through_the_code_as_the_page_says(x):
+def test_a_motion_flows_through_the_code_as_documented(x):
     x.send_and_run("R 100\r")
     x.pin("abort").drive(0, at="150 ms")
     wanted = told("`G`")
@@ -124,14 +124,14 @@ def c():
     return c
 
 
-def test_a_query_flows_through_the_code_as_the_page_says(c):
+def test_a_query_flows_through_the_code_as_documented(c):
     c.pin("busy").net.watch(lambda _net: None)  # else the command goes as a value
     wanted = told('`host.ask("? R")')
     assert len(wanted) > 10
     assert in_order(wanted, traced(lambda: c.host.ask("? R"))) is None
 
 
-def test_a_program_in_a_memory_flows_through_the_code_as_the_page_says(c):
+def test_a_program_in_a_memory_flows_through_the_code_as_documented(c):
     def ran():
         profile.ramp.cache_clear()  # another test may have planned this very move
         profile.move.cache_clear()
@@ -144,7 +144,7 @@ def test_a_program_in_a_memory_flows_through_the_code_as_the_page_says(c):
     assert c.position == 300
 
 
-def test_a_line_flows_through_the_code_as_the_page_says():
+def test_a_line_flows_through_the_code_as_documented():
     bench = slewline.Bench()
     y = bench.add("gs-c200s", name="y", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
     host = bench.host(y)
@@ -171,14 +171,14 @@ def m():
     return m
 
 
-def test_a_packet_flows_through_the_code_as_the_page_says(m):
+def test_a_packet_flows_through_the_code_as_documented(m):
     wanted = told('`host.command("SET_POS"')
     assert len(wanted) > 15
     assert in_order(wanted, traced(lambda: m.host.command("SET_POS", 12345))) is None
     assert m.registers_of(1)["pos"] == 12345
 
 
-def test_an_update_flows_through_the_code_as_the_page_says(m):
+def test_an_update_flows_through_the_code_as_documented(m):
     m.host.command("SET_POS", 12345)
     wanted = told('`host.command("UPDATE")')
     assert len(wanted) > 15
@@ -192,7 +192,7 @@ def test_an_update_flows_through_the_code_as_the_page_says(m):
     assert 0 < m.position < 12345
 
 
-def test_a_picture_flows_through_the_code_as_the_page_says(x, tmp_path):
+def test_a_picture_flows_through_the_code_as_documented(x, tmp_path):
     x.send_and_run("R 100\r")
     x.bench.record("x.slew")
     x.send_and_run("G\r")
@@ -217,7 +217,7 @@ def test_the_instants_of_the_first_and_the_last_byte_are_those_of_the_page(x):
     assert (shown[1], strobes[1]) == ([0, 26, 209, 226], [15, 16, 26, 226])
 
 
-def test_every_row_of_the_page_is_told_in_a_chapter_that_is_traced():
+def test_every_row_of_the_page_is_described_in_a_chapter_that_is_traced():
     rows = [line for line in FLOW.splitlines() if line.startswith("| ") and not line.startswith("| where")]
     traced_ones = (
         "`host.send", "`G`", '`host.ask("? R")', "`X`", '`host.ask("E")', '`host.command("SET_POS"',

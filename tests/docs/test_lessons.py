@@ -34,7 +34,7 @@ def test_a_lesson_is_kept_without_outputs(lesson):
     assert not PATHS.search(text)
 
 
-def test_what_jupyter_leaves_is_cleaned(tmp_path):
+def test_leftovers_of_jupyter_are_cleaned(tmp_path):
     """The cleaned form is that which Jupyter writes, so that saving a lesson changes no other line."""
     text = LESSONS[0].read_text("utf-8")
     book = json.loads(text)
@@ -46,7 +46,7 @@ def test_what_jupyter_leaves_is_cleaned(tmp_path):
 
 
 @each_lesson
-def test_a_lesson_has_an_aim_questions_with_folded_answers_exercises_and_a_way_on(lesson):
+def test_a_lesson_has_an_aim_questions_with_folded_answers_exercises_and_a_next_step(lesson):
     text = prose(lesson)
     assert re.match(rf"# Lesson {lesson.stem[0]}: \S", text)
     assert "**Aim.**" in text and "**You need** " in text and "\n## Next\n" in text
@@ -71,7 +71,7 @@ def test_the_page_of_the_lessons_lists_all_of_them():
 
 
 @each_lesson
-def test_a_lesson_prints_what_its_prose_quotes_in_a_few_seconds_and_leaves_no_file(lesson, tmp_path):
+def test_a_lesson_prints_the_quotes_in_its_prose_in_a_few_seconds_and_leaves_no_file(lesson, tmp_path):
     (first := tmp_path / "first").mkdir()
     (second := tmp_path / "second").mkdir()
     played = play(lesson, first)

@@ -31,7 +31,7 @@ def name(path):
 
 
 @pytest.mark.parametrize("page", TRIED, ids=name)
-def test_every_block_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, monkeypatch):
+def test_every_block_of_a_page_runs_and_prints_the_output_shown(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert languages_of(page) <= set(EVALUATORS)
     assert run_page(page) >= 3
@@ -54,7 +54,7 @@ def without_page():
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
-def test_every_picture_stands_on_a_page_that_is_run_at_the_begin_of_a_line(page):
+def test_every_picture_is_on_a_tested_page_at_the_start_of_a_line(page):
     if page not in [*TRIED, *EXPLAINED]:
         assert pictures_of(page) == set()
     text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text("utf-8"), flags=re.DOTALL)

@@ -35,7 +35,7 @@ def page(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kept", [line(), line(x="1.250001", id="mabcdef0123"), line(x="1.29")])
-def test_the_same_picture_may_differ_in_what_no_eye_sees(page, kept):
+def test_the_same_picture_may_differ_invisibly(page, kept):
     assert run_page(page(kept)) == 1
 
 
@@ -52,7 +52,7 @@ def test_the_same_picture_may_differ_in_what_no_eye_sees(page, kept):
         (line(), "![A line](images/curve.svg)", "no block before the picture writes curve.svg"),
     ],
 )
-def test_what_is_wrong_with_a_picture_is_said(page, kept, image, says):
+def test_mistakes_in_a_picture_are_reported(page, kept, image, says):
     with pytest.raises(SybilFailure, match=says):
         run_page(page(kept, image))
 
@@ -73,7 +73,7 @@ def test_refresh_draws_what_has_changed_and_leaves_the_rest(page, tmp_path):
         assert run_page(path) == 1
 
 
-def test_on_other_pages_text_is_output_only_behind_a_block_that_prints(tmp_path):
+def test_on_other_pages_text_is_output_only_after_a_block_that_prints(tmp_path):
     page, art, prints = tmp_path / "page.md", "```text\n--->\n```\n", "```python\nprint(1)\n```\n"
     for text, fails in ((art, False), (prints + "```text\n1\n```\n" + art, False), (prints + art, True)):
         page.write_text(text, "utf-8")

@@ -87,7 +87,7 @@ def test_nothing_here_is_a_recording_of_silicon():
 
 @pytest.mark.fact("README-EMULATOR")
 @pytest.mark.parametrize("page", ["docs/howto/real_motors.md", "docs/reference/stability.md"])
-def test_the_pages_about_boards_say_so_too(page):
+def test_the_pages_about_boards_state_it_too(page):
     words = " ".join(text(ROOT / page).split())
     assert re.search(r"Nothing here has been seen on silicon yet|not yet on silicon", words) and "emulator" in words
 

@@ -94,14 +94,14 @@ OF_SOME_CHIPS = set(re.findall(r"`x\.(\w+)`", API))
 
 
 @pytest.mark.parametrize("name", SEEN_BY_USERS)
-def test_what_dir_lists_has_an_entry(name):
+def test_names_in_dir_have_an_entry(name):
     one = SEEN_BY_USERS[name]
     listed = {name for name in dir(one) if not name.startswith("_")}
     assert listed - entries.named_of(one) - (OF_SOME_CHIPS if isinstance(one, Chip) else set()) == set()
     assert {"kernel", "drivers"}.isdisjoint(listed)
 
 
-def test_what_dir_lists_of_an_axis_has_an_entry_with_the_chip():
+def test_names_in_dir_of_an_axis_have_an_entry_with_the_chip():
     axis = chipset.axis(1)
     assert {name for name in dir(axis) if not name.startswith("_")} - entries.MEMBERS[Chip] == set()
 

@@ -48,7 +48,7 @@ FLAWS = {
 
 
 @pytest.mark.parametrize("flaw", FLAWS)
-def test_what_cannot_be_seen_is_found(opened, built, flaw):
+def test_invisible_content_is_found(opened, built, flaw):
     page = opened("explanation/time")
     assert seen(page, "phone") == []
     markup = flaw.replace("{picture}", next((built / "_images").iterdir()).as_uri())
@@ -60,7 +60,7 @@ def test_what_cannot_be_seen_is_found(opened, built, flaw):
 
 
 @pytest.mark.parametrize("markup", ["<pre>{}</pre>", '<div style="overflow: auto; white-space: nowrap">{}</div>'])
-def test_what_scrolls_by_itself_is_allowed(opened, markup):
+def test_self_scrolling_elements_are_allowed(opened, markup):
     page = opened("explanation/time")
     page.evaluate(
         "(markup) => document.querySelector('article section').insertAdjacentHTML('beforeend', markup)",

@@ -52,12 +52,12 @@ def test_each_word_of_the_trade_finds_its_page_first(search, page):
 
 
 @pytest.mark.parametrize("words", PLAIN)
-def test_other_words_find_the_page_that_is_meant(search, words):
+def test_other_words_find_the_intended_page(search, words):
     assert search(words)[0] == PLAIN[words]
 
 
 @pytest.mark.parametrize("word", ORDINARY)
-def test_pages_for_contributors_are_not_in_the_way(search, word):
+def test_pages_for_contributors_are_ranked_below_the_others(search, word):
     found = search(word)
     assert len(found) > 10
     assert [page for page in found[:10] if page.startswith(INSIDE)] == []

@@ -49,7 +49,7 @@ def test_there_are_twelve_stops_in_their_order():
 
 
 @pytest.mark.parametrize(("path", "what", "rest"), [stop[1:] for stop in STOPS], ids=[stop[1] for stop in STOPS])
-def test_a_stop_says_how_much_there_is_to_read_and_has_a_question_with_its_answer(path, what, rest):
+def test_a_stop_states_its_reading_length_and_has_a_question_with_its_answer(path, what, rest):
     (said,) = re.findall(r"(\d+)\s+lines", what)
     lines = read(path, what)
     assert abs(lines - int(said)) <= TOLD * lines, f"{lines} lines"
@@ -59,7 +59,7 @@ def test_a_stop_says_how_much_there_is_to_read_and_has_a_question_with_its_answe
     assert ("\nNext: " in rest) == (path != STOPS[-1][1])
 
 
-def test_the_page_says_how_many_lines_there_are_in_all():
+def test_the_page_states_the_total_number_of_lines():
     (said,) = re.findall(r"some ([\d,]+) lines in twelve files", PAGE)
     lines = sum(read(path, what) for _, path, what, _ in STOPS)
     assert abs(lines - int(said.replace(",", ""))) <= TOLD / 4 * lines, f"{lines} lines"

@@ -166,7 +166,7 @@ FOREIGN = [
 
 
 @pytest.mark.parametrize("make", FOREIGN)
-def test_what_it_has_not_made_stays_in_a_folder_of_the_user(tmp_path, monkeypatch, make):
+def test_it_removes_only_its_own_folders(tmp_path, monkeypatch, make):
     made = [make(tmp_path, number) for number in range(30)]
     before = sorted(path for path in tmp_path.rglob("*"))
     monkeypatch.setattr("slewline.drive.blackbox.strftime", lambda _form: "2030-01-01-000000")
@@ -177,7 +177,7 @@ def test_what_it_has_not_made_stays_in_a_folder_of_the_user(tmp_path, monkeypatc
     assert len(own) == KEPT_SESSIONS
 
 
-def test_without_a_home_a_folder_is_asked_for(monkeypatch):
+def test_without_a_home_a_folder_is_requested(monkeypatch):
     def nowhere():
         raise RuntimeError("Could not determine home directory.")
 
@@ -196,7 +196,7 @@ DAMAGED = [
 ]  # fmt: skip
 
 
-def test_a_damaged_line_is_told_with_its_number(tmp_path, subtests):
+def test_a_damaged_line_is_reported_with_its_number(tmp_path, subtests):
     good = b'{"ns":1,"tick":2,"way":">","data":"00"}\n'
     for line in DAMAGED:
         with subtests.test(line[:40]):

@@ -24,9 +24,9 @@ def line():
     return Line()
 
 
-def test_at_rest_a_call_leaves_at_once(line):
+def test_at_rest_a_call_leaves_immediately(line):
     line.send("a", 5)
-    assert line.left == ["a"] and not line.cable.under_way and line.cable.due() is None
+    assert line.left == ["a"] and not line.cable.in_progress and line.cable.due() is None
 
 
 def test_while_the_motor_moves_a_call_leaves_a_horizon_later(line):
@@ -41,21 +41,21 @@ def test_while_the_motor_moves_a_call_leaves_a_horizon_later(line):
     assert line.left == ["a", "b"]
 
 
-def test_what_is_sent_at_rest_waits_for_what_is_under_way(line):
+def test_messages_sent_at_rest_wait_for_those_in_flight(line):
     line.moves = True
     line.send("a", 5)
     line.moves = False
     line.send("b", 50)
-    assert not line.left and line.cable.under_way
+    assert not line.left and line.cable.in_progress
     line.cable.turn(149)
-    assert line.left == ["a"] and line.cable.under_way
+    assert line.left == ["a"] and line.cable.in_progress
     line.cable.turn(150)
-    assert line.left == ["a", "b"] and not line.cable.under_way
+    assert line.left == ["a", "b"] and not line.cable.in_progress
     line.send("c", 150)
     assert line.left == ["a", "b", "c"]
 
 
-def test_what_a_call_sends_comes_behind_it(line):
+def test_messages_sent_by_a_call_follow_it(line):
     line.moves = True
     line.now = 10
     line.cable.send(lambda: (line.left.append("a"), line.send("b", 110)))

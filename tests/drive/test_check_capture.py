@@ -58,14 +58,14 @@ def test_each_time_that_is_too_short_is_named(tmp_path, subtests):
             driver = StepDriver("mine", *([1000] * 4), 0, "its sheet")._replace(**{field: 4 * US})
             found = check_capture(path, XY, driver=driver)
             (wrong,) = found.limits.violated
-            assert wrong.bound.limit.says == says and wrong.verdict.startswith("VIOLATED") and not found.good
+            assert wrong.bound.limit.description == says and wrong.verdict.startswith("VIOLATED") and not found.good
             found.plot(tmp_path / "a.svg")
             assert says.encode() in (tmp_path / "a.svg").read_bytes()
             kept = check_capture(path, XY, driver=driver._replace(**{field: 2 * US}))
             assert not kept.limits.violated
 
 
-def test_what_sampling_explains_is_no_violation(tmp_path):
+def test_deviations_explained_by_sampling_are_not_violations(tmp_path):
     """A pulse that is sampled at 12 MHz is seen as 11 or 12 samples: 0.917 µs may be right, 0.75 µs cannot be."""
     of = steps(*(at + n * 17_000 for n, at in enumerate(ROW)), high=960_000)
     found = check_capture(written(of, tmp_path / "a.vcd", 12), XY, driver="A4988")
@@ -91,7 +91,7 @@ def test_a_driver_that_steps_at_both_edges(tmp_path):
     assert sum(halves) == 40 and both.times_ps.tolist() == sorted(waves.edges("STEP")[0].tolist())
     found = check_capture(path, XY, driver="high 40 us, low 40 us, setup 20 us, hold 20 us", edge="both")
     assert found.good, str(found)
-    assert [row.bound.limit.says for row in found.limits] == [
+    assert [row.bound.limit.description for row in found.limits] == [
         "STEP high",
         "STEP low",
         "DIR before STEP",
@@ -102,7 +102,7 @@ def test_a_driver_that_steps_at_both_edges(tmp_path):
         ("low 1 us, setup 40 us", "DIR before STEP"), ("low 1 us, hold 25 us", "DIR after STEP"),
     ):  # fmt: skip
         (wrong,) = check_capture(path, XY, driver=driver, edge="both").limits.violated
-        assert wrong.bound.limit.says == says
+        assert wrong.bound.limit.description == says
     short = written(Wave({**of.edges, "STEP": [*at, at[-1] + US]}, of.first, of.end), tmp_path / "b.vcd")
     assert not check_capture(short, XY, edge="both").axes[0].glitches
     assert check_capture(short, XY, edge="both", glitch="2 us").axes[0].glitches
@@ -182,8 +182,8 @@ def test_a_part_is_checked_at_its_pins(tmp_path):
     found = check_capture(
         tmp_path / "a.vcd", {"x": ("pulse", "direction")}, edge="falling", part="cy525", pins=pins, crystal="11 MHz"
     )
-    model = {row.bound.limit.says: row for row in bench.check_timing() if row.count}
-    seen = {row.bound.limit.says: row for row in found.limits if row.count}
+    model = {row.bound.limit.description: row for row in bench.check_timing() if row.count}
+    seen = {row.bound.limit.description: row for row in found.limits if row.count}
     assert seen.keys() == model.keys() and found.good
     assert all(abs(seen[says].shortest_ps - row.shortest_ps) <= 1000 for says, row in model.items())
 

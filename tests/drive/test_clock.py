@@ -62,12 +62,12 @@ def test_on_a_quick_line_it_is_within_a_tenth_of_a_millisecond() -> None:
     assert clock.doubt_ns < 0.3 * MS
 
 
-def test_the_error_is_within_what_it_says_itself() -> None:
+def test_the_error_is_within_its_own_estimate() -> None:
     clock, errors = watched(2, -3000, (1, 30), seconds=20)
     assert abs(errors[-1][1]) * MS <= clock.doubt_ns + 0.2 * MS
 
 
-def test_before_the_first_round_trip_it_stands() -> None:
+def test_before_the_first_round_trip_it_does_not_advance() -> None:
     clock = BoardClock()
     assert (clock.known, clock.ticks(5), clock.nanoseconds(9), clock.round_trip_ns) == (False, 0, 0, (0, 0, 0))
 
@@ -98,7 +98,7 @@ def test_ticks_are_unwrapped_to_the_nearest_one() -> None:
     assert clock.unwrap(clock.unwrap(12)) == 2**32 + 12
 
 
-def test_after_a_boot_board_time_goes_on_and_ticks_begin_again() -> None:
+def test_after_a_boot_board_time_continues_and_ticks_begin_again() -> None:
     clock = BoardClock()
     clock.note(0, 0, 5_000_000)
     before = clock.nanoseconds(SECOND)
@@ -119,7 +119,7 @@ def test_after_a_jump_of_the_hosts_clock_it_is_right_again() -> None:
     assert abs(clock.at_ns(20 * 16_000_000) - 110 * SECOND) < 2 * MS
 
 
-def test_after_a_silence_of_an_hour_ticks_are_not_a_round_behind() -> None:
+def test_after_a_silence_of_an_hour_ticks_do_not_lag_a_round() -> None:
     clock = BoardClock()
     for second in (*range(100), 3700):
         clock.note(second * SECOND, second * SECOND + MS, second * 16_064_000 % 2**32)  # 0.4 % fast

@@ -31,7 +31,7 @@ def test_streams_of_all_families(name):
         drive.run(f"{int(seconds * 1000) + 120} ms")
         steps, made = check_steps(drive, line)
         if x.idle:
-            assert len(steps) == len(made) and line.twin.state == BoardState.IDLE and not drive._path.cable.under_way
+            assert len(steps) == len(made) and line.twin.state == BoardState.IDLE and not drive._path.cable.in_progress
             assert line.twin.position == x.travel
         assert drive.state == "ok" and not drive.troubles
 
@@ -66,7 +66,7 @@ def test_a_command_of_a_host_on_the_fly_and_a_motion_without_end():
         assert len(steps) == len(made) and not drive.troubles
 
 
-def test_a_drive_says_in_a_line_what_it_drives_and_how():
+def test_a_drive_describes_itself_in_a_line():
     bench, x, *_ = furnished("cy525 to and fro")
     drive = drive_of(bench, x, TwinLine())
     assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed, a dry run>"
@@ -74,7 +74,7 @@ def test_a_drive_says_in_a_line_what_it_drives_and_how():
     assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed>"
 
 
-def test_a_driver_that_is_enabled_without_an_e_stop_is_said():
+def test_a_driver_that_is_enabled_without_an_e_stop_is_reported():
     for inputs, enable, says in (
         (None, True, True),
         ({"A1": "abort"}, True, True),
@@ -129,7 +129,7 @@ def test_nothing_is_enabled_without_the_name_of_its_driver():
 
 
 # -------------------------------------------------------------------------------------------------------------- cable
-def test_what_goes_out_comes_out_a_horizon_later_while_something_is_under_way_and_at_once_at_rest():
+def test_outputs_come_a_horizon_later_in_motion_and_immediately_at_rest():
     bench, x, _, _ = furnished("cy525 five steps")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
@@ -146,7 +146,7 @@ def test_what_goes_out_comes_out_a_horizon_later_while_something_is_under_way_an
         assert heard[-1][0] == "after"
 
 
-def test_a_byte_right_behind_a_single_step_does_not_overtake_it():
+def test_a_byte_directly_after_a_single_step_does_not_overtake_it():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     bench.host(x).send("A 0\rF 100\rR 100\rS 255\rZ 1\rN 1\rG\r")
@@ -158,7 +158,7 @@ def test_a_byte_right_behind_a_single_step_does_not_overtake_it():
         assert len(line.twin.steps) == 1 and heard[0] > line.twin.steps[0][0]
 
 
-def test_outputs_change_in_the_order_of_the_steps_and_at_rest_at_once():
+def test_outputs_change_in_the_order_of_the_steps_and_at_rest_immediately():
     bench, x, host, _ = furnished("cy525 to and fro")
     line = TwinLine()
     changed = []
@@ -246,7 +246,7 @@ def test_a_cable_that_is_pulled_and_put_back_begins_a_new_life_of_the_board():
         assert len(line.twin.steps) == 7 == x.position
 
 
-def test_a_host_that_is_stopped_for_500_ms_runs_the_board_dry_and_the_count_is_exact():
+def test_a_host_that_is_stopped_for_500_ms_causes_an_underrun_and_the_count_is_exact():
     bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
@@ -272,7 +272,7 @@ def test_a_host_that_is_stopped_for_500_ms_runs_the_board_dry_and_the_count_is_e
         assert line.twin.position == len(line.twin.steps)  # the board goes on counting
 
 
-def test_after_a_halt_the_chip_goes_on_from_where_the_motor_is():
+def test_after_a_halt_the_chip_continues_from_the_position_of_the_motor():
     bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
@@ -312,7 +312,7 @@ def test_a_host_that_starts_too_late_makes_the_whole_motion_later(name):
         assert np.abs(np.diff(made) - np.diff(wanted)).max() <= 18
 
 
-def test_a_board_that_is_reset_has_lost_its_count_and_all_say_so():
+def test_a_board_that_is_reset_has_lost_its_count_and_reports_it():
     bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
@@ -402,7 +402,7 @@ def test_a_motion_whose_first_steps_are_too_fast_is_halted_and_cleared():
         assert x.position == 40 == line.twin.position
 
 
-def test_an_emergency_stop_on_the_way_down_may_have_cost_steps():
+def test_an_emergency_stop_during_deceleration_may_have_cost_steps():
     bench, x, _, _ = furnished("cy525 top")
     line = TwinLine()
     line.twin.inputs = 0x3E
@@ -458,7 +458,7 @@ def test_until_a_condition_is_met_by_the_model():
         drive.run("1 s")
 
 
-def test_what_makes_no_sense_is_refused():
+def test_malformed_arguments_are_refused():
     bench, x, _, _ = furnished("cy525 top")
     line = TwinLine()
     for options, says in (
@@ -494,7 +494,7 @@ def test_events_of_the_board_have_listeners():
     assert [event.kind for event in heard] == [Happening.REST]
 
 
-def test_a_program_that_does_something_else_between_two_runs_is_no_silent_board():
+def test_a_program_that_is_busy_between_two_runs_is_not_a_silent_board():
     bench, x, host, _ = furnished("cy525 five steps")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:

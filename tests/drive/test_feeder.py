@@ -22,7 +22,7 @@ from slewline.drive.board.wire import (
     reset_payload,
     start_payload,
 )
-from slewline.drive.feeder import Feeder, LaidOutput
+from slewline.drive.feeder import Feeder, PlannedOutput
 from slewline.drive.ticks import TickMap
 from tests.ensembles import few
 
@@ -146,7 +146,7 @@ def test_a_new_motion_joins_the_rest_of_the_one_before():
     assert rests > 2 and starts > 3
 
 
-def test_what_is_laid_behind_a_rest_that_the_board_has_reached_already_is_started_there():
+def test_records_after_a_rest_that_the_board_has_already_reached_are_started_there():
     """The records are 6 ms on their way; the second motion begins about when the board comes to rest."""
     starts, past = [], 0
     for gap in range(84, 104):
@@ -200,10 +200,10 @@ def test_outputs_at_rest_go_by_a_frame():
     each.feeder.change(1, 1)
     each.step()
     assert [(each.mask, each.value) for each in each.outputs] == [(1, 1)]
-    assert isinstance(each.outputs[0], LaidOutput) and not each.wire.pushed
+    assert isinstance(each.outputs[0], PlannedOutput) and not each.wire.pushed
 
 
-def test_what_the_model_does_behind_a_halt_is_counted_and_not_made():
+def test_steps_of_the_model_after_a_halt_are_counted_and_not_output():
     each = Bench("cy525 top")
     each.run(1000 * MS)
     each.feeder.halt()

@@ -109,7 +109,9 @@ def test_after_a_reset_of_the_board_a_homing_of_the_chip_finds_the_motor(tmp_pat
 @pytest.mark.parametrize(("argument", "match"), [(0, 1), (16, 0)], ids=["high", "low"])
 @pytest.mark.parametrize("begins", [-200, 150], ids=["no match at first", "a match at first"])
 @pytest.mark.parametrize("rate", [255, pytest.param(100, marks=pytest.mark.long)])
-def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_at_once(tmp_path, monkeypatch, argument, match, begins, rate):
+def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_immediately(
+    tmp_path, monkeypatch, argument, match, begins, rate
+):
     monkeypatch.setitem(CASES, "cy545 seeks", ("cy545", {}, f"F {rate}\r", "", "usrb0", 1, (0, 0)))
     rig = Machine(tmp_path, "cy545 seeks", begins, {"A0": "usrb0"}, lambda place: [(place >= 0) != bool(match)])
     rig.before = begins

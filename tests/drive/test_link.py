@@ -53,7 +53,9 @@ INTERVALS = {"late and bytes": 700_000}
 
 @pytest.mark.parametrize("seed", few(range(5), 1))
 @pytest.mark.parametrize("line", LINES)
-def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and_in_order(line: str, seed: int) -> None:
+def test_every_record_arrives_once_and_in_order_and_every_event_is_reported_once_and_in_order(
+    line: str, seed: int
+) -> None:
     pipe = opened(Pipe(seed, **LINES[line], ppm=4000, begun=2**32 * 60))  # type: ignore[arg-type]
     told: list[BoardEvent] = []
     pipe.link.on_event.add(told.append)
@@ -97,7 +99,7 @@ def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and
         assert pipe.damages > 0
 
 
-def test_what_the_board_refuses_is_told_and_what_comes_behind_it_goes_on() -> None:
+def test_refusals_of_the_board_are_reported_and_the_following_records_continue() -> None:
     pipe = opened(Pipe(1))
     refused: list[Answer] = []
     pipe.link.on_refused.add(refused.append)
@@ -130,19 +132,19 @@ def test_a_refusal_on_a_bad_line_drops_that_one_alone(seed: int) -> None:
 
 def test_no_more_is_unanswered_than_the_board_has_room_for() -> None:
     pipe = opened(Pipe(2, late=(10 * MS, 20 * MS)))
-    under_way = most = 0
+    in_progress = most = 0
     pipe.link.push(train(60))
     for _ in range(600):
         before = sum(len(data) for _, data in pipe.down)
         pipe.run(pipe.turn)
-        under_way = sum(each.size for each in pipe.link._flight)
+        in_progress = sum(each.size for each in pipe.link._flight)
         assert before <= pipe.twin.model.room
-        most = max(most, under_way)
+        most = max(most, in_progress)
     assert 71 <= most <= pipe.twin.model.room
     assert len(pipe.twin.queue) == 60 and pipe.link.backlog == 0 and pipe.link.free == pipe.twin.model.slots - 60
 
 
-def test_records_wait_for_slots_and_everything_behind_them_too() -> None:
+def test_records_and_all_later_messages_wait_for_slots() -> None:
     pipe = opened(Pipe(3))
     slots = pipe.twin.model.slots
     pipe.link.push(train(slots + 10))
@@ -155,7 +157,7 @@ def test_records_wait_for_slots_and_everything_behind_them_too() -> None:
 
 
 @pytest.mark.parametrize("seed", few(range(10), 4))
-def test_a_stop_goes_first_and_what_was_said_after_it_comes_after_it(seed: int) -> None:
+def test_a_stop_goes_first_and_later_messages_follow_it(seed: int) -> None:
     pipe = opened(Pipe(seed, bad_frames=0.2))
     told: list[BoardEvent] = []
     pipe.link.on_event.add(told.append)
@@ -173,7 +175,7 @@ def test_a_stop_goes_first_and_what_was_said_after_it_comes_after_it(seed: int) 
 
 
 @pytest.mark.parametrize("seed", few(range(10), 4))
-def test_a_boot_is_noticed_at_any_time_and_the_clock_goes_on(seed: int) -> None:
+def test_a_boot_is_noticed_at_any_time_and_the_clock_continues(seed: int) -> None:
     pipe = opened(Pipe(seed, bad_frames=0.1))
     booted: list[int] = []
     pipe.link.on_boot.add(lambda: booted.append(pipe.now))
@@ -196,7 +198,7 @@ def test_a_boot_is_noticed_at_any_time_and_the_clock_goes_on(seed: int) -> None:
     assert len(booted) == 5
 
 
-def test_a_silent_board_is_asked_again_but_not_often() -> None:
+def test_a_silent_board_is_queried_again_but_not_often() -> None:
     pipe = opened(Pipe(4))
     pipe.cut = True
     sent = 0
@@ -211,7 +213,7 @@ def test_a_silent_board_is_asked_again_but_not_often() -> None:
 
 
 @pytest.mark.parametrize(("cut_ms", "asks"), [(0, 0), (100, 1)])
-def test_a_board_that_missed_a_hello_is_asked_for_its_state_as_soon_as_it_is_open(cut_ms: int, asks: int) -> None:
+def test_a_board_that_missed_a_hello_is_queried_for_its_state_once_it_is_open(cut_ms: int, asks: int) -> None:
     pipe = Pipe(4)
     pipe.link.open(CONFIG)
     pipe.cut = True
@@ -258,7 +260,7 @@ def test_when_it_is_due() -> None:
     assert pipe.link.due_ns() <= due + 20 * MS  # type: ignore[operator]
 
 
-def test_a_frame_of_the_board_that_says_nothing_is_damage() -> None:
+def test_a_malformed_frame_of_the_board_is_damage() -> None:
     pipe = opened(Pipe(8))
     pipe.link.receive(wire.encode(0, 0x90, b"x"), pipe.now)
     assert pipe.link.damaged == 1
@@ -276,7 +278,7 @@ def test_bad_content_is_refused() -> None:
     assert [*pipe.twin.queue] == train(1)
 
 
-def test_stop_knows_two_ways() -> None:
+def test_stop_has_two_modes() -> None:
     with pytest.raises(UsageError, match="0, immediately, or 1, by the tail"):
         Pipe().link.stop(2)
 

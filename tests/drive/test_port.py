@@ -38,14 +38,14 @@ def come(port):
 
 
 @pytest.mark.system
-def test_bytes_go_both_ways_and_nothing_waits(pty):
+def test_bytes_flow_in_both_directions_and_nothing_waits(pty):
     ours, name = pty
     port = BoardSerial(name)
     assert port.read() == b"" and port.fileno() is not None and port.name == name
     assert port.write(b"\x01\x02\x00\x11\x13") == 5
     assert os.read(ours, 100) == b"\x01\x02\x00\x11\x13"
     os.write(ours, b"\x00\x0d\x0a\x03\x1a")
-    assert come(port) == b"\x00\x0d\x0a\x03\x1a" == bytes(port.heard)
+    assert come(port) == b"\x00\x0d\x0a\x03\x1a" == bytes(port.received)
     assert port.read() == b""
     port.close()
     assert port.fileno() is None
@@ -89,7 +89,7 @@ def held():
 
 @pytest.mark.system
 @pytest.mark.parametrize("full", [False, True])
-def test_nothing_of_a_port_stays_behind(pty, full):
+def test_a_port_leaves_no_trace(pty, full):
     ours, name = pty
     threads, files = held()
     port = BoardSerial(name)
@@ -127,20 +127,20 @@ def test_a_port_is_for_one_program_alone(pty):
     port.close()
 
 
-def test_what_is_no_port():
+def test_a_missing_port_is_refused():
     with pytest.raises(UsageError, match="/dev/ttyNONE: no such port; name the port of the board"):
         BoardSerial("/dev/ttyNONE")
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may open everything")
-def test_a_port_that_one_may_not_open(tmp_path):
+def test_a_port_without_permission_to_open(tmp_path):
     path = tmp_path / "port"
     path.touch(0o000)
     with pytest.raises(UsageError, match="no permission to open this port"):
         BoardSerial(str(path))
 
 
-def test_the_refusals_of_a_system_say_what_to_do():
+def test_the_refusals_of_a_system_have_a_remedy():
     from slewline.drive.board.board_port import _refused
 
     assert "dialout" in _refused(PermissionError(13, "Permission denied"))
@@ -152,7 +152,7 @@ def test_the_refusals_of_a_system_say_what_to_do():
     )
 
 
-def test_what_the_line_does_not_take_at_once_follows():
+def test_bytes_that_the_line_does_not_take_immediately_follow():
     class Narrow:
         """Takes three bytes a call."""
 
@@ -167,7 +167,7 @@ def test_what_the_line_does_not_take_at_once_follows():
             return b""
 
     port = BoardSerial.__new__(BoardSerial)
-    port.heard, port._unsent, port._port, port._reader = bytearray(), b"", Narrow(), None
+    port.received, port._unsent, port._port, port._reader = bytearray(), b"", Narrow(), None
     assert port.write(b"1234567") == 7 and port._port.got == b"123"
     assert port.write(b"89") == 2
     port.read()

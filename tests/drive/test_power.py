@@ -43,7 +43,7 @@ def estopped(line, level):
 @pytest.mark.parametrize("off", few(["halt", "rest", "never"], 2))
 @members("numbers", 2, 12)
 @pytest.mark.parametrize("name", few(MOVING, 3))
-def test_a_session_that_ends_in_a_motion_takes_the_current_from_a_motor_that_stands(name, numbers, off):
+def test_a_session_that_ends_in_a_motion_removes_the_current_from_a_stopped_motor(name, numbers, off):
     for number in numbers:
         rnd = Random(f"close {name} {number}")
         bench, x, *_ = furnished(name)
@@ -121,7 +121,7 @@ def test_an_emergency_stop_leaves_a_gsc_its_program_and_its_register_at_the_coun
     assert bytes(host.received[before:]) == b"R\rV%+d\r" % x.position
 
 
-def test_an_emergency_stop_that_is_open_keeps_the_driver_off_whatever_the_host_says(stopped):
+def test_an_open_emergency_stop_keeps_the_driver_off_whatever_the_host_sends(stopped):
     drive, line = stopped
     for words in ({}, {"homed": True}, {"homing": True}):
         with pytest.raises(UsageError, match="emergency stop is active"):
@@ -136,7 +136,7 @@ def test_an_emergency_stop_that_is_open_keeps_the_driver_off_whatever_the_host_s
 
 
 @pytest.mark.parametrize(("words", "on", "known"), [({}, False, False), ({"homed": True}, True, True)])
-def test_the_driver_stays_off_behind_an_emergency_stop_unless_the_user_says_more_than_clear(stopped, words, on, known):
+def test_the_driver_stays_off_after_an_emergency_stop_unless_the_user_sends_more_than_clear(stopped, words, on, known):
     drive, line = stopped
     estopped(line, 0)
     drive.clear(**words)
@@ -181,7 +181,7 @@ def test_a_homing_that_is_killed_leaves_the_position_unknown(stopped):
 
 # ------------------------------------------------------------------------------------------------------ without a host
 @pytest.mark.parametrize("off", ["halt", "never"])
-def test_a_host_that_is_silent_at_rest_for_too_long_is_told_that_the_driver_is_off(off):
+def test_a_host_that_is_silent_at_rest_for_too_long_is_notified_that_the_driver_is_off(off):
     bench, x, *_ = furnished("cy525 five steps")
     line = TwinLine()
     with drive_of(bench, x, line, enable_off=off, enable_hold="1 s", **POWERED) as drive:
@@ -252,7 +252,7 @@ def test_a_computer_that_slept_in_a_motion_halts_where_the_board_has_stopped(sle
 
 # ----------------------------------------------------------------------------------------------------------- a bad line
 @pytest.mark.parametrize("lost", [FrameKind.START, FrameKind.PUSH])
-def test_a_motion_whose_start_is_never_confirmed_is_told_and_not_made(lost):
+def test_a_motion_whose_start_is_never_confirmed_is_reported_and_not_made(lost):
     bench, x, host, _ = furnished("cy525 five steps")
     line = TwinLine()
     with drive_of(bench, x, line, **POWERED) as drive:

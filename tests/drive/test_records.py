@@ -86,7 +86,7 @@ def test_every_step_is_within_the_tolerance(seed: int, tolerance: int) -> None:
         assert {record.flags & ~PAUSE for record in made} == {DOWN}
 
 
-def test_equal_intervals_that_are_no_whole_ticks_are_one_record_and_quadratic_ones_too() -> None:
+def test_equal_intervals_in_fractions_of_a_tick_are_one_record_and_quadratic_ones_too() -> None:
     constant = [k * (1600 * PER_TICK + 12_345) for k in range(1, 60_001)]
     assert fit(constant, 0) == [Record(0, 60_000, 1600, 12_345, 0)]
     ramp = Record(0, 20_000, 16_000, 1, -50_000)

@@ -105,7 +105,7 @@ def test_the_chip_stops_where_the_board_has(name, numbers, tmp_path):
             tick = line.twin.now
             instant = drive._path.ticks.ps(tick - drive._state.horizon)
             drive.run("900 ms")
-            assert rig.exchanged == 1, (number, drive.troubles, drive.ways.tail, line.twin.steps[-3:])
+            assert rig.exchanged == 1, (number, drive.troubles, drive.stop_ramps.tail, line.twin.steps[-3:])
             assert drive.state == "ok" and all("taken-over" in each for each in drive.troubles), drive.troubles
             if "homing" in name:
                 assert rig.x.moving  # on its way back
@@ -144,7 +144,7 @@ def test_the_count_at_rest_wins_over_that_at_the_stop(off, tmp_path, monkeypatch
 
 
 @members("numbers", 2, 10)
-def test_a_command_that_acts_at_once_stops_the_motor_at_once(numbers, tmp_path):
+def test_an_immediate_command_stops_the_motor_immediately(numbers, tmp_path):
     for number in numbers:
         command, rate, rnd = "KZ"[number % 2], 50, Random(f"K {number}")
         (folder := tmp_path / str(number)).mkdir()
@@ -200,7 +200,7 @@ def test_a_command_that_comes_as_the_motor_stops_is_forgotten_and_the_next_one_a
         assert line.twin.steps[-1][0] < line.tick(before) + 25 * HZ // 1000  # and not a horizon later
 
 
-def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
+def test_inputs_too_old_to_go_back_to_are_applied_at_the_present(tmp_path):
     rig = Driven(tmp_path, "cy545 limit", Random(3))
     rig.rewind.allowed_s = 0
     with rig.drive as drive:
@@ -212,7 +212,7 @@ def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
         assert rig.x.position == rig.line.twin.position == len(rig.line.twin.steps)
 
 
-def test_a_board_that_is_reset_on_its_way_down_stops_the_chip_too(tmp_path):
+def test_a_board_that_is_reset_during_deceleration_stops_the_chip_too(tmp_path):
     rig = Driven(tmp_path, "cy525 long ramp", Random(8))
     with rig.drive as drive:
         drive.run("700 ms")
@@ -231,7 +231,7 @@ def test_a_board_that_is_reset_on_its_way_down_stops_the_chip_too(tmp_path):
         assert rig.x.position == 40 == rig.line.twin.position
 
 
-def test_an_emergency_stop_is_not_the_chips(tmp_path):
+def test_an_emergency_stop_does_not_belong_to_the_chip(tmp_path):
     rig = Driven(tmp_path, "cy545 limit", Random(4), wiring={"A0": "cw_limit", "A5": "estop"})
     rig.line.twin.inputs = 0b000001  # the contact of the emergency stop is closed to ground
     with rig.drive as drive:
@@ -243,7 +243,7 @@ def test_an_emergency_stop_is_not_the_chips(tmp_path):
 
 
 @pytest.mark.parametrize("held_ms", [3, 150, 3000])
-def test_while_an_input_holds_the_motor_its_host_hears_where_it_stands(tmp_path, held_ms):
+def test_while_an_input_stops_the_motor_its_host_receives_its_position(tmp_path, held_ms):
     rig = Driven(tmp_path, "gs-c200s hold", Random(held_ms))
     drive, line = rig.drive, rig.line
 
@@ -270,7 +270,7 @@ def test_while_an_input_holds_the_motor_its_host_hears_where_it_stands(tmp_path,
     assert slewline.replay(tmp_path / "journal")["x"].travel == 900
 
 
-def test_a_motor_is_held_again_and_again_and_makes_all_its_steps(tmp_path, monkeypatch):
+def test_a_motor_is_paused_repeatedly_and_takes_all_its_steps(tmp_path, monkeypatch):
     rnd = Random(7)
     part, options, text, *rest = CASES["cy525 hold"]
     monkeypatch.setitem(CASES, "cy525 hold", (part, options, text.replace("N 1200", "N 6000"), *rest))
@@ -289,7 +289,7 @@ def test_a_motor_is_held_again_and_again_and_makes_all_its_steps(tmp_path, monke
         assert abs(rig.x.travel - 6000) <= len(drive.troubles) and not rig.x.moving
 
 
-def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monkeypatch):
+def test_a_mark_is_seen_at_the_position_of_the_motor_and_the_motor_continues(tmp_path, monkeypatch):
     for number, more in enumerate(("", "\nSET_AUTO_UPDATE_ON\nSTOP\nSET_EXT_BRK")):
         (folder := tmp_path / str(number)).mkdir()
         part, options, text, *rest = CASES["mc1451a mark"]

@@ -41,7 +41,7 @@ class Machine:
             return
         self.told = []
         self.drive = drive_of(self.bench, x, self.line, start_stop=start_stop, inputs={"A0": "eot", "A1": "home"})
-        self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds), tell=self.told.append)
+        self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds), report=self.told.append)
         self.served = self.server.line(x)
         self.drive.go_back_by(self.server.past)
         self.rewind = self.drive._live.rewind
@@ -161,7 +161,7 @@ def test_the_transcript_is_that_of_a_module_that_is_served(seed, tmp_path):
 
 @pytest.mark.posix
 @pytest.mark.parametrize("start_stop", [500, 4000])
-def test_a_host_hears_nothing_of_a_stop_before_it_is_known_where_it_ends(start_stop, tmp_path):
+def test_a_host_receives_no_stop_before_its_end_is_known(start_stop, tmp_path):
     machine = Machine(tmp_path, Random(5), driven=True, start_stop=start_stop)
     for text in ("Po", "S50", "T300", "R950", "-90000", "Px", "E"):
         assert machine.ask(text) == "Y"

@@ -46,7 +46,7 @@ def test_another_driver_is_not_offered_for_an_unknown_one():
         assert "did you mean" not in str(error.value) and "for any other driver, leave it out" in str(error.value)
 
 
-def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
+def test_a_driver_describes_how_it_is_enabled_and_its_required_pulses():
     assert driver_polarity(UNO, "DM542") == driver_polarity(UNO, "a4988") == 2  # ENABLE is active low
     assert driver_polarity(UNO, "L297") == driver_polarity(UNO, None) == 0
     with pytest.raises(UnknownName, match="did you mean DM542"):
@@ -57,7 +57,7 @@ def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
 
 
 @pytest.mark.parametrize("enabled", ["halt", "rest", "never"])
-def test_the_board_is_told_when_the_driver_goes_off(enabled):
+def test_the_board_is_notified_when_the_driver_goes_off(enabled):
     bench = slewline.Bench()
     drive = drive_of(bench, bench.add("cy525", "x"), TwinLine(), enable_off=enabled, enable_hold="2 s")
     config = drive._state.config
@@ -69,7 +69,7 @@ def test_a_hold_is_counted_in_65536_ticks(hold, counted):
     assert hold_of(UNO, hold) == counted
 
 
-def test_what_no_board_can_do_is_refused():
+def test_requests_beyond_every_board_are_refused():
     bench = slewline.Bench()
     x = bench.add("cy525", "x")
     for options, told in (
@@ -82,7 +82,7 @@ def test_what_no_board_can_do_is_refused():
             drive_of(bench, x, TwinLine(), **options)
 
 
-def test_outputs_are_those_that_programs_set_or_those_that_are_wired():
+def test_outputs_are_those_set_by_programs_or_wired():
     x = slewline.Bench().add("gs-c200s", "x")
     assert outputs_of(UNO, x, None) == {0: "uo1", 1: "uo2", 2: "uo3"}
     assert outputs_of(UNO, x, {"d12": "mov"}) == {3: "mov"}

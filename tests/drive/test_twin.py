@@ -92,7 +92,7 @@ END = Record(PAUSE | REST, 0, 5000)
 
 
 # -------------------------------------------------------------------------------------------------------------- frames
-def test_power_up_tells_of_itself_and_takes_little() -> None:
+def test_power_up_reports_itself_and_takes_little() -> None:
     rig = Rig()
     assert rig.events() == [("BOOT", 255, "BOOT", 0, 0)]
     for kind in (FrameKind.PUSH, FrameKind.START, FrameKind.TAIL, FrameKind.RESET, FrameKind.OUTPUTS, FrameKind.CHECK):
@@ -103,7 +103,7 @@ def test_power_up_tells_of_itself_and_takes_little() -> None:
     assert [name for name, *_ in rig.events()] == ["BOOT", "BOOT"]  # told again by REPEAT
 
 
-def test_hello_is_answered_behind_an_ident_and_numbers_begin_again() -> None:
+def test_hello_is_answered_after_an_ident_and_numbers_begin_again() -> None:
     rig = Rig().ready()
     answer = rig.tell(FrameKind.HELLO, tick=500, number=77)
     ident = rig.heard[-2]
@@ -199,7 +199,7 @@ def test_an_event_that_was_never_there_is_not_repeated() -> None:
     assert len(rig.events()) == 1
 
 
-def test_events_are_repeated_as_they_were_as_long_as_they_are_among_the_last_eight() -> None:
+def test_events_are_repeated_unchanged_while_they_are_among_the_last_eight() -> None:
     rig = Rig(reflex=[MARK]).ready()
     for at in range(10):
         rig.twin.set_input(0, 1, 1000 * at + 1000)
@@ -215,7 +215,7 @@ def test_events_are_repeated_as_they_were_as_long_as_they_are_among_the_last_eig
 
 
 # -------------------------------------------------------------------------------------------------------------- motion
-def test_steps_fall_where_the_arithmetic_says_and_fractions_are_kept() -> None:
+def test_steps_fall_at_the_computed_times_and_fractions_are_kept() -> None:
     rig = Rig().ready()
     rig.play(Record(0, 3, 1000, 0x8000, 0x4000), Record(DOWN, 2, 500, 0x4000), END)
     rig.twin.run(30_000)
@@ -316,7 +316,7 @@ def test_rules_of_the_table() -> None:
     assert tail(0, (low, 2)) == 0 and rig.twin.table == [(low, 2)]
 
 
-def test_an_underrun_behind_a_pause_brakes_from_the_last_step_but_not_at_once() -> None:
+def test_an_underrun_after_a_pause_brakes_from_the_last_step_but_not_immediately() -> None:
     rig = Rig(start_stop=12_000).ready()
     rig.play(Record(0, 3, 10_000), Record(PAUSE, 0, 9900))
     rig.twin.run(90_000)
@@ -329,7 +329,7 @@ def test_an_underrun_behind_a_pause_brakes_from_the_last_step_but_not_at_once() 
 
 
 @pytest.mark.parametrize(("lengths", "tail"), [((600, 599), 1), ((600, 600), 0), ((1200,), 0), ((1199,), 1)])
-def test_pauses_from_which_a_motor_stands_have_no_tail_behind_them(lengths: tuple[int, ...], tail: int) -> None:
+def test_pauses_after_which_a_motor_is_stopped_have_no_tail(lengths: tuple[int, ...], tail: int) -> None:
     rig = Rig(start_stop=1200).ready()
     rig.play(Record(0, 3, 1000), *(Record(PAUSE, 0, each) for each in lengths))
     rig.twin.run(30_000)
@@ -349,7 +349,7 @@ def test_the_pace_is_that_of_the_last_two_steps_of_this_run() -> None:
 
 
 # ------------------------------------------------------------------------------------------------------------ commands
-def test_stop_at_once_and_by_the_tail() -> None:
+def test_stop_immediately_and_by_the_tail() -> None:
     rig = Rig(start_stop=1100).ready()
     rig.play(Record(0, 100, 1000), END)
     answer = rig.tell(FrameKind.STOP, b"\0", 12_000, number=200)
@@ -410,7 +410,7 @@ def test_the_watchdog_counts_from_the_last_frame_that_was_not_damaged() -> None:
     assert len(rig.events()) == 2
 
 
-def test_check_counts_beside_the_position() -> None:
+def test_check_counts_in_addition_to_the_position() -> None:
     rig = Rig().ready()
     assert rig.tell(FrameKind.CHECK, wire.check_payload(0, 1000), 500).result == 5
     assert rig.tell(FrameKind.CHECK, wire.check_payload(9, 255), 500).result == 5
@@ -438,7 +438,7 @@ def test_stop_in_the_tail() -> None:
     assert rig.ticks()[3:] == [14_062] and rig.events()[1:] == [("STOPPED", 0, "HALT", 4, 15_000)]
 
 
-def test_a_direction_that_is_shut_is_not_begun() -> None:
+def test_a_blocked_direction_is_not_started() -> None:
     rig = Rig(reflex=[STOP + DOWNWARDS]).ready()
     rig.twin.set_input(0, 1, 500)
     rig.play(Record(0, 2, 1000), Record(DOWN, 100, 1000), END)
@@ -457,7 +457,7 @@ def test_at_start_the_inputs_that_are_active_act_at_the_tick_of_start() -> None:
     assert rig.events() == [("STOPPED", 1, "HALT", 0, 10_000)]
 
 
-def test_mark_tells_the_count_and_changes_nothing() -> None:
+def test_mark_reports_the_count_and_changes_nothing() -> None:
     rig = Rig(reflex=[MARK], report=1).ready()
     rig.play(Record(0, 3, 1000), END)
     rig.twin.set_input(0, 1, 12_000)
@@ -496,7 +496,7 @@ def test_when_enable_goes_off(off: int) -> None:
         assert rig.twin.output == (expected if off == 0 else 0)
 
 
-def test_an_edge_that_causes_nothing_else_is_told_if_it_is_to_be() -> None:
+def test_an_edge_without_other_effect_is_reported_if_requested() -> None:
     rig = Rig(reflex=[STOP, STOP, BRAKE], report=0b111, active=0b1110).ready()
     rig.twin.set_input(1, 1, 500)  # in IDLE
     rig.twin.set_input(1, 1, 600)  # no edge
@@ -506,7 +506,7 @@ def test_an_edge_that_causes_nothing_else_is_told_if_it_is_to_be() -> None:
     assert rig.heard[0] == BoardEvent(1, 7, 1, 0, 0b10, 0, 500)
 
 
-def test_in_boot_nothing_is_told() -> None:
+def test_in_boot_nothing_is_reported() -> None:
     rig = Rig()
     rig.events()
     rig.twin.set_input(0, 1, 50)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slewline.drive.board.under_way import EventOrder
+from slewline.drive.board.in_flight import EventOrder
 from slewline.drive.board.wire import BoardEvent
 
 
@@ -43,7 +43,7 @@ def test_one_that_came_before_is_not_kept_for_the_next_round_of_numbers() -> Non
     assert order.take() == event(0, tick=2)
 
 
-def test_what_the_board_has_forgotten_is_given_up() -> None:
+def test_records_that_the_board_has_forgotten_are_given_up() -> None:
     order = EventOrder(0)
     order.counted(8)
     assert order.lost == 0 and len(order.missing(set())) == 8

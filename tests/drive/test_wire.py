@@ -20,12 +20,12 @@ def test_the_crc_has_the_check_value_of_the_catalogue() -> None:
     ("plain", "stuffed"),
     [("", "01"), ("00", "0101"), ("0000", "010101"), ("11220033", "0311220233"), ("11000000", "0211010101")],
 )
-def test_cobs_as_its_paper_has_it(plain: str, stuffed: str) -> None:
+def test_cobs_as_in_its_paper(plain: str, stuffed: str) -> None:
     assert wire.stuff(bytes.fromhex(plain)).hex() == stuffed
     assert wire.unstuff(bytes.fromhex(stuffed)) == bytes.fromhex(plain)
 
 
-def test_a_block_beyond_the_end_is_no_cobs() -> None:
+def test_a_block_beyond_the_end_is_invalid_cobs() -> None:
     assert wire.unstuff(b"\x03\x11") is None
     assert wire.unstuff(b"\x02\x11\x02") is None
     assert wire.unstuff(b"\x03\x11\x22") == b"\x11\x22"

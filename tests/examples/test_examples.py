@@ -15,7 +15,7 @@ CIRCUITS = sorted((EXAMPLES / "cy545").glob("*.toml"))
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
-def test_an_example_prints_what_is_written_down(script, capsys, monkeypatch, tmp_path):
+def test_an_example_prints_its_documented_output(script, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)  # it needs nothing from where it is started, and leaves nothing there
     runpy.run_path(str(script), run_name="__main__")
     assert capsys.readouterr().out == script.with_suffix(".out").read_text("utf-8")

@@ -254,9 +254,9 @@ class Dialogue:
             if not record.good(self.fastest) or abs(add) >= 2**31:
                 record = record._replace(add=0)
             if self.ways:
-                record = record.with_way(random.choice((0, 1, 4, 9, 30, 200)), random.choice((0, 0, 1, -1, -1)))
+                record = record.with_ramp_left(random.choice((0, 1, 4, 9, 30, 200)), random.choice((0, 0, 1, -1, -1)))
                 if not record.good(self.fastest) and random.random() < 0.99:
-                    record = record.with_way(count, -1)
+                    record = record.with_ramp_left(count, -1)
             self.interval = max(self.fastest, (record.last >> 16))
             records.append(record)
         if random.random() < 0.01:

@@ -9,7 +9,7 @@ import pytest
 from slewline.drive.board import wire
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import FrameKind, Happening, Reflex
-from slewline.drive.stopping.ways import spread
+from slewline.drive.stopping.stop_ramps import spread
 from tests.ensembles import members
 
 from .chain import phase_lags
@@ -44,7 +44,7 @@ def braked(emulator, rate, cause, phase, way, length, pattern=(0,) * 8, slope=0,
     up = ramp(top, 800)[:40]
     slew = [Record(0, length, int(top)) for _ in range(6000 // length)]
     if way is not None:
-        slew = [record.with_way(way, slope) for record in slew]
+        slew = [record.with_ramp_left(way, slope) for record in slew]
     silent = cause == "watchdog"
     host = BrakedHost(
         emulator,
@@ -102,7 +102,7 @@ def check(host, cause):
     [(27_000, None), (45_000, 40), pytest.param(27_000, 40, marks=LONG), pytest.param(45_000, None, marks=LONG)],
 )
 @members("phases", FEW, MANY, at_once=MANY)
-def test_a_brake_ends_in_a_way_down(emulator, rate, cause, way, phases):
+def test_a_brake_ends_in_a_stop_ramp(emulator, rate, cause, way, phases):
     for phase in phases:
         # with short records the one more step is now and then that of the next one
         length, pattern = 100 if phase % 2 else 23, HALVES if phase % 3 else (0,) * 8
@@ -110,7 +110,7 @@ def test_a_brake_ends_in_a_way_down(emulator, rate, cause, way, phases):
 
 
 @members("seeds", 2, 202, at_once=200)
-def test_brakes_at_any_rate_with_ways_of_any_length(emulator, seeds):
+def test_brakes_at_any_rate_with_stop_ramps_of_any_length(emulator, seeds):
     for seed in seeds:
         random = Random(seed)
         cause = random.choice(["underrun", "stop", "input", "watchdog"])

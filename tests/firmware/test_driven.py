@@ -165,7 +165,7 @@ def clear_and_move(drive, host, board, count):
     assert "count-differs" not in drive.text
 
 
-def test_a_host_that_stands_for_half_a_second_runs_the_board_dry_and_the_count_is_right(board, tmp_path):
+def test_a_host_stopped_for_half_a_second_causes_an_underrun_and_the_count_is_right(board, tmp_path):
     with driven(board, tmp_path, "--no-black-box") as (drive, where), ModuleHost(where) as host:
         host.program(*FAST, "g+")
         until_it_moves(board, 3_000)
@@ -241,7 +241,7 @@ def checked_up(board, monkeypatch, capfd):
 
 
 @pytest.mark.parametrize("wired", [True, False])
-def test_check_looks_at_link_machine_and_pulses(board, wired, monkeypatch, capfd, tmp_path):
+def test_check_tests_link_machine_and_pulses(board, wired, monkeypatch, capfd, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     board.loop(wired)
     status, lines = checked_up(board, monkeypatch, capfd)
@@ -409,7 +409,7 @@ def in_time(board, folder, seconds):
 
 @pytest.mark.long
 @pytest.mark.timeout(300)
-def test_for_a_minute_at_full_rate_beside_busy_processes_no_step_is_late(firmware, tmp_path):
+def test_for_a_minute_at_full_rate_next_to_busy_processes_no_step_is_late(firmware, tmp_path):
     """The board judges its host in its own time, which stands while the emulator is held up, and does not hurry then.
 
     So only a host that is late makes it run dry.  Nothing is shown for as long as a machine holds up both at once.

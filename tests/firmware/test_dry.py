@@ -54,7 +54,7 @@ def test_seventy_thousand_steps_a_second_are_counted(emulator):
 @pytest.mark.parametrize("cause", ["underrun", "stop", "input", "watchdog", "emergency stop"])
 @pytest.mark.parametrize("rate, way", [(27_000, None), (45_000, 40), (10_000, 30)])
 @members("phases", 3, 100, at_once=100)
-def test_a_way_down_is_counted_as_the_twin_counts_it(emulator, rate, cause, way, phases):
+def test_a_stop_ramp_is_counted_as_the_twin_counts_it(emulator, rate, cause, way, phases):
     for phase in phases:
         length = 100 if phase % 2 else 23
         host = braked(emulator, rate, cause, phase, way, length, HALVES, driver=DRY[phase % 2])

@@ -190,7 +190,7 @@ def test_a_homing_of_the_chip_finds_a_motor_whose_board_was_reset(emulator, tmp_
         assert [each.partition(":")[0] for each in drive.troubles] == ["board-reset"]
 
 
-def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_both_ways(emulator, tmp_path):
+def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_in_both_directions(emulator, tmp_path):
     rig = Returning(emulator, tmp_path, "cy545 seeks", 0)
     with rig.drive as drive:
         drive.run("600 ms")

@@ -187,7 +187,7 @@ def test_a_host_that_is_killed_at_any_instant(emulator, seeds):
 
 
 @pytest.mark.parametrize("name", few(STREAMS, 2))
-def test_a_board_that_is_reset_has_lost_its_count_and_all_say_so(emulator, name):
+def test_a_board_that_is_reset_has_lost_its_count_and_reports_it(emulator, name):
     bench, x, host, _ = furnished(name)
     line = EmulatedLine(emulator, 13)
     with drive_of(bench, x, line) as drive:

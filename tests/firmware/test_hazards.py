@@ -389,7 +389,7 @@ def hold_for(trial, seconds, full):
         ),
     ],
 )
-def test_a_motor_that_is_held_goes_on_when_it_is_released(emulator, tmp_path, part, seconds, full):
+def test_a_paused_motor_continues_when_it_is_released(emulator, tmp_path, part, seconds, full):
     chip, text, pin, level, steps = HELD[part]
     trial = Trial(emulator, part, chip, text, folder=tmp_path, inputs={"A0": pin}, start_stop=30_000)
     board, line = trial.board, trial.line
@@ -448,7 +448,7 @@ def test_a_computer_that_slept_at_rest_drives_on(emulator, seconds, options):
 
 @members("seeds", 2, 20)
 @pytest.mark.parametrize("seconds", few(SLEEPS, 3))
-def test_a_computer_that_slept_in_a_motion_says_so_and_the_count_is_right(emulator, seconds, seeds):
+def test_a_computer_that_slept_in_a_motion_reports_it_and_the_count_is_right(emulator, seconds, seeds):
     for seed in seeds:
         rnd = Random(f"slept {seconds} {seed}")
         name = ("cy525 long ramp", "gs-c200s to 10 k")[seed % 2]
@@ -513,7 +513,7 @@ def harm(emulator, percent, name, seeds):
 @members("seeds", 2, 20)
 @pytest.mark.parametrize("name", ["cy525 five hundred", "gs-c200s to 10 k"])
 @pytest.mark.parametrize("percent", [1, 2, 5, 10])
-def test_on_a_damaged_line_all_steps_are_made_or_a_finding_says_what_was_not(emulator, percent, name, seeds):
+def test_on_a_damaged_line_all_steps_are_made_or_a_finding_reports_the_missing_ones(emulator, percent, name, seeds):
     harm(emulator, percent, name, seeds)
 
 

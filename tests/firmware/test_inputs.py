@@ -158,7 +158,7 @@ def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
             tick = rig.edge(case.level)
             instant = rig.instant(tick)
             moving_ms = 130 if case.happening != Happening.BRAKED else 700
-            due, _ways = wanted(drive)
+            due, _directions = wanted(drive)
             drive.run(f"{moving_ms} ms")
             made = np.array(line.board.rises)
             stop, *rest = [each for each in events(line) if each.kind == case.happening]

@@ -113,7 +113,7 @@ def cause_it(talk, cause):
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("cause", CAUSES)
 @pytest.mark.parametrize("state", [IDLE, RUN, BRAKE, HALT], ids=lambda each: each.name)
-def test_what_switches_the_driver_off_and_what_does_not(emulator, state, cause):
+def test_causes_that_switch_the_driver_off_or_leave_it_on(emulator, state, cause):
     for policy, polarity in product(EnableOff, (1, 1 | LOW)):
         talk = energised(emulator, state, enable_off=policy, polarity=polarity, enable_hold=HOLDS, watchdog=WATCHDOG)
         on = 0 if polarity & LOW else 1
@@ -144,7 +144,7 @@ def test_only_a_driver_that_is_known_is_switched_on_and_only_where_steps_are_rea
 
 
 @pytest.mark.parametrize("state", [RUN, BRAKE, HALT], ids=lambda each: each.name)
-def test_the_driver_is_not_switched_on_but_at_rest(emulator, state):
+def test_the_driver_is_switched_on_only_at_rest(emulator, state):
     talk = Talk(emulator)
     talk.play([Record(0, 60_000, 8_000)])
     talk.board.run(talk.board.now + 60_000)
@@ -159,7 +159,7 @@ def test_the_driver_is_not_switched_on_but_at_rest(emulator, state):
 
 
 @pytest.mark.parametrize("known, power", [(False, False), (True, False), (False, True)])
-def test_what_the_board_has_switched_off_only_a_word_of_the_host_switches_on(emulator, known, power):
+def test_only_a_word_of_the_host_switches_the_driver_on_again(emulator, known, power):
     talk = energised(emulator, IDLE)
     talk.board.set_input(ESTOP_INPUT, 1, talk.board.now + 10)
     talk.board.run(talk.board.now + 10_000)
@@ -292,7 +292,7 @@ def test_no_self_test_moves_a_motor(emulator, driver, on):
 
 # --------------------------------------------------------------------------------------------------------------- lamps
 @pytest.mark.parametrize("fault, power", [(1, 2), (4, 3), (2, 2), (0, 1), (3, 0)])
-def test_lamps_show_a_halt_and_the_current_whatever_the_host_says_of_their_outputs(emulator, fault, power):
+def test_lamps_show_a_halt_and_the_current_whatever_the_host_sends_for_their_outputs(emulator, fault, power):
     talk = Talk(emulator, fault_output=fault, power_output=power)
 
     def lamps():

@@ -216,7 +216,7 @@ def test_a_record_for_each_step(emulator):
     streamed(emulator, [Record(0, 1, 360 + at % 3) for at in range(60)])
 
 
-def test_the_shortest_interval_is_what_the_board_says(emulator):
+def test_the_shortest_interval_is_the_stated_one(emulator):
     streamed(emulator, constant(UNO.shortest, 0.05))
     host = Host(emulator, [])
     host.say(FrameKind.PUSH, Record(0, 100, UNO.shortest - 1).pack())
@@ -234,7 +234,7 @@ def test_the_shortest_interval_is_what_the_board_says(emulator):
         (45_000, 3, True),
     ],
 )
-def test_an_underrun_is_followed_by_the_way_down(emulator, rate, steps, table):
+def test_an_underrun_is_followed_by_the_stop_ramp(emulator, rate, steps, table):
     host = Host(emulator, ramp(HZ / rate, 800)[:40])
     if table:
         host.say(FrameKind.TAIL, wire.tail_payload(0, [(int(HZ / rate * 1.06**at) << 8, steps) for at in range(1, 11)]))
@@ -245,7 +245,7 @@ def test_an_underrun_is_followed_by_the_way_down(emulator, rate, steps, table):
     assert events(host.board)[-1].position == len(host.board.rises)
 
 
-def test_what_it_takes(firmware, emulator):
+def test_flash_ram_and_stack_are_limited(firmware, emulator):
     assert firmware.flash <= FLASH * 5 // 8
     host = Host(emulator, ramp(HZ / 30_000), busy=True, pattern=HALVES, reflex=(Reflex.MARK,) * 6, report=63)
     for number in range(6):

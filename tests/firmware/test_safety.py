@@ -193,7 +193,7 @@ def test_a_driver_is_never_on_while_an_emergency_stop_is_open(emulator, seeds):
 @members("numbers", 1, 11)
 @pytest.mark.parametrize("driver", [None, *DRIVERS])
 @pytest.mark.parametrize("name", FAMILIES)
-def test_a_dry_run_counts_every_step_and_makes_no_edge(emulator, name, driver, numbers):
+def test_a_dry_run_counts_every_step_and_outputs_no_edge(emulator, name, driver, numbers):
     for number in numbers:
         rnd = Random(f"dry {name} {driver} {number}")
         family = FAMILIES[name]

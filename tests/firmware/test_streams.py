@@ -166,17 +166,17 @@ def test_outputs_of_programs_change_in_order_with_the_steps(emulator, name):
         due = [
             (drive._path.ticks.at(ps) / 65536 + drive._state.horizon, number, level) for ps, number, level in changed
         ]
-        under_way = [row for row in due if line.board.rises[0] < row[0] < line.board.rises[-1]]
-        assert under_way, due
+        in_progress = [row for row in due if line.board.rises[0] < row[0] < line.board.rises[-1]]
+        assert in_progress, due
         made, before = [], 0
         for tick, value in line.board.outputs:
             made += [(tick, n, value >> n & 1) for n in range(4) if (value ^ before) >> n & 1]
             before = value
-        for wanted in under_way:
+        for wanted in in_progress:
             late = min((tick - wanted[0] for tick, *rest in made if tuple(rest) == wanted[1:]), key=abs)
             assert abs(late) < OUTPUTS_WITHIN_US * TICKS_A_US, (late / TICKS_A_US, wanted)
-        order = [each[1:] for each in made if each[0] >= under_way[0][0] - 1000]
-        assert order[: len(under_way)] == [each[1:] for each in under_way]
+        order = [each[1:] for each in made if each[0] >= in_progress[0][0] - 1000]
+        assert order[: len(in_progress)] == [each[1:] for each in in_progress]
 
 
 @pytest.mark.system

@@ -91,7 +91,7 @@ def test_the_firmware_has_the_same_pins(board: Board) -> None:
     assert [wired[name] for name in order] == list(range(16))
 
 
-def test_what_rests_high_is_pulled_up(board: Board) -> None:
+def test_pins_high_at_rest_are_pulled_up(board: Board) -> None:
     pulled = set(re.findall(r"PIN_(\w+) = \d+,? +/\*[^*]*pulled up", PINS))
     assert {name.lower() for name in pulled} == {
         net[3:]

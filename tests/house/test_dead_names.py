@@ -71,7 +71,7 @@ def readers() -> tuple[tuple[Path, frozenset[str]], ...]:
     )
 
 
-def test_what_is_defined_is_read() -> None:
+def test_every_definition_is_read() -> None:
     others = CALLED | {name for _, names in readers() for name in names}
     found = [
         f"{file.relative_to(ROOT)}: {name}"

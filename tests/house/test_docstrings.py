@@ -62,7 +62,7 @@ def test_docstrings_of_public_functions_are_imperatives(room) -> None:
     assert found == {}
 
 
-def test_a_state_of_the_world_is_told_from_an_imperative() -> None:
+def test_a_state_is_distinguished_from_an_imperative() -> None:
     source = """
 def begun(): "The same, of those steps that count."
 def over(): "Is it over?"

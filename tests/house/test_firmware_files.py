@@ -78,7 +78,7 @@ def test_nothing_is_from_others(folder: str) -> None:
         assert not re.search(r"copyright|\(c\)|spdx|licen[cs]e|@author|all rights", text, re.IGNORECASE), path
 
 
-def test_what_is_common_knows_no_processor() -> None:
+def test_common_files_are_independent_of_processors() -> None:
     own = {path.name for path in files("common")}
     for path in files("common"):
         assert included(path) <= own | OF_A_BOARD | SYSTEM, path

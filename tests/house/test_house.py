@@ -141,7 +141,7 @@ def classes() -> Iterator[type]:
                     yield thing
 
 
-def test_no_class_stands_on_a_stack_of_others() -> None:
+def test_no_class_has_a_deep_stack_of_bases() -> None:
     from slewline.core.chip import Chip
     from slewline.parts.boards.board import Board
     from slewline.parts.hosts.host import Host
@@ -154,7 +154,7 @@ def test_no_class_stands_on_a_stack_of_others() -> None:
     assert not too_deep
 
 
-def test_only_our_classes_count_in_a_depth_and_the_longest_way_counts() -> None:
+def test_only_our_classes_count_in_a_depth_and_the_longest_path_counts() -> None:
     one = type("One", (dict,), {"__module__": "slewline.room"})
     two = type("Two", (one,), {"__module__": "slewline.room.inner"})
     other = type("Other", (two,), {"__module__": "a.room"})
@@ -166,7 +166,7 @@ def test_only_our_classes_count_in_a_depth_and_the_longest_way_counts() -> None:
 MOST_FILES = 15  # in a room; what a visitor takes in
 
 
-def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None:
+def test_a_room_has_few_files_and_its_first_line_describes_them() -> None:
     for folder in (path.parent for path in (SOURCES / "slewline").rglob("__init__.py")):
         room = folder.relative_to(SOURCES / "slewline").as_posix()
         assert len([*folder.glob("*.py")]) <= MOST_FILES, room
@@ -197,7 +197,7 @@ def recurring(files: Iterable[str]) -> dict[str, list[str]]:
     }
 
 
-def test_a_file_has_a_name_of_its_own_but_for_the_chapters_of_chips() -> None:
+def test_a_file_name_is_unique_except_for_the_chapters_of_chips() -> None:
     files = [path.relative_to(SOURCES / "slewline").as_posix() for path in (SOURCES / "slewline").rglob("*.py")]
     assert recurring(files) == {}
     assert {name for name in CHAPTERS if len([file for file in files if Path(file).stem == name]) > 1} == CHAPTERS
@@ -268,7 +268,7 @@ TWICE = {"Decoder", "Serial"}  # of each dialect that is decoded; pySerial's and
 FIELD = {"translation/meaning.py"}  # what a program does, in the field's terms
 
 
-def test_a_class_name_is_that_of_one_class_but_for_the_roles_that_every_chip_has() -> None:
+def test_a_class_name_is_that_of_one_class_except_the_roles_of_every_chip() -> None:
     places: dict[str, list[str]] = {}
     for path in (SOURCES / "slewline").rglob("*.py"):
         for node in tree(path).body:

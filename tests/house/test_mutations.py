@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 
-def test_every_mutation_stands_once_in_the_source_and_names_tests_that_are_there() -> None:
+def test_every_mutation_occurs_once_in_the_source_and_names_existing_tests() -> None:
     mutations = tomllib.loads((ROOT / "tools/mutations.toml").read_text("utf-8"))["mutation"]
     house = ROOT / "src/slewline"
 

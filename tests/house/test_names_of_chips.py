@@ -98,7 +98,7 @@ def test_no_file_names_a_chip(room):
     assert [place for place, names in found.items() if not names and place in ALLOWED] == [], "take them off the list"
 
 
-def test_every_folder_of_the_house_is_looked_at_but_those_of_chips():
+def test_every_folder_of_the_house_is_searched_except_those_of_chips():
     folders = {place.split("/")[0] for place in PLACES if "/" in place}
     assert folders == {path.name for path in HOUSE.iterdir() if path.is_dir() and path.name != "__pycache__"}
     assert ALLOWED.keys() <= set(PLACES)

@@ -79,7 +79,7 @@ class Table:
 '''
 
 
-def test_the_sources_ask_for_events_in_the_words_that_are_allowed():
+def test_the_sources_query_events_by_the_allowed_names():
     found = vocabularies()
     new = [each for each in found if each.title not in ALLOWED]
     assert not new, "another vocabulary for events in time; ask in the words of one that is there:\n" + "\n".join(
@@ -113,14 +113,14 @@ def test_a_class_planted_in_the_sources_is_another_vocabulary(tmp_path):
     }
 
 
-def test_what_is_no_question_has_no_kind(tmp_path):
+def test_other_methods_have_no_kind_of_question(tmp_path):
     (tmp_path / "other.py").write_text(OTHER, "utf-8")
     questions = {one.name: one.questions for one in answering(tmp_path)}
     assert questions["Curve"] == questions["Table"] == {}
     assert set(questions["Clock"].values()) == {"at"}
 
 
-def test_further_names_beside_known_words_are_another_vocabulary(tmp_path):
+def test_additional_names_next_to_known_words_are_another_vocabulary(tmp_path):
     more = TRAIN + "    def upto(self, t: int) -> int: ...\n    def instant_of(self, n: int) -> int: ...\n"
     (tmp_path / "train.py").write_text(more, "utf-8")
     assert [each.title for each in vocabularies(tmp_path)] == ["Asked: arrival seen span", "Made: instant_of upto"]

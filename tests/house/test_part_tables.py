@@ -15,7 +15,7 @@ HEADER = (part_tables.FOLDER / "gsc200.h").read_text("ascii")
 
 
 @pytest.mark.parametrize("path", part_tables.files(), ids=lambda path: path.name)
-def test_a_table_is_what_the_sheet_is(path) -> None:
+def test_a_table_agrees_with_the_sheet(path) -> None:
     assert path.read_text("ascii") == part_tables.files()[path], "run: python tools/part_tables.py"
 
 
@@ -29,7 +29,7 @@ def test_the_header_has_the_pins_of_the_sheet() -> None:
     assert len(named) > 14 and {name: int(number) for name, number in named} == {
         name: numbers[name] for name, _ in named
     }
-    ways = {pin.name.upper(): pin.way for pin in PINS}
+    ways = {pin.name.upper(): pin.in_out for pin in PINS}
     inputs = set(re.findall(r"GSC_([A-Z0-9]+) = 1 <<", HEADER))
     assert inputs == {name for name, way in ways.items() if way == "in"} - {"TEST", "TXPD"}
     assert {name.upper() for name in part_tables.OUTPUTS} == {n for n, way in ways.items() if way == "out"} - {

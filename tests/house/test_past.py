@@ -15,7 +15,7 @@ NAMES = {  # what names a way, and the files that may
     **dict.fromkeys(("ShadowBench", "shadows"), SHADOWS | CHOICE),
     **dict.fromkeys(("Checkpoint", "Checkpoints", "checkpoints", "fork_checkpoint"), PROCESSES | CHOICE),
     **dict.fromkeys(("World", "worlds"), PROCESSES),
-    **dict.fromkeys(("Ear", "Ears", "record_same"), {"links/time/bench_exchange.py"} | CHOICE),
+    **dict.fromkeys(("LineTap", "LineTaps", "record_same"), {"links/time/bench_exchange.py"} | CHOICE),
 }
 ASKERS = {"rerun": {"drive/stopping/rewind.py"}, "world": {"links/time/branches.py"}}
 
@@ -56,11 +56,11 @@ def asked(root: Path) -> tuple[dict[str, set[str]], set[str]]:
     return through, without
 
 
-def test_no_file_but_that_of_choice_names_a_way_back() -> None:
+def test_going_back_is_named_only_in_the_file_of_choice() -> None:
     assert strangers(SOURCES / "slewline") == set()
 
 
-def test_each_name_of_a_way_is_still_there() -> None:
+def test_each_name_for_going_back_still_exists() -> None:
     there = {name for file, node in nodes(SOURCES / "slewline") for name in names(node)}
     assert NAMES.keys() <= there
 

@@ -53,11 +53,11 @@ def row(rows, figure=1.0, goal=1.0, more=True, name="a", bound="b", unit="ms", *
         (0, 0, False, "yes"), (1, 0, False, "NO"), (5, None, True, ""),
     ],
 )  # fmt: skip
-def test_a_verdict_says_how_far_the_goal_is(rows, figure, goal, more, verdict):
+def test_a_verdict_states_the_distance_from_the_goal(rows, figure, goal, more, verdict):
     assert row(rows, figure, goal, more).verdict == verdict
 
 
-def test_what_could_not_be_measured_has_no_verdict_and_says_why(rows):
+def test_missing_measurements_have_no_verdict_and_a_reason(rows):
     absent = row(rows, None, 10, unit="x C", absent="no C compiler here")
     assert (absent.verdict, absent.shown, absent.met) == ("no verdict", "no C compiler here", True)
     assert row(rows, None, None, unit="x C", absent="no C compiler here").verdict == ""
@@ -164,7 +164,7 @@ def test_no_text_guesses_at_a_time_or_a_size():
 
 
 # ---------------------------------------------------------------------------------------- goals beside the reference
-def test_a_goal_in_real_time_becomes_one_beside_the_reference(load, rows):
+def test_a_goal_in_real_time_becomes_one_relative_to_the_reference(load, rows):
     asked = load("asked")
     name = "1,000 exchanges with a GS-C200S"
     assert asked.ASKED[name].ratio == round(100 / 49.19, 2) == 2.03
@@ -228,7 +228,7 @@ def test_missed_goals_come_first_each_with_its_bound(load, rows):
     assert page.missed([row(rows, 5, 1)]) == "None.\n"
 
 
-def test_the_page_has_processor_and_day_and_keeps_what_was_measured_by_hand(load, rows):
+def test_the_page_has_processor_and_day_and_keeps_manual_measurements(load, rows):
     page, asked = load("page"), load("asked")
     every = [row(rows, 1.0, None, name=name, unit=rows.REAL) for name in asked.ASKED]
     text = page.written({"Family": [*every, row(rows, 1, 2, name="made up")]}, date(2030, 1, 31))
@@ -263,7 +263,7 @@ def test_the_step_generator_adds_up_intervals(load, tmp_path):
     assert ticks.tolist() == [0, 10, 22, 36, 43, 49, 54]
 
 
-def test_a_profile_says_calls_and_where_the_time_goes(load):
+def test_a_profile_lists_calls_and_time(load):
     profiled = load("profiled")
     stats = {
         ("/a/net.py", 1, "f"): (2, 2, 3.0, 9.0, {}),
@@ -273,7 +273,7 @@ def test_a_profile_says_calls_and_where_the_time_goes(load):
     assert profiled.sentence(stats, 5, "a packet") == "2 calls a packet; of the time kernel 70%, net 30%"
 
 
-def test_what_a_profile_loads_at_first_does_not_count(load):
+def test_initial_loading_does_not_count_in_a_profile(load):
     profiled, runs = load("profiled"), count()
     text = profiled.bound("once", lambda: lambda: next(runs) == 0 and sum(map(abs, range(1000))), 1, "a run")
     assert next(runs) == 2 and int(text.partition(" ")[0]) < 10

@@ -47,7 +47,7 @@ def release():
 
 
 # ------------------------------------------------------------------------------------------------------------- version
-def test_one_file_has_the_version_and_the_others_say_the_same():
+def test_one_file_has_the_version_and_the_others_agree():
     assert "version" in PROJECT["dynamic"] and SETTINGS["tool"]["hatch"]["version"] == {
         "path": "src/slewline/version.py"
     }
@@ -58,7 +58,7 @@ def test_one_file_has_the_version_and_the_others_say_the_same():
     assert str(CITATION.get("date-released")) == str(released)
 
 
-def test_what_make_is_asked_for_on_a_page_is_a_task():
+def test_make_targets_on_a_page_are_tasks():
     tasks = {"help"} | {f"{name}-env" if name in ("run", "dev") else name for name, *_ in tool("setup").TASKS}
     pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
     named = {(task, page.name) for page in pages for task in MAKE.findall(page.read_text("utf-8"))}
@@ -81,7 +81,7 @@ def names(group):
 
 
 @pytest.mark.parametrize("group", GROUPS)
-def test_what_a_group_names_is_locked(group):
+def test_packages_of_a_group_are_locked(group):
     lock = (ROOT / f"requirements/{group}.lock").read_text("utf-8")
     assert {*names(group)} <= {*re.findall(r"^([\w-]+)==", lock, re.MULTILINE)}
 
@@ -90,7 +90,7 @@ def test_every_group_has_a_lock_and_every_lock_a_group():
     assert {path.stem for path in (ROOT / "requirements").iterdir()} == {*GROUPS}
 
 
-def test_what_the_extras_bring_is_what_developers_have():
+def test_developers_have_the_packages_of_the_extras():
     extras = {
         re.split(r"[<>=]", name)[0].replace("_", "-")
         for extra in PROJECT["optional-dependencies"].values()
@@ -112,14 +112,14 @@ def test_the_page_on_an_index_has_no_link_that_leads_nowhere():
     )
 
 
-def test_an_address_of_the_repository_comes_with_those_beside_it():
+def test_an_address_of_the_repository_comes_with_its_companions():
     urls = PROJECT.get("urls", {})
     assert set(urls) in (set(), {"Source", "Documentation", "Changelog", "Issues"})
     assert all(url.startswith(urls["Source"]) for url in urls.values())
 
 
 # -------------------------------------------------------------------------------------------------------------- release
-def test_what_keeps_a_version_from_being_released_is_listed(release, tmp_path, monkeypatch):
+def test_obstacles_to_the_release_of_a_version_are_listed(release, tmp_path, monkeypatch):
     monkeypatch.setattr(release, "__version__", "0.3.0")
     project, changelog = tmp_path / "pyproject.toml", tmp_path / "CHANGELOG.md"
     project.write_text("[project]\n")
@@ -221,7 +221,7 @@ def test_every_layer_has_an_exhaustive_contract():
     assert not [name for name in packages if f"slewline.{name}" not in held]
 
 
-def test_a_container_gets_what_it_copies_and_a_command_that_there_is():
+def test_a_container_gets_its_copied_files_and_an_existing_command():
     from slewline.cli.commands import cli
 
     text = (ROOT / "Containerfile").read_text("utf-8")

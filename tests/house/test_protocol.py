@@ -21,7 +21,7 @@ def names(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize("path", protocol.headers(), ids=lambda path: path.name)
-def test_a_header_is_what_the_messages_are(path) -> None:
+def test_a_header_agrees_with_the_messages(path) -> None:
     assert path.read_text("ascii") == protocol.headers()[path], "run: python tools/protocol.py"
 
 
@@ -32,7 +32,7 @@ def test_the_command_finds_nothing_wrong() -> None:
 def test_every_name_of_the_messages_is_in_it() -> None:
     text = protocol.headers()[protocol.MESSAGES]
     defined = dict(re.findall(r"^#define (\w+) (\w+)", text, re.MULTILINE))
-    assert defined["EVENT_ESTOP"] == str(int(wire.Happening.ESTOP)) and defined["RECORD_WAY_BIT"] == "6"
+    assert defined["EVENT_ESTOP"] == str(int(wire.Happening.ESTOP)) and defined["RECORD_RAMP_LEFT_BIT"] == "6"
     for prefix, kind in protocol.GROUPS:
         assert {name for name in defined if name.startswith(f"{prefix}_")} >= {f"{prefix}_{each.name}" for each in kind}
 

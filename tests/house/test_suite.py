@@ -134,7 +134,7 @@ def runs(pid: int) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="needs /proc")
 @pytest.mark.parametrize("workers", ["0", "1"])
-def test_what_is_left_is_named_and_fails_the_run_and_processes_are_ended(tmp_path: Path, workers: str) -> None:
+def test_leftovers_are_named_and_fail_the_run_and_processes_are_ended(tmp_path: Path, workers: str) -> None:
     run = Run(tmp_path, LEAVES, "-n", workers, "-W", "ignore")
     assert run.outcomes() == {"test_it": "PASSED"}
     assert run.status == 1

@@ -85,7 +85,7 @@ def test_rows_are_selected_as_ever(run):
     assert "SUBFAILED" not in run("-k", "odd and 1")
 
 
-def test_what_is_made_for_each_row_keeps_them_apart(run):
+def test_items_made_for_each_row_are_kept_apart(run):
     assert "4 passed" in run("-k", "fresh")
 
 
@@ -97,7 +97,7 @@ def test_cases_run_with_one_part_each_and_with_all_in_long_runs(run):
     assert [f"crossed {part} {number}" in rest for part in "ab" for number in range(4)] == [not each for each in seen]
 
 
-def test_a_test_without_cases_runs_with_one_part_unless_it_tells_them_apart(run):
+def test_a_test_without_cases_runs_with_one_part_unless_it_distinguishes_them(run):
     found = run("-k", "alone", "-m", "not long")
     assert ("alone a" in found) != ("alone b" in found)
     found = run("-k", "apart", "-m", "not long")

@@ -29,7 +29,7 @@ def right(steps: Events, lag: int) -> int:
 
 
 @pytest.mark.check
-def test_who_takes_what_is_not_known_yet_for_an_instant_is_found(tmp_path):
+def test_using_an_unknown_time_as_an_instant_is_found(tmp_path):
     planted = tmp_path / "planted.py"
     planted.write_text(PLANTED, "utf-8")
     ran = subprocess.run(

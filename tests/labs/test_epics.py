@@ -47,14 +47,14 @@ def test_a_put_completes_when_the_motion_has(run):
     assert record.said == []
 
 
-def test_a_place_where_the_motor_is_is_reached_at_once_and_told(run):
+def test_a_move_to_the_present_position_is_complete_immediately_and_reported(run):
     async def play(record):
         await record.put("VAL", 0)
 
     assert run(play).of("RBV", "MOVN", "DMOV") == [("DMOV", 0), ("DMOV", 1)]
 
 
-def test_a_part_that_says_nothing_while_it_moves_has_a_record_as_well(run):
+def test_a_part_that_is_silent_while_it_moves_has_a_record_as_well(run):
     async def play(record):
         await record.put("VAL", 4000)
         assert record.chip.position == record.get("RBV") == 4000
@@ -118,7 +118,7 @@ def test_a_position_that_is_put_after_a_stop_is_reached(run):
     assert run(play).of("RBV", "DMOV")[-2:] == [("RBV", 700), ("DMOV", 1)]
 
 
-def test_the_last_client_that_has_gone_leaves_the_motion_to_go_on(run):
+def test_the_motion_continues_after_the_last_client_has_gone(run):
     async def play(record):
         put = asyncio.create_task(record.put("VAL", 600))
         while not record.get("MOVN"):
@@ -157,7 +157,7 @@ def test_a_homing_ends_where_the_switches_are(run):
 
 
 @pytest.mark.parametrize(("value", "within"), [(100, True), (101, False), (-1, False)])
-def test_a_position_beyond_the_limits_is_no_motion(run, value, within):
+def test_a_position_beyond_the_limits_causes_no_motion(run, value, within):
     async def play(record):
         await record.put("LLM", 0)
         await record.put("HLM", 100)
@@ -194,7 +194,7 @@ def test_units_and_direction_are_those_of_the_resolution(run):
     run(play, resolution=-0.005, units="mm")
 
 
-def test_rates_are_those_that_the_part_can_have(run):
+def test_rates_are_limited_to_those_of_the_part(run):
     async def play(record):
         assert (record.get("VELO"), record.get("VBAS"), record.get("VMAX")) == (1000, 100, 10_000)
         assert record.get("ACCL") == pytest.approx(0.0961, abs=1e-4)
@@ -208,7 +208,7 @@ def test_rates_are_those_that_the_part_can_have(run):
     run(play)
 
 
-def test_what_is_refused_is_said(run):
+def test_refusals_are_reported(run):
     async def play(record):
         with pytest.raises(UsageError):
             await record.fields["VELO"].write(1e6)
@@ -225,7 +225,7 @@ def test_what_is_refused_is_said(run):
     ]
 
 
-def test_a_resolution_of_nothing_and_a_unit_without_end_are_refused():
+def test_a_zero_resolution_and_an_endless_unit_are_refused():
     with pytest.raises(UsageError, match="allowed units per step"):
         MotorRecord("m1", lambda: None, 0)
     for units in ("x" * 16, "\u03bcm"):
@@ -264,7 +264,7 @@ def test_a_name_that_records_have_is_taken(name):
 
 
 # ------------------------------------------------------------------------------------------------------------- failures
-def test_a_command_that_is_refused_fails_the_put_and_is_no_alarm(run):
+def test_a_command_that_is_refused_fails_the_put_without_an_alarm(run):
     async def play(record):
         ramp = record.state.ramps["move"]
         ramp.values = {**ramp.values, "R": 5000}
@@ -316,7 +316,7 @@ def test_a_port_that_is_gone_is_an_alarm_until_it_is_back(run, monkeypatch):
 
 
 @pytest.mark.system
-def test_a_motor_at_rest_is_asked_where_it_is(run, monkeypatch):
+def test_a_motor_at_rest_is_queried_for_its_position(run, monkeypatch):
     monkeypatch.setattr(labs, "RETRY_S", 10)
 
     async def play(record):
@@ -484,7 +484,7 @@ def test_a_browser_moves_nothing(begins, monkeypatch):
     module.close()
 
 
-def test_it_listens_on_this_machine_alone_unless_told_otherwise(monkeypatch):
+def test_it_listens_on_this_machine_only_unless_configured_otherwise(monkeypatch):
     monkeypatch.delenv("EPICS_CAS_INTF_ADDR_LIST", raising=False)
     assert interfaces() == ["127.0.0.1"]
     monkeypatch.setenv("EPICS_CAS_INTF_ADDR_LIST", "10.0.0.1 127.0.0.1")

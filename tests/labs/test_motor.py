@@ -89,7 +89,7 @@ def test_a_part_that_takes_no_command_while_it_moves_cannot_be_stopped(motor_at)
         motor.stop()
 
 
-def test_a_motor_homes_in_the_direction_that_is_asked_for(motor_at):
+def test_a_motor_homes_in_the_requested_direction(motor_at):
     motor = motor_at(*KINDS["gs-c200s"])
     motor.move(40)  # the speeds are known from then on
     over(motor)
@@ -112,7 +112,7 @@ def test_a_position_is_set_without_motion(motor_at):
         motor_at(*KINDS["gs-c200"]).preset(0)
 
 
-def test_a_part_that_wants_an_input_for_it_does_not_home(motor_at):
+def test_a_part_that_needs_an_input_for_it_does_not_home(motor_at):
     motor = motor_at(*KINDS["cy545"])
     with pytest.raises(UsageError, match="no homing in a given direction"):
         motor.home(1)
@@ -140,7 +140,7 @@ def _intervals(motor):
     return [later - earlier for earlier, later in pairwise(times)]
 
 
-def test_the_program_of_somebody_else_is_seen_and_ours_is_not(motor_at):
+def test_a_foreign_program_is_seen_and_our_own_is_not(motor_at):
     motor = motor_at(*KINDS["gs-c200s"])
     assert motor.foreign_program() == 0
     motor.move(10)
@@ -170,7 +170,7 @@ def test_a_chip_that_never_answers_is_given_up(motor_at, monkeypatch):
         over(motor)
 
 
-def test_a_port_that_is_gone_is_told(motor_at):
+def test_a_lost_port_is_reported(motor_at):
     motor = motor_at(*KINDS["gs-c200s"])
     motor.module.port.line.close()
     with pytest.raises(PortLost, match="the port is gone"):

@@ -79,7 +79,7 @@ def test_a_field_is_written_by_an_effect_or_is_constant():
         "at_rest", "redefine", "pulse", "fitted"
     }  # fmt: skip
     assert len(ROWS) == len(FIELDS)
-    assert all(row.says for row in FIELDS)
+    assert all(row.description for row in FIELDS)
 
 
 def test_types_and_words_are_those_of_the_record(run):
@@ -107,7 +107,7 @@ def test_every_field_is_read_as_every_kind_of_value(run):
 
 
 @pytest.mark.parametrize("more", [{}, CY545 | {"resolution": -0.005, "units": "mm"}], ids=["gs-c200s", "cy545"])
-def test_what_autosave_has_saved_it_can_restore(run, more):
+def test_autosave_can_restore_its_saved_values(run, more):
     async def play(record):
         before = {name: record.get(name) for name in AUTOSAVE.split()}
         for name, value in before.items():
@@ -181,7 +181,7 @@ def test_a_position_between_steps_stays_as_it_was_put(run):
         (1, "RVAL", -7, (-7, 0, -7, -7)),
     ],
 )
-def test_set_says_where_the_motor_is_and_moves_nothing(run, frozen, field, value, gives):
+def test_set_defines_the_position_and_moves_nothing(run, frozen, field, value, gives):
     async def play(record):
         await record.put("VAL", 100)
         await record.put("FOFF", frozen)
@@ -216,7 +216,7 @@ def test_switches_have_fields_of_their_own_and_may_be_ignored(run):
     run(play)
 
 
-def test_a_part_without_a_command_for_it_says_where_it_is_by_the_offset_alone(run):
+def test_a_part_without_a_command_for_it_gives_its_position_by_the_offset_only(run):
     async def play(record):
         await record.put("SET", 1)
         with pytest.raises(UsageError, match="no command that sets its position; shift OFF instead"):
@@ -258,7 +258,7 @@ def test_limits_follow_each_other_and_are_the_control_limits(run):
     run(play, resolution=0.5)
 
 
-def test_a_limit_below_the_position_is_a_violation_and_the_way_back_is_none(run):
+def test_a_limit_below_the_position_is_a_violation_and_the_return_is_not(run):
     async def play(record):
         await record.put("VAL", 100)
         await record.put("HLM", 50)
@@ -276,7 +276,7 @@ def test_a_limit_below_the_position_is_a_violation_and_the_way_back_is_none(run)
     run(play)
 
 
-def test_a_limit_on_a_step_is_no_violation(run):
+def test_a_limit_on_a_step_is_not_a_violation(run):
     async def play(record):
         await record.put("HLM", 0.3)
         await record.put("VAL", 0.3)
@@ -372,7 +372,7 @@ def test_backlash_is_taken_up_by_a_second_move(run):
 
 
 # -------------------------------------------------------------------------------------------------------------- buttons
-def test_a_jog_goes_on_until_its_field_is_0(run):
+def test_a_jog_continues_until_its_field_is_0(run):
     async def play(record):
         await record.put("JVEL", 2000)
         for button, sign in (("JOGF", 1), ("JOGR", -1)):
@@ -424,7 +424,7 @@ def test_homing_is_at_its_own_rate_and_leaves_what_is_wanted_there(run):
     run(play)
 
 
-def test_a_pause_keeps_what_is_wanted_and_go_goes_on(run):
+def test_a_pause_keeps_the_target_and_go_resumes(run):
     async def play(record):
         put = asyncio.create_task(record.put("VAL", 4000))
         await record.moving()
@@ -523,7 +523,7 @@ def test_a_move_that_ends_elsewhere_is_missed_until_the_next_one(run):
     run(play)
 
 
-def test_an_update_asks_the_module_where_it_is(run):
+def test_an_update_queries_the_position_of_the_module(run):
     async def play(record):
         for line in ("Po", "S10", "T100", "R50", "+20", "E"):  # by somebody else
             record.motor.module.ask(line)

@@ -126,19 +126,19 @@ def test_message():
         ("K", "K is not a command: ", ""),
     ],
 )
-def test_what_is_copied_from_the_manual_or_meant_for_a_cy512_gets_a_word(line, says, remedy):
+def test_copies_from_the_manual_or_for_a_cy512_get_a_remark(line, says, remedy):
     with pytest.raises(ProgramError) as caught:
         assemble(f"E\n{line}\nQ", SHEET)
     (problem,) = caught.value.problems
-    assert problem.says.startswith(says)
+    assert problem.message.startswith(says)
     assert problem.remedy.startswith(remedy) and bool(problem.remedy) == bool(remedy)
 
 
-def test_the_return_sign_behind_q():
+def test_the_return_sign_after_q():
     with pytest.raises(ProgramError) as caught:
         assemble("E\n0\nQ }", SHEET)
     (problem,) = caught.value.problems
-    assert problem.says.startswith("} after QUIT, which takes no argument") and "leave it out" in problem.remedy
+    assert problem.message.startswith("} after QUIT, which takes no argument") and "leave it out" in problem.remedy
 
 
 def test_carets_stand_below_tabs():
@@ -176,7 +176,7 @@ def test_lines_and_labels():
 
 
 @pytest.mark.fact("LABEL-6")
-def test_labels_before_and_behind():
+def test_labels_before_and_after():
     text = "E\nJ B\nA$C\nB$B\nT A\n0\nQ"
     assert assemble(text, SHEET).stored == b"JBCBTA\0"
     assert assemble(text, SHEET, resolve=True).stored == b"J\3CBT\2\0"
@@ -224,7 +224,7 @@ def test_entry_may_be_written_or_not(text, stored, preset):
     assert (assembly.stored, assembly.preset) == (stored, preset)
 
 
-def test_odd_is_no_mistake():
+def test_odd_lines_are_not_mistakes():
     assembly = assemble("R100\nL 3, 0\nL 3 0\nR  5\nR 6", SHEET)
     assert assembly.stored == b"R\x64L\3\0L\3\0R\5R\6"
     assert [(problem.line, problem.code) for problem in assembly.findings] == [

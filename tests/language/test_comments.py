@@ -73,7 +73,7 @@ def test_a_comment_of_another_language_is_a_finding_of_the_host_that_sends_it(li
 
 
 @pytest.mark.parametrize("line", ["R #", "L #,A", "R # ; switches", '"# x"'])
-def test_the_switches_and_the_strings_of_a_cy545_are_no_comments(line):
+def test_the_switches_and_the_strings_of_a_cy545_are_not_comments(line):
     assert commented(line, sheet_of("cy545")) == []
 
 

@@ -139,7 +139,7 @@ def test_rates_on_the_fly_of_a_program():
         ("@tell switch close", False),
     ],
 )
-def test_a_motion_without_end_that_nothing_stops_is_told_once(behind, told):
+def test_an_unstoppable_endless_motion_is_reported_once(behind, told):
     text = HALT.removesuffix("H\nG\n") + "H\nG\nH\nG\n" + behind
     lines = [(problem.line, problem.severity) for problem in problems(text) if problem.code == "no-abort"]
     assert lines == ([(7, "note")] if told else [])
@@ -150,7 +150,7 @@ def test_a_halt_that_has_no_effect_needs_no_abort():
     assert [problem.code for problem in problems(SET + "H\nP 5")] == []  # nobody knows how far it is
 
 
-def test_a_rate_that_is_not_reached_is_told_once_with_the_lines_of_all_such_moves():
+def test_an_unreached_rate_is_reported_once_with_the_lines_of_all_such_moves():
     (problem,) = problems(SET + "A 0\nP 100\nE\nN 10\nA$G\nN 20\nT A\n0\nQX\n@until run=1\nP 300")
     assert (problem.line, problem.code) == (6, "rate-unreached")
     assert "the move has 100" in problem.found
@@ -159,7 +159,7 @@ def test_a_rate_that_is_not_reached_is_told_once_with_the_lines_of_all_such_move
     assert problem.remedy.endswith(" steps/s; it is not reached in lines 7, 8 either")
 
 
-def test_the_ramp_is_told():
+def test_the_ramp_is_reported():
     (problem,) = problems(SET + "N 8218\nG")
     assert problem.found == "the move does not slew: two ramps of 4039 steps leave 140 steps, all made at F 3 in 467 ms"
     assert (problem.allowed, problem.severity) == ("8078 steps, or at least 8334", "warning")
@@ -171,7 +171,7 @@ def test_a_short_crawl_is_only_a_note(number, severity):
     assert (problem.code, problem.severity) == ("short-slew", severity)
 
 
-def test_the_top_is_told():
+def test_the_top_rate_is_reported():
     (problem,) = problems(SET + "N 1000\nG")
     top = max(rate(move(1000, 3, 127, 100, 1), step) for step in range(1000))
     assert problem.remedy.startswith(f"the move reaches rate {top}, ")
@@ -202,5 +202,5 @@ def test_read_out_of_long_programs(size, codes):
     assert found("E\n" + "B\n" * (size - 1) + "0\nQ") == codes
 
 
-def test_overflow_is_enough_said():
+def test_an_overflow_suppresses_other_findings():
     assert found("E\n" + "B\n" * 60 + "0\nQ") == [(62, "overflow")]

@@ -14,13 +14,13 @@ def codes(*lines: str) -> list[tuple[int, str]]:
     return [(each.line, each.code) for each in lint("\n".join(lines), sheet_of("cy545b"), checks_of("cy545b"))]
 
 
-def test_a_text_that_is_as_it_should_be_is_no_reason_to_complain() -> None:
+def test_a_correct_text_has_no_findings() -> None:
     assert codes("+", "F 14", "R 100", "S 220", "N 3199", "G", "P 10000", "H 0", "P 4000", "-", "G") == []
 
 
 @pytest.mark.fact("CY545-UND-RESET-DIRECTION")
 @rows("before", ["+", "-", "P 5000", "H 0"])
-def test_the_first_g_behind_reset_must_be_told_its_direction(before: str) -> None:
+def test_the_first_g_after_reset_needs_a_direction(before: str) -> None:
     assert codes("N 5000", "G") == [(2, "no-direction")]
     assert codes("N 5000", before, "G") == []
     assert codes("+", "N 5000", "G", "I", "N 5000", "G") == [(6, "no-direction")]
@@ -35,7 +35,7 @@ def test_a_move_of_exactly_two_ramps_does_not_reach_its_rate() -> None:
     assert codes("S 250", "+", "N 600", "G") == []
 
 
-def test_what_switches_give_is_not_guessed() -> None:
+def test_values_of_switches_are_not_guessed() -> None:
     assert codes("+", "N #", "G", "P #", "P 10") == []
     assert codes("+", "R #", "N 5", "G") == []
 

@@ -28,7 +28,7 @@ def odd(text, sheet=SHEET):
     return [(problem.line, problem.code) for problem in found if problem.severity != "note"]
 
 
-def test_a_program_is_assembled_as_it_is_written_and_at_its_address():
+def test_a_program_is_assembled_exactly_as_written_and_at_its_address():
     made = assemble(CC10, SHEET)
     assert made.stored == b"N 1\r+\rG\rD 2000\rL 50,16\r0\r"
     assert [line.address for line in made.lines] == [10, 14, 16, 18, 25, 33]
@@ -36,7 +36,7 @@ def test_a_program_is_assembled_as_it_is_written_and_at_its_address():
     assert made.preset == ("Y 10", "Y 10", "X")
 
 
-def test_what_a_host_sends_sets_the_pointer_unless_the_program_begins_at_0():
+def test_lines_of_a_host_set_the_pointer_unless_the_program_begins_at_0():
     made = assemble(CC10, SHEET)
     assert to_ascii(made) == b"Y 10\rE\r" + made.stored + b"Q"
     assert to_binary(made).hex(" ") == ("59 02 0a 00 45 00 4e 03 01 00 00 2b 00 47 00 44 02 d0 07 4c 02 32 10 00 00 51")
@@ -50,7 +50,7 @@ def test_every_form_is_kept_character_for_character():
     assert again.stored == made.stored
 
 
-def test_what_switches_give_has_no_binary_form():
+def test_values_of_switches_have_no_binary_form():
     with pytest.raises(UsageError, match="# is text only"):
         to_binary(assemble("E\nR #\n0\nQ\n", SHEET))
 
@@ -59,7 +59,7 @@ def test_the_slash_becomes_part_of_the_number_in_binary():
     assert to_binary(assemble("E\n/B 2\n0\nQ\n", SHEET)).hex(" ") == "45 00 42 01 12 00 00 51"
 
 
-def test_a_program_that_begins_too_high_is_told_how_much_room_there_is():
+def test_a_program_that_begins_too_high_is_reported_with_the_available_room():
     with pytest.raises(ProgramError, match=r"12 bytes of program from address 65530 on; .* allowed 6 ") as caught:
         assemble("Y 65530\nE\nN 12345\n+\n0\nQ\n", SHEET)
     assert caught.value.problems[0].remedy == "start it at a lower address"
@@ -70,7 +70,7 @@ def test_a_second_program_begins_where_the_pointer_is():
     assert found == []
 
 
-def test_bytes_that_are_no_command_stand_alone():
+def test_unknown_bytes_are_separate_lines():
     found = instructions(b"\xff\xffG\r\x01R 5\rQ\rR", SHEET)
     assert [(one.address, one.row.form if one.row else None) for one in found] == [
         (0, None), (2, "G"), (4, None), (5, "R"), (9, None), (10, None), (11, None),
@@ -82,12 +82,12 @@ def test_branches_go_to_bytes_so_no_label_is_named():
     assert disassemble(stored, SHEET, labels=True) == disassemble(stored, SHEET)
 
 
-def test_a_command_may_stand_directly_behind_q():
+def test_a_command_may_directly_follow_q():
     made = assemble("Y 10\nE\n0\nQY 10\nX\n", SHEET)
     assert (made.stored, made.preset) == (b"0\r", ("Y 10", "Y 10", "X"))
 
 
-def test_a_binary_stream_is_told_as_commands():
+def test_a_binary_stream_is_reported_as_commands():
     said, notes = commands(bytes.fromhex("52 01 87 44 02 3B 1A 4E 03 11 22 33 5A 03 21 04 92 47 00"), SHEET)
     assert said == ["R 135", "D 6715", "N 3351057", "Z 1057,146", "G"]
     assert not notes
@@ -111,7 +111,7 @@ def test_a_binary_stream_is_told_as_commands():
         ("\u2019", "bad-character", "not a byte"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):
+def test_mistakes_are_reported_with_their_place_and_a_remedy(text, code, says):
     with pytest.raises(ProgramError) as caught:
         assemble(f"E\n{text}\n0\nQ\n", SHEET)
     (problem,) = caught.value.problems
@@ -154,7 +154,7 @@ def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):
         ("E\n0\nQ\nX\n0\nY 5\n", []),
     ],
 )
-def test_what_is_odd_is_told(text, expected):
+def test_oddities_are_reported(text, expected):
     assert odd(text) == expected
 
 
@@ -169,7 +169,7 @@ def test_the_plain_part_takes_no_stop_while_its_program_runs():
     assert odd(text) == []
 
 
-def test_a_branch_is_judged_by_the_page_behind_it():
+def test_a_branch_is_judged_by_the_page_after_it():
     assert odd("Y 4096\nE\n+\nN 1\nG\nL 3,6\n0\nQ\n") == []
     assert odd("Y 4096\nE\n+\nN 1\nG\nL 3,7\n0\nQ\n") == [(6, "branch-middle")]
 
@@ -181,7 +181,7 @@ def test_a_branch_is_judged_by_the_page_behind_it():
         (False, b'"\x03\x00QQ\x00\x00Q', 7),
     ],
 )  # fmt: skip
-def test_the_q_that_ends_an_entry_is_told_from_others(ascii, data, at):
+def test_the_q_that_ends_an_entry_is_distinguished_from_others(ascii, data, at):
     entry = Entry(SHEET.leave[-1], ascii)
     assert [entry.ends(byte) for byte in data] == [place == at for place in range(len(data))]
 
@@ -209,7 +209,7 @@ def test_the_reference_has_every_command_and_how_numbers_are_written():
         ("O 0\nE\nO 128\nR 77\n0\nQ\nY 0\nX", {"warning"}),
     ],
 )
-def test_of_text_and_binary_the_linter_says_what_a_run_does(text, says):
+def test_of_text_and_binary_the_linter_and_a_run_report_the_same(text, says):
     problems = lint(text, sheet_of("cy545b"), checks_of("cy545b"))
     assert {problem.severity for problem in problems if problem.code == "binary-mode"} == says
     bench = slewline.Bench()

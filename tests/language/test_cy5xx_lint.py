@@ -61,7 +61,7 @@ def test_the_cy512s_linter_knows_its_ramps(lines, expected):
 
 
 @pytest.mark.parametrize("part", ["cy500", "cy512"])
-def test_what_a_linter_warns_of_the_chip_tells_as_well(part):
+def test_the_chip_reports_the_same_as_the_linter(part):
     """The codes of findings and of problems agree."""
     import slewline
 

@@ -71,7 +71,7 @@ def test_the_list_is_shown_a_letter_a_line():
         ("cy545", ["F", "G 3", "K", "N", "R", "QX"], 0),
     ],
 )
-def test_one_line_tells_where_its_form_is_that_of_the_sister(part, lines, count):
+def test_a_form_of_the_sister_is_reported_once(part, lines, count):
     for line in lines:
         assert len(notes(part, f"{line}\n")) == count, line
 

@@ -16,7 +16,7 @@ PAGE = describe(SHEET)
 @rows("row", SHEET.commands)
 def test_every_command_is_there(row):
     (line,) = [line for line in PAGE.splitlines() if line.startswith("| `") and f"| {row.name} |" in line]
-    assert f"| {row.says} |" in line
+    assert f"| {row.description} |" in line
     assert f"| {row.time_us} |" in line
     assert all(f"{arg.name} {arg.low}..{arg.high}" in line for arg in row.args)
 
@@ -32,16 +32,16 @@ def test_a_command_with_its_argument_is_that_command(part, line, command):
 
 @rows("pin", SHEET.pins)
 def test_every_pin_is_there(pin):
-    assert f"| {pin.number} | `{pin.name}` | {pin.way} | {pin.says} |" in PAGE
+    assert f"| {pin.number} | `{pin.name}` | {pin.in_out} | {pin.description} |" in PAGE
 
 
 def test_every_register_and_time_is_there():
     for register in SHEET.registers:
-        assert f"| `{register.name}` | {register.says} | `{register.letter}` | {register.bits} |" in PAGE
+        assert f"| `{register.name}` | {register.description} | `{register.letter}` | {register.bits} |" in PAGE
     for name, time in SHEET.times.items():
         assert (
-            f"| `{name}` | {time.says} | {time.us:g} | {time.mhz:g} | {time.ticks} | {time.where} | {time.trust} |"
-            in PAGE
+            f"| `{name}` | {time.description} | {time.us:g} | {time.mhz:g} | {time.ticks} | {time.where} | "
+            f"{time.trust} |" in PAGE
         )
 
 

@@ -279,7 +279,7 @@ def test_values_of_labels():
     assert (jump.values, jump.stored) == ((65,), b"JA")
 
 
-def test_number_65_is_no_label():
+def test_number_65_is_not_a_label():
     assert ascii_port(b"J 65\r").texts == ["J 65"]
 
 

@@ -62,7 +62,7 @@ def test_target_inside_an_instruction_stays_a_number():
         (b"", []),
     ],
 )
-def test_what_no_program_holds(stored, text):
+def test_bytes_that_belong_to_no_program(stored, text):
     assert inner(disassemble(stored, SHEET)) == text
 
 

@@ -63,14 +63,14 @@ def test_a_session_is_taken_apart(sheet):
 
 
 @both
-def test_what_surrounds_a_program_may_be_left_out(sheet):
+def test_lines_around_a_program_may_be_left_out(sheet):
     whole = assemble(f"{ENTER[sheet]}\nS10\nA1\nE", sheet).stored
     assert assemble("S10\nA1", sheet).stored == assemble("S10\nA1\nE", sheet).stored == whole
 
 
 @both
 @pytest.mark.parametrize(("name", "locations"), [("bar", 50), ("drill", 36), ("drill_loop", 40)])
-def test_the_printed_programs_take_as_many_locations_as_the_data_sheet_says(sheet, name, locations):
+def test_the_printed_programs_take_the_locations_given_in_the_data_sheet(sheet, name, locations):
     text = (EXAMPLES / "drill" / f"{name}.gs-c200").read_text().replace("P\n", f"{ENTER[sheet]}\n")
     assert len(assemble(text, sheet).stored) == locations
 
@@ -105,7 +105,7 @@ def test_the_lines_of_a_host_with_and_without_checksums():
         (C200, "A1", b"P\rA1\rE\r"),
     ],
 )
-def test_program_entry_ends_as_it_is_written_and_else_without_a_run_where_the_part_can(sheet, text, sent):
+def test_program_entry_ends_as_written_or_else_without_a_run_where_the_part_can(sheet, text, sent):
     assert to_ascii(assemble(text, sheet)) == sent
 
 
@@ -114,7 +114,7 @@ def test_there_is_no_binary_form():
         to_binary(assemble("A1", C200))
 
 
-def test_what_is_no_instruction_is_shown_as_bytes():
+def test_unknown_instructions_are_shown_as_bytes():
     assert listing(b"\x00A\x01S\x0a", C200).splitlines() == [
         "000  00           ??? 00",
         "001  41 01        A1",

@@ -20,7 +20,7 @@ def test_every_command_has_its_row(part):
     commands = PAGES[part].partition("## Commands that act immediately")[0].splitlines()
     for row in SHEETS[part].commands:
         (line,) = [line for line in commands if line.startswith(f"| `{usage(row)}` | {row.name} |")]
-        assert f"| {row.says} |" in line and f"| {row.size} |" in line
+        assert f"| {row.description} |" in line and f"| {row.size} |" in line
     assert len([line for line in PAGES[part].splitlines() if "command descriptions |" in line]) >= len(
         SHEETS[part].commands
     )
@@ -30,11 +30,11 @@ def test_every_command_has_its_row(part):
 def test_every_pin_register_and_time_is_there_and_no_crystal(part):
     sheet, page = SHEETS[part], PAGES[part]
     for pin in sheet.pins:
-        assert f"| {pin.number} | `{pin.name}` | {pin.way} | {pin.says} |" in page
+        assert f"| {pin.number} | `{pin.name}` | {pin.in_out} | {pin.description} |" in page
     for register in sheet.registers:
-        assert f"| `{register.name}` | {register.says} |" in page
+        assert f"| `{register.name}` | {register.description} |" in page
     for name, time in sheet.times.items():
-        assert f"| `{name}` | {time.says} | {time.us:.10g} | {time.where} | {time.trust} |" in page
+        assert f"| `{name}` | {time.description} | {time.us:.10g} | {time.where} | {time.trust} |" in page
     assert "MHz" not in page and "- program buffer: 119 locations\n" in page
 
 

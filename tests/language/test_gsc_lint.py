@@ -44,7 +44,7 @@ def found(text, part=C200S):
         (C200S, "Po\nPx"),
     ],
 )
-def test_nothing_to_complain_about(part, text):
+def test_no_findings(part, text):
     assert problems(text, part) == []
 
 
@@ -87,7 +87,7 @@ def test_nothing_to_complain_about(part, text):
         ("Po\nD1\nP", [(3, 1, 1, "unknown-command")]),
     ],
 )
-def test_what_is_odd(text, expected):
+def test_odd_lines(text, expected):
     assert found(text) == expected
 
 
@@ -127,11 +127,12 @@ def test_severities_and_texts():
     assert [problem.severity for problem in problems(stored("L0\nD1\nL3\nD2\nL2"), C200S)] == ["warning"]
     (inside,) = problems(stored("j3\nA1"), C200S)
     assert (
-        inside.says == "JUMP to location 3, inside A1 of line 3: allowed 2 or 4 (GS-C200S manual, command descriptions)"
+        inside.message
+        == "JUMP to location 3, inside A1 of line 3: allowed 2 or 4 (GS-C200S manual, command descriptions)"
     )
 
 
-def test_a_motion_is_judged_with_the_speeds_of_every_way_that_leads_to_it():
+def test_a_motion_is_judged_with_the_speeds_of_every_path_that_leads_to_it():
     text = stored("S10\nT100\nR10\njc1,18\nD1\nR50\n+60")  # 18 is the R50, which one way passes by
     assert found(text) == [(5, 5, 2, "branch-middle"), (8, 1, 3, "rate-unreached")]
     assert found(text.replace("jc1,18", "jc1,20")) == [(8, 1, 3, "rate-unreached")]

@@ -15,7 +15,7 @@ CHARACTERS = b'RNSFGQ?EA+-BLT["/$#, 0123456789H\r\r\r\n\xff\x00\x01\x02\x03'
 
 @pytest.mark.parametrize("part", ["cy500", "cy512", "cy525", "cy545"])
 @pytest.mark.parametrize("ascii", [True, False])
-def test_what_is_kept_changes_nothing_but_the_line(part: str, ascii: bool) -> None:
+def test_keeping_bytes_changes_nothing_but_the_line(part: str, ascii: bool) -> None:
     sheet, rnd, kept_in_all = sheet_of(part), Random(f"kept {part} {ascii}"), 0
     dialect = spoken_as(sheet, TextDialect)
     for _ in range(400):

@@ -104,12 +104,12 @@ ODD = [
 
 
 @rows("text", CLEAN)
-def test_nothing_to_say(text):
+def test_no_findings_of_the_linter(text):
     assert found(text) == []
 
 
 @rows(("text", "problems"), ODD)
-def test_what_is_odd(text, problems):
+def test_odd_lines(text, problems):
     assert found(text) == problems
 
 

@@ -20,16 +20,18 @@ def test_every_command_pin_wire_register_and_time_is_there(part):
     sheet, page = SHEETS[part], PAGES[part]
     for row in sheet.commands:
         (line,) = [line for line in page.splitlines() if line.startswith(f"| `{packet(row)}` | {row.name} |")]
-        assert f"| {row.says} |" in line and ("waits for an update" in line) == row.buffered
+        assert f"| {row.description} |" in line and ("waits for an update" in line) == row.buffered
         assert ("needs an encoder" in line) == row.encoder
     for pin in sheet.pins:
-        assert f"| {pin.number} | `{pin.name}` | {pin.way} | {pin.says} |" in page
+        assert f"| {pin.number} | `{pin.name}` | {pin.in_out} | {pin.description} |" in page
     for wire in sheet.wires:
         assert f"| {', '.join(f'`{name}`' for name in wire)} |" in page
     for register in sheet.registers:
-        assert f"| `{register.name}` | {register.says} |" in page
+        assert f"| `{register.name}` | {register.description} |" in page
     for name, time in sheet.times.items():
-        assert f"| `{name}` | {time.says} | {time.us:.10g} | {time.mhz:g} | {time.ticks} | {time.where} |" in page
+        assert (
+            f"| `{name}` | {time.description} | {time.us:.10g} | {time.mhz:g} | {time.ticks} | {time.where} |" in page
+        )
 
 
 @each
@@ -64,7 +66,7 @@ def test_a_command_in_full():
     assert "- acts on: the axis that it sets\n" in describe(SHEETS["mc1451a"], "SET_3")
 
 
-def test_a_command_that_is_none_is_refused_with_what_is_meant():
+def test_an_unknown_command_is_refused_with_a_suggestion():
     with pytest.raises(UnknownName, match="SET_VELO is not a command of the MC1151A; write SET_VEL"):
         describe(SHEETS["mc1151a"], "SET_VELO")
     with pytest.raises(UnknownName, match="SET_3 is not a command of the MC1251A; a part with more axes"):

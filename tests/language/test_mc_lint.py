@@ -98,7 +98,7 @@ def test_a_start_velocity_that_leaves_no_ramp(start, codes):
         ("SET_POS 5\nRESET", []),
     ],
 )
-def test_what_is_buffered_and_never_updated(text, codes):
+def test_buffered_values_never_updated(text, codes):
     assert found(text) == codes
 
 
@@ -116,7 +116,7 @@ def test_what_is_buffered_and_never_updated(text, codes):
         ("SET_PRFL_GEAR", "SET_RATIO 5", True),
     ],
 )
-def test_what_an_update_brings_and_the_mode_does_not_use(mode, line, used):
+def test_buffered_values_unused_by_the_mode(mode, line, used):
     assert found(f"{mode}\n{line}\nUPDATE", "mc1451a-e") == ([] if used else [(2, "unused-parameter")])
     assert "unused-parameter" not in dict(map(reversed, found(f"{line}\nUPDATE", "mc1451a-e")))  # which mode is it?
 
@@ -178,7 +178,7 @@ def test_auto_stop_without_a_step_ratio():
     assert found("SET_AUTO_STOP_ON") == [(1, "no-encoder")]
 
 
-def test_nothing_is_told_twice():
+def test_nothing_is_reported_twice():
     text = "SET_VEL 9999999\nUPDATE\nUPDATE\nUPDATE"
     assert found(text) == [(1, "pulse-range")]
 
@@ -190,7 +190,7 @@ def test_words_that_direct_the_host_are_not_the_linter_s_business():
 def test_a_mistake_is_shown_with_its_place_and_the_manual():
     (problem,) = lint("  SET_VEL 0x200000\nUPDATE", sheet_of("mc1451a"), checks_of("mc1451a"))
     assert (problem.line, problem.column, problem.length, problem.severity) == (1, 3, 16, "warning")
-    assert problem.says == (
+    assert problem.message == (
         "32 steps/cycle exceeds the pulse range: the axis will run at 16 steps/cycle "
         "(MC1451A manual, command reference)"
     )

@@ -101,12 +101,12 @@ def test_checksums():
 
 
 @rows("values", [(), (1, 2), (1 << 30,), (-(1 << 30) - 1,), (1.0,), (True,), ("5",)])
-def test_what_a_host_of_ours_may_not_send_is_our_mistake(values):
+def test_values_out_of_range_from_our_host_are_a_usage_error(values):
     with pytest.raises(UsageError, match="SET_POS"):
         packets.words(SHEET.commands["SET_POS"], values)
 
 
-def test_the_mistake_says_what_is_allowed():
+def test_the_mistake_lists_the_allowed_values():
     with pytest.raises(UsageError) as error:
         packets.words(SHEET.commands["SET_MAX_ACC"], (32768,))
     assert str(error.value) == "SET_MAX_ACC max_acceleration 32768: allowed 0..32767 (command reference)"
@@ -145,7 +145,7 @@ def test_the_mistake_says_what_is_allowed():
         ("", "unknown-command", 0, 0, "", "slewline describe mc1451a-e lists the commands"),
     ],
 )
-def test_a_line_that_is_no_command_says_where_and_what_instead(line, code, at, end, allowed, remedy):
+def test_a_wrong_line_is_reported_with_its_place_and_a_replacement(line, code, at, end, allowed, remedy):
     found = refused(line)
     assert (found.code, found.at, found.end, found.allowed, found.remedy) == (code, at, end, allowed, remedy)
 
@@ -164,14 +164,14 @@ def test_a_line_that_is_no_command_says_where_and_what_instead(line, code, at, e
 )
 @pytest.mark.fact("PMD-CON-ACC-SPELLING", "PMD-CON-BRK-SPELLING", "PMD-CON-GET-I")
 @pytest.mark.fact("PMD-CON-ZERO-POS", "PMD-CON-BUF-MTR-CMD")
-def test_names_in_the_manual_that_are_no_commands(name, remedy):
+def test_names_in_the_manual_that_are_not_commands(name, remedy):
     found = refused(f"{name} 0")
     assert found.found == f"{name} is not a command of the MC1451A-E" and found.remedy == remedy
     with pytest.raises(UnknownName, match=f"{name} is not a command .*; {remedy}"):
         packets.row(SHEET, name)
 
 
-def test_an_axis_that_is_not_there_is_told_apart_from_a_slip():
+def test_a_missing_axis_is_distinguished_from_a_typing_error():
     assert refused("SET_3", sheet_of("mc1251a")).remedy == "a part with more axes has this command"
     assert words_of("SET_3", sheet_of("mc1451a")) == ()
 
@@ -194,7 +194,7 @@ def test_no_line_makes_the_reader_raise():
             assert 0 <= found.at <= found.end <= len(line) + 1
 
 
-def test_a_line_that_is_none_raises_where_a_command_is_wanted():
+def test_an_empty_line_raises_where_a_command_is_required():
     with pytest.raises(UsageError) as error:
         packets.command(SHEET, "SET_VEL 2c000")
     assert str(error.value) == (
@@ -249,7 +249,7 @@ def test_a_second_has_3051_cycles_and_three_quarters_and_another_crystal_others(
     assert rates.register(arg("SET_VEL"), 12345, rates.cycles_per_s(SHEET, 12_500_000)) == 530214  # 2 * 265106.86
 
 
-def test_what_a_register_value_means_in_seconds():
+def test_register_values_in_seconds():
     assert rates.per_second(arg("SET_VEL"), 65536, PER_S) == PER_S
     assert round(float(rates.per_second(arg("SET_VEL"), 267010, PER_S)), 1) == 12433.6
     assert round(rates.per_second(arg("SET_ACC"), 485, PER_S)) == 68923
@@ -273,7 +273,7 @@ def test_what_a_register_value_means_in_seconds():
         ("SET_VEL 7.62939453124e-6 steps/cycle", 0),
     ],
 )
-def test_a_rate_may_have_its_unit_behind_it(line, number):
+def test_a_rate_may_be_followed_by_its_unit(line, number):
     found = packets.parse(SHEET, line)
     assert found.values == (number,)
     name, rate = line.split(maxsplit=1)
@@ -434,6 +434,6 @@ def test_there_is_no_program_entry():
             write(assembly)
 
 
-def test_a_code_is_no_mnemonic():
+def test_a_code_is_not_a_mnemonic():
     with pytest.raises(UsageError, match="command 26: expected a mnemonic such as 'GET_STATUS'"):
         packets.row(sheet_of("mc1451a"), 26)

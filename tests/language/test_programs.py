@@ -87,7 +87,7 @@ def test_every_example_is_listed():
 
 
 @rows("name", PROGRAMS)
-def test_the_file_sends_what_the_manual_prints(name):
+def test_the_file_sends_the_program_printed_in_the_manual(name):
     stream, _ = PROGRAMS[name]
     kept = sent(text_of(name))
     if name == "continuous":
@@ -108,7 +108,7 @@ def test_the_file_assembles_to_the_buffer(name):
 
 
 @rows("name", STORED)
-def test_every_way_into_the_chip(name):
+def test_every_route_into_the_chip(name):
     assembly = assemble(text_of(name), SHEET)
     resolved = assemble(text_of(name), SHEET, resolve=True).stored
     assert entered(to_ascii(assembly))[::2] == (STORED[name], [])

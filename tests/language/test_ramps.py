@@ -20,7 +20,7 @@ def test_every_part_has_a_calculator_whose_parameters_are_its_commands(part: str
     assert calculator.sheet is sheet_of(part)
     rows = {row.form: row for row in calculator.sheet.commands}
     for quantity in calculator.quantities:
-        assert quantity.says
+        assert quantity.description
         if quantity.name in rows:
             (arg,) = rows[quantity.name].args
             assert quantity.arg is not None and arg.high == quantity.arg.high and arg.low <= quantity.arg.low
@@ -46,7 +46,7 @@ def test_capitals_of_a_name_do_not_count_and_hexadecimal_is_a_number() -> None:
     ({"F": 3, "R": "100 steps/s2", "S": 1}, UsageError, "cy525: R '100 steps/s2'; allowed"),
     ({"F": 3, "R": 100, "S": 1, "crystal": "99 MHz"}, UsageError, "CY525 takes 1 to 11 MHz"),
 ])  # fmt: skip
-def test_bad_parameters_are_refused_with_what_is_allowed(values: Any, error: type[Exception], says: str) -> None:
+def test_bad_parameters_are_refused_with_the_allowed_ones(values: Any, error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=says):
         slewline.ramp("cy525", **values)
 
@@ -89,7 +89,7 @@ def test_the_least_number_that_is_enough_is_found_or_none() -> None:
     assert least(lambda number: number > 100, 0, 100) is None
 
 
-def test_levels_around_a_target_are_told_by_their_least_values() -> None:
+def test_levels_around_a_target_are_represented_by_their_least_values() -> None:
     def tens(value: int) -> int:
         return -(value // 10)
 

@@ -43,7 +43,7 @@ class Shown:
             play, offset = (float(shaft.play), float(shaft.offset)) if isinstance(shaft, BacklashShaft) else (0.0, 0.0)
             self.chain.insert(0, (ratio, play, offset))
             shaft = shaft.under
-        self.behind = shaft is None  # its command, as `stall` is
+        self.is_lagging = shaft is None  # its command, as `stall` is
         self.plays = self.places(None, 0.0)
         self.count = self.counted(self.plays, 0.0)
 
@@ -58,7 +58,7 @@ class Shown:
         return found or [place]
 
     def counted(self, places: list[float], asked: float) -> int:
-        place = places[-1] - asked * self.behind
+        place = places[-1] - asked * self.is_lagging
         return int((place * self.per_step + 0.5) // 1.0) if self.per_step else bisect_right(self.bounds, place)
 
 
@@ -261,6 +261,6 @@ class SlowSwitch(Switch):
         self.drivers["out"].drive(self._levels[self._closed])
 
     def _show(self, count: int, _before: int) -> None:
-        says = self._says[count]
+        says = self._zones[count]
         self._closed = self._closed if says is None else says
         self._promise()

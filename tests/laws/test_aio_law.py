@@ -97,11 +97,11 @@ def agree(seed):
 
 
 @pytest.mark.parametrize("seed", few(range(5), 2))
-def test_together_is_as_alone(seed):
+def test_running_together_equals_running_alone(seed):
     agree(seed)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(100, 500))
-def test_together_is_as_alone_for_long(seed):
+def test_running_together_equals_running_alone_for_long(seed):
     agree(seed)

@@ -42,7 +42,7 @@ def fit(bench, random: Random, clocks: list[str], sources: list[str], name: str,
     options = random.choice(MOTORS) if kind == "motor" else {}
     part = fitted(bench, kind, name, twin=twin, **options)
     for pin, terminal in part.pins.items():
-        if terminal.row.way == "in" and random.random() < 0.8:  # else it is open
+        if terminal.row.in_out == "in" and random.random() < 0.8:  # else it is open
             behind = clocks if pin in ("pulse", "clock") or kind == "rotor" else sources
             if behind:
                 bench.wire(random.choice(behind), f"{name}.{pin}")
@@ -70,10 +70,10 @@ def played(seed: int, *, twin=False, watched=False, recorded=True, shuffle=None,
         clocks.append(f"g{number}.out")
     row = deep and random.random() < 0.5
     parts = [fit(bench, random, clocks[-1:] if deep else sources, [] if row else sources, "p0", twin=twin)]
-    outs = [f"p0.{pin}" for pin, terminal in parts[0].pins.items() if terminal.row.way == "out"]
+    outs = [f"p0.{pin}" for pin, terminal in parts[0].pins.items() if terminal.row.in_out == "out"]
     if outs and row:
         parts.append(fit(bench, random, outs, [], "p1", twin=twin))
-    outs = [f"{part.name}.{pin}" for part in parts for pin, term in part.pins.items() if term.row.way == "out"]
+    outs = [f"{part.name}.{pin}" for part in parts for pin, term in part.pins.items() if term.row.in_out == "out"]
     if recorded:
         bench.record(*outs)
     script = Script(bench, seed, names, latest=1 if deep else 3)
@@ -157,17 +157,17 @@ class Fitting:
             part = fitted(bench, kind, f"p{number}", twin=self.twin, **options)
             self.parts.append(part)
             for pin, terminal in part.pins.items():
-                if terminal.row.way == "in" and pin in wires:
+                if terminal.row.in_out == "in" and pin in wires:
                     bench.wire(f"x.{wires[pin]}", f"{part.name}.{pin}")
-                if terminal.row.way == "in" and (pin not in wires or random.random() < 0.1):
+                if terminal.row.in_out == "in" and (pin not in wires or random.random() < 0.1):
                     driver = Driver(terminal.net, "hand")
                     for _ in range(random.choice((0, 0, 1, 3)) if pin not in ("pulse", "clock") else 0):
                         at, level = random.randrange(1, self.until_ps), random.choice((0, 1))
                         bench.kernel.call_at(at, lambda driver=driver, level=level: driver.drive(level))
                 some, at = random.random() < 0.3, random.randrange(self.until_ps)
-                if terminal.row.way == "out" and (self.watched or some):
+                if terminal.row.in_out == "out" and (self.watched or some):
                     bench.kernel.call_at(at, lambda net=terminal.net: net.watch(_ignored))
-        self.outs = [f"{p.name}.{pin}" for p in self.parts for pin, t in p.pins.items() if t.row.way == "out"]
+        self.outs = [f"{p.name}.{pin}" for p in self.parts for pin, t in p.pins.items() if t.row.in_out == "out"]
         if self.recorded:
             bench.record(*self.outs)
         for _ in range(6):
@@ -209,13 +209,13 @@ def behind(seed: int, family: str) -> int:
 
 
 @pytest.mark.parametrize("family", BEHIND)
-def test_parts_behind_a_chip_do_what_their_twins_do(family: str) -> None:
+def test_parts_connected_to_a_chip_agree_with_their_twins(family: str) -> None:
     assert sum(behind(seed, family) for seed in range(4)) > 20
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 @pytest.mark.parametrize("family", BEHIND)
-def test_parts_behind_a_chip_do_what_their_twins_do_in_many_dialogues(family: str) -> None:
+def test_parts_connected_to_a_chip_agree_with_their_twins_in_many_dialogues(family: str) -> None:
     for seed in (*range(4, 10), *range(1000, 1334)):
         behind(seed, family)

@@ -98,7 +98,7 @@ def instants(what: str) -> list[int]:
         if what in ONLY.get(how, ("reads", "writes", "speaks"))
     ],
 )
-def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(
+def test_a_disturbance_at_any_edge_has_the_same_effect_as_edge_by_edge(
     what: str, how: str, within: bool, every: int
 ) -> None:
     """From another instant on for each way to disturb it."""
@@ -137,7 +137,7 @@ def test_an_address_is_in_every_latch_in_its_time_and_in_none_before(display: bo
 
 
 @pytest.mark.parametrize("every", few((13, 1), 1))
-def test_a_bit_of_the_bus_is_taken_back_by_the_read_behind_it(every: int) -> None:
+def test_a_bit_of_the_bus_is_taken_back_by_the_read_after_it(every: int) -> None:
     options = memory(image=b"B 8\rB 0\r? B\rB 24\rB 8\rT 8,0\r0\r")
     quiet = Dialogue(1, "cy545b", "O 81H\rY 0\rX\r", options, 6 * MS)
     agree(Remembering, quiet)
@@ -160,7 +160,7 @@ def test_the_end_of_a_write_may_come_at_any_edge_of_a_poll(every: int) -> None:
         agree(Remembering, Dialogue(1, "cy545b", WRITES.sent, options, begin + 700 * US))
 
 
-def test_half_a_word_is_written_or_read_and_the_rest_behind_it() -> None:
+def test_half_a_word_is_written_or_read_and_the_rest_after_it() -> None:
     soon = 300 * US
     for acts in (
         [("send", (b"\x10",)), ("write", (0x12, soon)), ("write", (0x1345, soon)), ("write", (0x34, soon))],
@@ -178,7 +178,7 @@ def test_a_word_is_read_too_early() -> None:
     agree(Spoken, Dialogue(1, "mc1151a", SPEAKS.sent, SPEAKS.options, 6_000 * US, done))
 
 
-def test_the_port_is_made_busy_by_somebody_else_while_the_host_thinks() -> None:
+def test_the_port_is_made_busy_by_another_task_while_the_host_thinks() -> None:
     options = host(delay=7 * US)
     quiet = Dialogue(1, "mc1151a", SPEAKS.sent, options, 4_400 * US)
     world = played(Spoken, quiet, "recorded", 1)
@@ -192,7 +192,7 @@ def test_the_port_is_made_busy_by_somebody_else_while_the_host_thinks() -> None:
         agree(Spoken, Dialogue(1, "mc1151a", quiet.sent, options, ready + 400 * US, done))
 
 
-def test_a_strobe_of_somebody_else_comes_soon_after_an_operation() -> None:
+def test_a_foreign_strobe_comes_soon_after_an_operation() -> None:
     world = played(Spoken, SPEAKS, "recorded", 1)
     ends = [time for time, level in world.recorded("x.hostslct", 0) if level == 1]
     for end in ends[:5]:
@@ -361,7 +361,7 @@ CASES: dict[str, tuple[type[World], Dialogue]] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_the_law_has_found_once(name: str) -> None:
+def test_past_findings_of_the_law(name: str) -> None:
     agree(*CASES[name])
 
 
@@ -384,6 +384,6 @@ def broken_off(at: int, recorded: bool) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("later", [81, 105, 110, 130, 159])
-def test_a_host_that_is_broken_off_leaves_no_look_at_the_bus_behind(later: int) -> None:
+def test_a_host_that_is_aborted_leaves_no_watch_on_the_bus(later: int) -> None:
     at = int(broken_off(0, True)[0]) + later * 1000
     assert broken_off(at, False) == broken_off(at, True)

@@ -33,7 +33,7 @@ def test_a_kept_run_of_which_nothing_is_recorded_comes_to_the_same(name):
     assert found == {key: OUTCOMES[name][key] for key in found}
 
 
-def test_every_chip_is_in_a_kept_run_and_makes_steps():
+def test_every_chip_is_in_a_kept_run_and_steps():
     moved = {
         part
         for run in OUTCOMES.values()

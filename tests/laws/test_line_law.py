@@ -53,7 +53,7 @@ def test_a_quiet_dialogue_takes_lines_whole_and_its_twin_none() -> None:
 
 
 @pytest.mark.parametrize("how", ["got", "function"])
-def test_who_begins_to_look_in_the_middle_of_a_line_stops_at_the_character(how: str) -> None:
+def test_an_observer_added_in_the_middle_of_a_line_stops_at_the_character(how: str) -> None:
     """Not when the line is over, which is when the receiver would have been woken."""
     stopped = []
     for twin in (False, True):

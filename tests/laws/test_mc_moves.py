@@ -19,7 +19,7 @@ def test_random_moves_are_exact_within_their_limits_and_as_long_as_they_must_be(
     assert worst.coasting > 600
 
 
-def test_moves_with_new_destinations_on_the_way_arrive():
+def test_moves_with_new_destinations_in_motion_arrive():
     assert check_retargets(4_000, seed=2) >= 4_000
 
 

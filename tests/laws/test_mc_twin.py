@@ -70,7 +70,7 @@ def test_long_moves_agree() -> None:
         compared(mc_dialogues, long_move(seed))
 
 
-def test_a_stall_ends_a_gear_that_has_made_no_step_in_the_next_cycle() -> None:
+def test_a_stall_ends_a_gear_without_steps_in_the_next_cycle() -> None:
     dialogue = Dialogue(0, "mc1151a-e", 25_000_000, cycles=60)
     for count in range(8):  # with a ratio of 0 in the gear they make no step, but are eight counts of error
         pin, level = "ab"[count % 2], int(count % 4 < 2)

@@ -65,7 +65,7 @@ def agrees(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", few(QUICK, 1))
-def test_eight_ways_are_the_same(seed: int) -> None:
+def test_eight_variants_are_the_same(seed: int) -> None:
     same(seed)
 
 
@@ -77,7 +77,7 @@ def test_the_slow_twin_leaves_the_same_edges(seed: int) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 @pytest.mark.parametrize("block", range(10))
-def test_two_hundred_dialogues_are_the_same_in_eight_ways(block: int) -> None:
+def test_two_hundred_dialogues_are_the_same_in_eight_variants(block: int) -> None:
     counted: Counter[str] = Counter()
     for seed in range(block * 20, block * 20 + 20):
         counted.update(same(seed, soon=seed % 4 == 0).kinds)
@@ -155,7 +155,7 @@ def watch(it: Moving) -> None:
 
 @pytest.mark.parametrize("watched", [False, True])
 @pytest.mark.parametrize("looks", [False, True])
-def test_what_is_done_at_an_instant_that_has_been_looked_at_counts(watched: bool, looks: bool) -> None:
+def test_actions_at_an_instant_that_has_been_queried_count(watched: bool, looks: bool) -> None:
     def played(watched: bool, looks: bool) -> tuple[Any, ...]:
         it = moving()
         if watched:
@@ -209,7 +209,7 @@ def test_the_level_that_a_circle_settles_at_is_that_of_the_beginning() -> None:
     assert motor.place < -10  # and the weight sinks
 
 
-def test_an_origin_of_phases_counts_whether_or_not_the_points_are_made_anew() -> None:
+def test_an_origin_of_phases_counts_whether_or_not_the_points_are_recomputed() -> None:
     def place() -> float:
         bench = slewline.Bench()
         bench.add("gs-c200s", "x")
@@ -245,7 +245,7 @@ def test_an_encoder_and_a_switch_put_on_later_show_the_same_watched_or_not() -> 
     assert lazy == played(True) and len(lazy[3][0]) > 50
 
 
-def test_a_finding_has_its_instant_whenever_it_is_asked_for() -> None:
+def test_a_finding_has_its_instant_at_any_time_of_the_query() -> None:
     def played(every_ms: int) -> Any:
         it = moving(steps=200)
         for _ in range(200 // every_ms):
@@ -331,7 +331,7 @@ def test_a_day_at_rest_is_twenty_events_at_most(monkeypatch: pytest.MonkeyPatch)
     assert instants <= 20 and it.motor.place == pytest.approx(50)
 
 
-def test_an_inverted_wire_makes_steps_of_the_other_edge() -> None:
+def test_an_inverted_wire_counts_steps_at_the_other_edge() -> None:
     def place(**options: Any) -> float:
         bench = slewline.Bench()
         chip = bench.add("cy525", "x")
@@ -345,7 +345,7 @@ def test_an_inverted_wire_makes_steps_of_the_other_edge() -> None:
     assert place(edge="fall", invert=True) == place(edge="rise")
 
 
-def test_a_peak_within_a_step_shows_whether_or_not_it_is_looked_at() -> None:
+def test_a_peak_within_a_step_shows_whether_or_not_it_is_sampled() -> None:
     """The rotor swings past a bound and back between two grid points: both edges are there, looked at or not."""
     quiet = moving(steps=1, step="20 us")
     quiet.bench.run("60 ms")

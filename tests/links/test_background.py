@@ -61,7 +61,7 @@ def kept(store):
     return FileStore(store.path).read()
 
 
-def test_a_write_returns_before_it_is_done_and_is_read_at_once(store, disk):
+def test_a_write_returns_before_it_is_done_and_is_read_immediately(store, disk):
     store.write(OLD)
     store.wait()
     disk.ready.clear()
@@ -85,7 +85,7 @@ def test_a_write_that_was_refused_is_raised_once_and_reported_once(store, disk):
     assert not store.pending() and store.read() == OLD and len(reported) == 1
 
 
-def test_what_waits_gives_way_to_a_later_write(store, disk):
+def test_a_waiting_write_is_replaced_by_a_later_one(store, disk):
     """A disk that stands for an hour while a supply is switched does not fill the memory."""
     disk.ready.clear()
     store.write(b"")
@@ -150,7 +150,7 @@ def lines(host):
     return text.split("\r")[:-1]
 
 
-def test_a_module_answers_when_its_disk_has_confirmed_and_others_go_on(stores, disk):
+def test_a_module_answers_when_its_disk_has_confirmed_and_others_continue(stores, disk):
     bench, x, y = two_modules(stores)
     x.send("Po\rS77\rPx\r")
     bench.run("1 s")
@@ -171,7 +171,7 @@ def test_a_module_answers_when_its_disk_has_confirmed_and_others_go_on(stores, d
     assert not bench.findings
 
 
-def test_a_module_whose_disk_refuses_says_so(stores, disk):
+def test_a_module_whose_disk_refuses_reports_it(stores, disk):
     bench, x, _ = two_modules(stores)
     disk.ready.clear()
     disk.failures = 1
@@ -209,7 +209,7 @@ def test_a_replay_waits_as_long_as_the_disk_did(tmp_path, stores, disk, failures
     assert 3 < answered[0] < 6
 
 
-def test_a_memory_beside_a_chip_is_whole_when_its_bench_is_closed(tmp_path, disk):
+def test_a_memory_next_to_a_chip_is_complete_when_its_bench_is_closed(tmp_path, disk):
     store = BackgroundStore(FileStore(tmp_path / "memory", disk))
     bench = slewline.Bench(stores=lambda _name: store)
     x = bench.add("cy545b", name="x")

@@ -68,7 +68,7 @@ def alive(process):
         return False
 
 
-def test_a_branch_has_a_past_of_its_own_even_where_no_input_tells_it_from_the_first_run(module):
+def test_a_branch_has_a_past_of_its_own_even_without_a_different_input(module):
     x = module("--rate", "200")
     x.begin("Po", "S50", "T900", "R20", "+9000", "E")
     names = list(x.ask("view")["view"]["chips"][X]["registers"])
@@ -93,7 +93,7 @@ def test_a_branch_has_a_past_of_its_own_even_where_no_input_tells_it_from_the_fi
     assert not x.ask("view")["view"]["chips"][X]["powered"]
 
 
-def test_two_clients_that_go_back_at_once_come_to_their_own_instants(module):
+def test_two_clients_that_go_back_at_the_same_time_come_to_their_own_instants(module):
     x = module("--rate", "50")
     x.begin("Po", "S50", "T200", "R20", "+400", "E")
     time.sleep(0.2)
@@ -126,7 +126,7 @@ def test_a_branch_that_does_not_answer_is_left(module, do):
     until(lambda: not alive(world))
 
 
-def test_a_branch_that_nobody_asks_for_anything_is_left_as_well(module):
+def test_a_branch_without_requests_is_left_as_well(module):
     x = module()
     x.ask("pause")
     x.ask("advance", time="10 ms")
@@ -185,7 +185,7 @@ def test_a_branch_that_works_for_long_is_kept(module):
     assert x.ask("branches")["current"] == 1
 
 
-def test_what_is_refused_changes_nothing(module):
+def test_refusals_change_nothing(module):
     x = module()
     assert "has not come" in x.ask("back", time="1000 s")["error"]
     assert not x.ask("view")["view"]["pace"]["paused"]
@@ -205,7 +205,7 @@ def test_what_is_refused_changes_nothing(module):
     assert x.ask("view")["time_ps"] > before["time_ps"]
 
 
-def test_who_waits_in_a_branch_is_told_when_another_one_is_shown(module):
+def test_clients_waiting_in_a_branch_are_notified_when_another_one_is_shown(module):
     x = module()
     x.ask("pause")
     x.ask("back", time="1 ms")
@@ -242,7 +242,7 @@ def test_a_branch_that_is_killed_leaves_the_first_run(module, shown):
     assert x.host.ask(b"V1\r") == b"V+0\r"
 
 
-def test_checkpoints_that_are_killed_are_missed_and_the_server_goes_on(module):
+def test_checkpoints_that_are_killed_are_missed_and_the_server_continues(module):
     x = module()
     x.begin("V1")
     x.ask("pause")
@@ -255,7 +255,7 @@ def test_checkpoints_that_are_killed_are_missed_and_the_server_goes_on(module):
     until(lambda: all(map(alive, children(x.server.process.pid))))  # none is left that nobody has taken notice of
 
 
-def test_a_world_that_is_killed_on_its_way_is_told(module):
+def test_a_world_that_is_killed_while_going_back_is_reported(module):
     x = module()
     x.begin(*["V1"] * 40)
     x.ask("pause")
@@ -279,7 +279,7 @@ def test_a_world_that_is_killed_on_its_way_is_told(module):
 
 
 # ------------------------------------------------------------------------------------------------------- the outside
-def test_nothing_that_was_said_while_a_branch_was_shown_is_lost_or_comes_twice(module):
+def test_output_while_a_branch_is_shown_is_never_lost_or_repeated(module):
     x = module("--rate", "100")
     got, phases = 0, (None, 1, 0, 1, 0)
     for phase in phases:
@@ -302,7 +302,7 @@ def test_nothing_that_was_said_while_a_branch_was_shown_is_lost_or_comes_twice(m
     assert x.host.read(b"R\r") == b"V+0\r" * (got - 20 + first) + b"R\r"
 
 
-def test_a_host_whose_line_was_full_goes_on_in_the_branch_and_back(module):
+def test_a_host_whose_line_was_full_continues_in_the_branch_and_back(module):
     x = module("--rate", "100")
     x.ask("pause")
     x.host.send(b"V1\r" * 2000)  # the line takes 256 characters, and time stands
@@ -353,7 +353,7 @@ def folder_of(x):
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL])
-def test_no_process_and_no_file_stays_behind(module, number):
+def test_no_process_and_no_file_remains(module, number):
     x = module()
     x.ask("pause")
     x.ask("until", time="5 ms")
@@ -382,7 +382,7 @@ def test_a_server_ends_in_good_order_while_a_branch_owes_a_reply(module):
     assert x.server.end() == (0, "")
 
 
-def test_many_ways_back_leave_nothing_open(module):
+def test_many_returns_leave_nothing_open(module):
     x = module("--rate", "20")
     x.begin("Po", "S50", "T200", "R20", "+400", "E")
     x.ask("pause")
@@ -432,7 +432,7 @@ def test_a_branch_of_a_branch_of_a_branch(module):
         assert differences(places[number], everything(x.ask)) == []
 
 
-def test_a_branch_in_which_a_program_is_being_entered_is_as_it_was_left(module):
+def test_a_branch_in_program_entry_is_unchanged_on_return(module):
     """No host has gone there, though nobody speaks to it for a while."""
     x = module()
     x.begin("Po", "S50")
@@ -462,7 +462,7 @@ def test_a_client_or_a_host_that_goes_in_the_middle(module, client):
     assert client(x.server.ports[X]).ask(b"V1\r") == b"V+0\r"
 
 
-def test_events_go_on_when_branches_change_and_stop_when_they_are_no_longer_wanted(module):
+def test_events_continue_when_branches_change_and_stop_when_they_are_no_longer_requested(module):
     x = module()
     x.ask("pause")
     x.ask("back", time="1 ms")

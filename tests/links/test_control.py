@@ -51,7 +51,7 @@ def test_pins_are_driven_released_pulsed_and_read(stand):
     assert ask("read", pins=["x.ui1"])["levels"] == {"x.ui1": 1}
 
 
-def test_time_advances_as_far_as_it_is_told(stand):
+def test_time_advances_by_the_requested_amount(stand):
     _, _, ask = stand
     before = ask("status")["time_ps"]
     assert ask("advance", time="250 ms")["time_ps"] == before + 250 * 10**9
@@ -75,7 +75,7 @@ def test_a_program_runs_as_far_as_time_does(stand):
     assert window["positions"] == list(range(11, 21))
 
 
-def test_what_does_not_come_about_is_told_at_the_time_limit(stand):
+def test_an_unmet_condition_is_reported_at_the_time_limit(stand):
     _, _, ask = stand
     before = ask("status")["time_ps"]
     resting, at = "no command or program is in progress", before + 3 * 10**12
@@ -101,7 +101,7 @@ def test_requests_that_come_while_one_waits_are_answered_in_order(stand):
     assert answers[2]["time_ps"] == answers[0]["time_ps"] + 10**12
 
 
-def test_a_client_that_says_no_more_gets_every_reply(stand):
+def test_a_client_that_closes_its_sending_side_gets_every_reply(stand):
     _, _, ask = stand
     lines = [{"do": "advance", "time": "1 s"}, {"do": "until", "pin": "x.mov", "level": 1, "timeout": "1 s"}]
     lines += [{"do": "status"}] * 3  # the last one without a line feed
@@ -123,7 +123,7 @@ def test_clients_do_not_disturb_each_other(stand, client):
     assert "chips" in ask("status")
 
 
-def test_a_module_without_power_says_nothing(stand):
+def test_a_module_without_power_is_silent(stand):
     running, host, ask = stand
     ask("power", chip="x", on=False)
     host.send(b"F\r")
@@ -146,7 +146,7 @@ def test_faults_hit_the_next_characters(stand, to, kind, answer):
     assert ask("clear", line="x")["hits"][to][kind] == 1
 
 
-def test_faults_by_chance_go_on_until_they_are_cleared(stand):
+def test_random_faults_continue_until_they_are_cleared(stand):
     _, host, ask = stand
     ask("fault", line="x", to="chip", kind="parity", count=1000, chance=0.5, seed=3)
     answers = [host.ask(b"F\r") for _ in range(40)]
@@ -155,7 +155,7 @@ def test_faults_by_chance_go_on_until_they_are_cleared(stand):
     assert {host.ask(b"F\r") for _ in range(20)} == {b"R\r"}
 
 
-def test_what_is_garbled_is_never_the_bit_to_which_a_checksum_is_blind(stand):
+def test_garbling_never_hits_the_bit_to_which_a_checksum_is_blind(stand):
     running, _, ask = stand
     ask("fault", line="x", to="chip", kind="garbled", count=400, seed=4)
     ask("fault", line="x", to="host", kind="garbled", count=400, seed=4)
@@ -173,7 +173,7 @@ def test_the_eeprom_fails_until_it_is_cleared(stand):
     assert [host.ask(line) for line in (b"M\r", b"X\r")] == [b"Y\r", b"Y\r"]
 
 
-def test_the_status_says_what_has_passed(stand):
+def test_the_status_reports_the_elapsed_time(stand):
     _, host, ask = stand
     host.ask(b"F\r")
     found = ask("status")
@@ -233,7 +233,7 @@ WRONG = [
 ]
 
 
-def test_what_is_wrong_is_told_and_the_server_goes_on(stand, subtests):
+def test_mistakes_are_reported_and_the_server_continues(stand, subtests):
     for request_, says in WRONG:
         with subtests.test(request=request_[:60]):
             _, host, ask = stand
@@ -309,7 +309,7 @@ def test_the_first_request_carries_the_token_and_the_next_ones_need_not(guarded)
 @pytest.mark.parametrize(
     "token", [{}, {"token": "correct hors"}, {"token": ""}, {"token": 7}, {"token": "\ud800 horse"}]
 )
-def test_who_does_not_know_the_token_is_hung_up_on_and_nothing_is_done(guarded, token):
+def test_clients_without_the_token_are_disconnected_and_nothing_is_done(guarded, token):
     ask = guarded()
     lines = [{"do": "drive", "pin": "x.ui1", "level": 0} | token] * 2 + [{"do": "quit", "token": TOKEN}]
     ask.client.send("".join(json.dumps(line) + "\n" for line in lines).encode())
@@ -367,7 +367,7 @@ def test_findings_are_read_all_of_them_or_those_of_a_chip_from_an_instant_on(sta
     assert "has no 'y'" in ask.refused("findings", source="y")
 
 
-def test_so_many_findings_that_only_the_last_are_told(stand):
+def test_of_too_many_findings_only_the_last_are_reported(stand):
     running, _, ask = stand
     running.do(lambda: [running.bench["x"].finding("test", str(number)) for number in range(MAX_FINDINGS + 3)])
     found = ask("findings")
@@ -415,7 +415,7 @@ def checked(row, ask):
 @pytest.mark.parametrize(
     "row", [row for row in REQUESTS if row.do != "quit" and row.do not in IN_A_PROCESS], ids=lambda row: row.name
 )
-def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
+def test_every_request_and_its_reply_match_the_schema(stand, row):
     _, host, ask = stand
     for line in (*PROGRAM, "HELLO"):
         host.ask(line.encode() + b"\r")
@@ -424,7 +424,7 @@ def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
 
 @pytest.mark.system
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
-def test_requests_for_the_wall_clock_and_the_past_are_as_the_schema_says(serve, client, tmp_path):
+def test_requests_for_the_wall_clock_and_the_past_match_the_schema(serve, client, tmp_path):
     chip = ["gs-c200s", *(f"--strap={pin}={level}" for pin, level in STRAPS.items())]
     ports = serve(
         *chip, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--journal", tmp_path / "journal", ports=2
@@ -440,7 +440,7 @@ def test_requests_for_the_wall_clock_and_the_past_are_as_the_schema_says(serve, 
 
 @pytest.mark.system
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
-def test_every_event_is_as_the_schema_says(serve, client, tmp_path):
+def test_every_event_matches_the_schema(serve, client, tmp_path):
     straps = [f"--strap={pin}={level}" for pin, level in STRAPS.items()]
     ports = ("--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--journal", tmp_path / "journal")
     server = serve("gs-c200s", *straps, *ports, ports=2)
@@ -465,7 +465,7 @@ def test_every_request_has_a_row_and_every_row_is_done():
     assert {f"do_{row.do}" for row in REQUESTS} == {name for name in dir(control.Requests) if name.startswith("do_")}
 
 
-def test_the_schema_can_be_asked_for(stand):
+def test_the_schema_can_be_queried(stand):
     ask = stand[2]
     assert ask("schema")["schema"] == schema()
 
@@ -496,7 +496,7 @@ def test_a_data_sheet_is_described(stand):
     assert "no chip 'jog'" in ask.refused("describe", chip="jog")
 
 
-def test_parts_are_listed_with_what_they_are_wired_to(stand):
+def test_parts_are_listed_with_their_wiring(stand):
     ask = stand[2]
     parts = ask("parts")["parts"]
     assert {name: (part["kind"], part["to"]) for name, part in parts.items()} == {

@@ -75,7 +75,7 @@ def test_requests_and_the_view():
     asyncio.run(main())
 
 
-def test_what_the_server_refuses():
+def test_refusals_of_the_server():
     async def main():
         async with served() as (client, _):
             with pytest.raises(UsageError, match="no chip 'z'"):
@@ -155,5 +155,5 @@ def test_the_connection_ends():
         ({"a": 1}, 2, 2),
     ],
 )
-def test_a_view_with_what_has_changed(old, new, both):
+def test_a_view_with_its_changes(old, new, both):
     assert merged(old, new) == both

@@ -75,7 +75,7 @@ def test_a_module_at_the_end_of_a_cable(lockstep, cable):
 def test_the_device_goes_and_comes_back(lockstep, cable):
     server, line = lockstep()
     told = []
-    server.tell = told.append
+    server.report = told.append
     server.serial(line, str(cable.path))
     assert "7 data bits, odd parity, 2 stop bits; a host that sets another format" in told.pop()
     with Threaded(server) as running:
@@ -90,7 +90,7 @@ def test_the_device_goes_and_comes_back(lockstep, cable):
     cable.unplug()
 
 
-def test_a_device_that_is_not_there_at_the_beginning_is_told(lockstep, tmp_path):
+def test_a_device_that_is_missing_at_the_beginning_is_reported(lockstep, tmp_path):
     server, line = lockstep()
     with pytest.raises(UsageError, match="ttyUSB7"):
         server.serial(line, str(tmp_path / "ttyUSB7"))
@@ -107,7 +107,7 @@ def test_a_server_that_ends_while_the_device_is_away(lockstep, cable):
 
 
 @pytest.mark.system
-def test_much_at_once_comes_whole_and_in_order(lockstep, cable):
+def test_a_large_write_arrives_complete_and_in_order(lockstep, cable):
     server, line = lockstep()
     server.serial(line, str(cable.path))
     with Threaded(server):
@@ -121,7 +121,7 @@ def test_much_at_once_comes_whole_and_in_order(lockstep, cable):
 
 
 @pytest.mark.system
-def test_what_is_no_serial_port_is_called_so(lockstep, tmp_path):
+def test_a_file_other_than_a_serial_port_is_reported(lockstep, tmp_path):
     server, line = lockstep()
     (tmp_path / "file").touch()
     for name in ("/dev/null", str(tmp_path / "file")):

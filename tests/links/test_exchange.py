@@ -21,7 +21,7 @@ import pytest
 import slewline
 from slewline.bench.past import driven
 from slewline.errors import UsageError
-from slewline.links.lines.outlet import Outlet, Told
+from slewline.links.lines.outlet import Outlet, SentBytes
 from slewline.links.lines.pace import Paced
 from slewline.links.server import Server
 from tests.ensembles import members
@@ -55,7 +55,7 @@ class Rig:
         bench = slewline.Bench(journal=folder / "journal")
         x = bench.add(part, "x", straps=STRAPS if part.startswith("gs") else None)
         self.told: list[str] = []
-        self.server = server = Server(bench, Paced(bench, clock=lambda: self.clock), tell=self.told.append)
+        self.server = server = Server(bench, Paced(bench, clock=lambda: self.clock), report=self.told.append)
         self.line = server.line(x, **line)
         self.past = server.past
         self.past.remember()
@@ -179,7 +179,7 @@ CASES: dict[str, tuple[str, str, dict[str, Any], list[tuple[int, bytes]], list[t
     "name", [pytest.param(name, marks=[pytest.mark.system] * (row[1] == "pty")) for name, row in CASES.items()]
 )
 @members("numbers", 2, 8, at_once=3)
-def test_a_host_gets_what_it_would_have_got(name: str, numbers: range, tmp_path: Path) -> None:
+def test_a_host_gets_the_same_as_in_a_straight_run(name: str, numbers: range, tmp_path: Path) -> None:
     part, port, line, script, edges = CASES[name]
     differing = 0
     for number in numbers:
@@ -211,7 +211,7 @@ def test_a_host_gets_what_it_would_have_got(name: str, numbers: range, tmp_path:
         assert rig.state() == straight.state()
         assert rig.heard == straight.heard
         assert len(rig.heard) > 40
-        assert rig.line.outlet.held == 0
+        assert rig.line.outlet.waiting == 0
         rig.close()
         straight.close()
     assert differing > len(numbers) // 3
@@ -224,23 +224,23 @@ def test_bytes_that_have_left_are_not_sent_again_and_others_once() -> None:
     outlet.gate = lambda call, _ps: held.append(call)
     outlet.remember(0)
     for ps, data in ((10, b"Y"), (20, b"A"), (30, b"B"), (40, b"C")):
-        outlet.say(data, ps)
+        outlet.send(data, ps)
     for call in held[:2]:
         call()
-    assert b"".join(got) == b"YA" and outlet.held == 2
+    assert b"".join(got) == b"YA" and outlet.waiting == 2
     outlet.forget(10)
-    assert outlet.say_again([Told(20, b"A"), Told(30, b"B"), Told(35, b"D")]) == b""
+    assert outlet.resend([SentBytes(20, b"A"), SentBytes(30, b"B"), SentBytes(35, b"D")]) == b""
     for call in held[2:]:  # the old ones are void
         call()
-    assert b"".join(got) == b"YABD" and outlet.held == 0
+    assert b"".join(got) == b"YABD" and outlet.waiting == 0
     # once more: the module has said nothing of D
-    assert outlet.say_again([Told(20, b"A"), Told(30, b"B"), Told(36, b"E"), Told(37, b"F")]) == b"D"
+    assert outlet.resend([SentBytes(20, b"A"), SentBytes(30, b"B"), SentBytes(36, b"E"), SentBytes(37, b"F")]) == b"D"
     for call in held[6:]:
         call()
     assert b"".join(got) == b"YABDEF"
 
 
-def test_clients_and_breakpoints_go_on(tmp_path: Path) -> None:
+def test_clients_and_breakpoints_continue(tmp_path: Path) -> None:
     rig = Rig(tmp_path, "gs-c200s")
     control = Client(rig.server.control("127.0.0.1:0").where)
     ask = Asks(control)

@@ -68,7 +68,7 @@ def test_an_exchange_takes_the_same_virtual_time_on_every_face(module):
     assert times[0] == times[1]
 
 
-def test_faults_and_what_goes_wrong_in_them_reach_the_test(module):
+def test_faults_and_their_failures_reach_the_test(module):
     with module.faults.power_cut(at=module.now + 10**9):
         module.advance("2 ms")
         assert not module.chip.powered

@@ -114,7 +114,7 @@ def test_busy_ready_and_forget(framed):
         (b"x" * (LONGEST + 1), b"! the line has more than 256"),
     ],
 )
-def test_what_cannot_be_sent_is_told(framed, line, says):
+def test_messages_that_cannot_be_sent_are_reported(framed, line, says):
     assert framed.ask(line + b"\r\n").startswith(says)
     assert framed.ask(b"?\n") == b"? ready\r\n"
 
@@ -135,7 +135,7 @@ def test_a_host_that_writes_without_end_is_refused(framed):
     assert framed.x.registers["number"] == 8
 
 
-def test_questions_and_forget_are_heard_however_much_is_to_be_sent(client):
+def test_questions_and_forget_are_received_however_much_is_to_be_sent(client):
     bench = slewline.Bench()
     server = Server(bench, Paced(bench, "0.0001"))
     line = server.line(bench.add("cy525", name="x"), framing=True)
@@ -166,7 +166,7 @@ def test_a_command_that_has_begun_is_not_cut_in_two(sent, tmp_path):
     assert (again.now_ps, again["x"].registers) == (stand.bench.now_ps, stand.x.registers)
 
 
-def test_what_waits_for_the_end_of_a_motion_is_forgotten(framed):
+def test_messages_waiting_for_the_end_of_a_motion_are_forgotten(framed):
     framed.line.feed(b"A 0\nR 80\nF 9\nS 255\nN 50\nG\nN 7\nG\n")
     framed.bench.run("20 ms")
     assert framed.x.moving

@@ -82,7 +82,7 @@ def test_time_passes_a_minute_for_what_came_last(begun):
     assert server.bench.now_ps == again + ANSWER_TIMEOUT_PS
 
 
-def test_time_stands_still_behind_the_answer(begun):
+def test_time_stops_after_the_answer(begun):
     server, line, host = begun()
     line.take(b"F\r")
     play(server)
@@ -96,7 +96,7 @@ def test_the_eighth_bit_does_not_count(begun):
     assert host.text == b"R\r"
 
 
-def test_a_module_that_says_nothing_is_waited_for_only_so_long(begun):
+def test_a_silent_module_is_waited_for_only_to_the_limit(begun):
     server, line, _ = begun()
     line.quiet = lambda: False
     line.take(b"F")
@@ -111,7 +111,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_what_nobody_reads_is_counted(begun):
+def test_unread_characters_are_counted(begun):
     server, line, _ = begun()
     line.detach("has gone")
     line.take(b"F\r")
@@ -129,7 +129,7 @@ def test_room_is_bounded_and_comes_back(begun):
     assert line.room() == BACKLOG
 
 
-def test_memory_does_not_grow_with_what_a_module_has_said(begun):
+def test_memory_does_not_grow_with_the_output_of_a_module(begun):
     server, line, host = begun()
     for _ in range(50):
         line.take(b"F\r")
@@ -142,7 +142,7 @@ def test_memory_does_not_grow_with_what_a_module_has_said(begun):
 @pytest.mark.parametrize(
     ("kind", "answer"), [("lost", b""), ("garbled", b"E2\r"), ("parity", b"E1\r"), ("framing", b"E1\r")]
 )
-def test_noise_on_the_way_to_the_module(begun, kind, answer):
+def test_noise_on_the_line_to_the_module(begun, kind, answer):
     server, line, host = begun()
     line.to_chip.plan(kind, seed=3)
     line.take(b"F\r")
@@ -155,7 +155,7 @@ def test_noise_on_the_way_to_the_module(begun, kind, answer):
 
 
 @pytest.mark.parametrize(("kind", "answer"), [("lost", b"\r"), ("parity", b"\0\r"), ("framing", b"\0\r")])
-def test_noise_on_the_way_to_the_host(begun, kind, answer):
+def test_noise_on_the_line_to_the_host(begun, kind, answer):
     server, line, host = begun()
     line.to_host.plan(kind)
     line.take(b"F\r")
@@ -224,7 +224,7 @@ def test_findings_are_in_the_transcript(begun):
     )
 
 
-def test_a_transcript_that_cannot_be_written_is_told(lockstep):
+def test_a_transcript_that_cannot_be_written_is_reported(lockstep):
     with pytest.raises(UsageError, match="give a file that can be written"):
         lockstep(log="nowhere/transcript")
 
@@ -238,7 +238,7 @@ def test_a_transcript_goes_to_a_regular_file_only(lockstep, path):
         lockstep(log=path)
 
 
-def test_a_disk_that_is_full_is_told_once_and_the_server_goes_on(begun):
+def test_a_disk_that_is_full_is_reported_once_and_the_server_continues(begun):
     server, line, host = begun(log="transcript")
     server.log.close()
     server.log.file = open("/dev/full", "w", buffering=1)  # noqa: SIM115
@@ -252,10 +252,10 @@ def test_a_disk_that_is_full_is_told_once_and_the_server_goes_on(begun):
     server.close()
 
 
-def test_a_journal_that_takes_no_more_is_told_once_and_the_server_goes_on(begun):
+def test_a_journal_that_takes_no_more_is_reported_once_and_the_server_continues(begun):
     server, line, host = begun(journal="journal")
     told = []
-    server.tell = told.append
+    server.report = told.append
     journal = server.bench.journal
     journal.close()
     journal.file = open("/dev/full", "w", buffering=1)  # noqa: SIM115

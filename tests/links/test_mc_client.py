@@ -50,7 +50,7 @@ def stand():
 
 
 # ---------------------------------------------------------------------------------------------------------- registers
-def test_it_says_what_it_is_connected_to(stand):
+def test_it_reports_its_connection(stand):
     _, where = stand
     with ChipsetPort(*where) as port:
         assert (port.part, port.axes) == ("mc1451a", 4)
@@ -88,7 +88,7 @@ def test_a_packet_is_one_exchange(stand):
         assert port.packet(0x4A, reads=3) == (0, 0, 0x4A)
 
 
-def test_hostrdy_that_stays_low_is_told_and_the_port_goes_on(stand):
+def test_hostrdy_that_stays_low_is_reported_and_the_port_continues(stand):
     running, where = stand
     with ChipsetPort(*where) as port:
         running.do(lambda: running.bench["x"].pin("reset").drive(0))
@@ -109,7 +109,7 @@ def test_hostrdy_that_stays_low_is_told_and_the_port_goes_on(stand):
         (lambda port: port.packet(0x10, [65536]), "word 65536; allowed 0..65535"),
     ],
 )
-def test_numbers_that_do_not_fit_are_told(stand, call, says):
+def test_numbers_out_of_range_are_reported(stand, call, says):
     running, where = stand
     with ChipsetPort(*where) as port:
         with pytest.raises(ValueError) as raised:
@@ -120,7 +120,7 @@ def test_numbers_that_do_not_fit_are_told(stand, call, says):
 
 
 # ---------------------------------------------------------------------------------------------------- who is at the end
-def test_the_next_host_is_told_who_has_it(stand):
+def test_the_next_host_learns_the_owner_of_the_port(stand):
     _, where = stand
     with ChipsetPort(*where) as first:
         name = "{}:{}".format(*first.socket.getsockname())
@@ -182,7 +182,7 @@ def test_an_answer_that_does_not_come_closes_the_port():
 
 
 @pytest.mark.system
-def test_a_server_that_goes_away_is_told(served):
+def test_a_server_that_goes_away_is_reported(served):
     server, where, _ = served
     with ChipsetPort(*where) as port:
         assert port.ready()
@@ -233,7 +233,7 @@ def test_a_move_is_waited_for(stand):
     assert running.do(lambda: running.bench["x"].axis(3).position) == 1000
 
 
-def test_what_goes_wrong_in_a_packet_is_raised(stand):
+def test_errors_in_a_packet_are_raised(stand):
     _, where = stand
     with ChipsetHost(*where) as host:
         with pytest.raises(

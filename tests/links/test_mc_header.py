@@ -122,7 +122,7 @@ def test_a_server_that_goes_away_ends_the_program(serve, run):
     assert ended(program) == (1, "", "slewline_port: the server has closed the connection\n")
 
 
-def test_the_next_program_is_told_who_has_the_port(serve, client, run):
+def test_the_next_program_learns_the_owner_of_the_port(serve, client, run):
     server = serve(*SERVED, ports=2)
     first = client(server.where)
     name = "{}:{}".format(*first.socket.getsockname())
@@ -149,5 +149,5 @@ READ = "int main(void) { return inp(0x344); }"
         ("127.0.0.1:1", "slewline_port: nobody is at 127.0.0.1:1\n"),
     ],
 )
-def test_a_chipset_that_cannot_be_found_is_told(run, where, says):
+def test_a_missing_chipset_is_reported(run, where, says):
     assert ended(run(READ, where)) == (1, "", says)

@@ -154,7 +154,7 @@ def test_an_access_is_one_bus_cycle(still):
     assert still.ask("0100 0200 0f00") == (b"\xff\xff\xff", 3 * CYCLE)  # addresses without a function
 
 
-def test_ready_waits_as_long_as_it_is_told(still):
+def test_ready_waits_for_the_requested_time(still):
     still.bench.run("10 ms")
     still.bench["x"].pin("reset").drive(0)
     assert still.ask("2464") == (b"\x7f", 100 * MS + CYCLE)
@@ -177,7 +177,7 @@ def test_a_poll_that_finds_it_busy_lets_time_pass_in_lockstep(still):
     assert still.ask("0400 0400") == (b"\x7f\x7f", 2 * (100 * US + CYCLE))
 
 
-def test_what_is_no_request_is_answered_and_does_nothing(still):
+def test_an_invalid_request_is_answered_and_does_nothing(still):
     still.bench.run("10 ms")
     assert still.ask("2000 2564 4747 ffff 1fff") == (b"\xff\xff\xff\xff\xff", CYCLE)  # the last one writes to nobody
     assert still.ask("0400")[0] == b"\xff"
@@ -246,7 +246,7 @@ def test_the_exchange_on_the_reference_page(still):
 
 
 # -------------------------------------------------------------------------------------------------------------- hosts
-def test_the_next_host_is_told_why_and_the_first_one_stays(make, client, tmp_path):
+def test_the_next_host_gets_the_reason_and_the_first_one_stays(make, client, tmp_path):
     server, line = make(log=tmp_path / "log")
     port = server.tcp(line, "127.0.0.1:0")
     with Threaded(server) as running:
@@ -288,7 +288,7 @@ def test_answers_for_a_host_that_has_gone_are_not_those_of_the_next_one(still):
     assert (bytes(still.got), bytes(got)) == (b"", b"\x11")  # what the first one has sent is played
 
 
-def test_a_host_that_says_no_more_gets_its_answers(make, client):
+def test_a_host_that_closes_its_sending_side_gets_its_answers(make, client):
     server, line = make(rate="1")
     port = server.tcp(line, "127.0.0.1:0")
     with Threaded(server):
@@ -322,7 +322,7 @@ def test_a_host_that_does_not_read_loses_no_answer(make, client):
         assert host.ask("0100") == b"\xff"
 
 
-def test_a_host_that_asks_for_too_much_waits_its_turn(make, client):
+def test_a_host_with_too_many_requests_waits_its_turn(make, client):
     server, line = make(rate="0.0001")  # a request takes seconds
     port = server.tcp(line, "127.0.0.1:0")
     with Threaded(server) as running:
@@ -456,7 +456,7 @@ def test_a_server_that_is_killed_lets_a_new_one_begin_afresh(serve, client):
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_a_status_line_is_asked_for(serve, client):
+def test_a_status_line_is_requested(serve, client):
     server = serve(*ONE, "--lockstep")
     Registers(client(server.where)).ask("2464")
     server.process.send_signal(signal.SIGUSR1)
@@ -464,7 +464,7 @@ def test_a_status_line_is_asked_for(serve, client):
 
 
 @pytest.mark.system
-def test_a_bench_file_serves_chipsets_beside_modules(serve, client, folder):
+def test_a_bench_file_serves_chipsets_next_to_modules(serve, client, folder):
     (folder / "bench.toml").write_text(
         '[[chip]]\npart = "mc1251a"\nname = "x"\n[[chip]]\npart = "gs-c200s"\nname = "y"\nstraps = { chs = 0 }\n'
         '[[serve]]\nchips = ["x"]\ntcp = "127.0.0.1:0"\n[[serve]]\nchips = ["y"]\ntcp = "127.0.0.1:0"\n'
@@ -489,7 +489,7 @@ def test_a_bench_file_serves_chipsets_beside_modules(serve, client, folder):
         (["--tcp", "127.0.0.1:0", "--strap", "br0=0"], "no pin 'br0'"),
     ],
 )
-def test_wrong_use_is_told(capfd, folder, arguments, says):
+def test_wrong_use_is_reported(capfd, folder, arguments, says):
     assert invoke(["serve", "mc1451a", *arguments]) == 2
     assert says in capfd.readouterr().err
     assert os.listdir(folder) == []
@@ -503,7 +503,7 @@ def test_chipsets_do_not_share_a_port(make):
     server.close()
 
 
-def test_the_help_says_where_the_other_end_is(capfd):
+def test_the_help_names_the_other_end(capfd):
     assert invoke(["serve", "--help"]) == 0
     text = " ".join(capfd.readouterr().out.split())
     assert "slewline.links.clients.chipset_port" in text

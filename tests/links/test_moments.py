@@ -4,7 +4,7 @@ import slewline
 from slewline.links.time.moments import FindingCondition, PinCondition
 
 
-def test_an_edge_is_there_however_often_it_is_asked_for():
+def test_an_edge_is_there_however_often_it_is_queried():
     bench = slewline.Bench()
     bench.part("inverter", name="i")
     bench.pin("i.in1").drive(0)
@@ -21,7 +21,7 @@ def test_an_edge_is_there_however_often_it_is_asked_for():
     assert not condition.met()
 
 
-def test_a_finding_of_a_motor_that_nobody_looks_at_is_waited_for():
+def test_a_finding_of_an_unobserved_motor_is_waited_for():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     bench.part("stepper", name="m", to=x, step="100 us")

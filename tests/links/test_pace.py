@@ -69,14 +69,14 @@ def test_the_loop_sleeps_until_the_next_event_and_no_longer(bench, wall):
     assert pace.pause() == 0
 
 
-def test_a_part_that_was_told_something_is_heard_before_the_loop_sleeps(bench, wall):
+def test_a_notified_part_is_served_before_the_loop_sleeps(bench, wall):
     port = bench.part("serial_port")
     pace = started(bench, wall)
     port.write(b"F")
     assert 0 < pace.pause() < 0.002  # the end of its character
 
 
-def test_what_comes_from_outside_meets_the_present(bench, wall):
+def test_outside_inputs_find_the_bench_at_the_present(bench, wall):
     pace = started(bench, wall)
     wall.ns += 700 * MS_NS  # nothing was to be done: the loop has slept
     pace.present()
@@ -93,7 +93,7 @@ def test_lag_counts_events_that_come_late(bench, wall):
     assert (pace.lag.events, pace.lag.late, pace.lag.worst_ns, pace.lag.lost_ns) == (3, 1, 7 * MS_NS, 0)
 
 
-def test_more_than_a_second_behind_is_lost_and_said(bench, wall):
+def test_a_lag_of_more_than_a_second_is_dropped_and_reported(bench, wall):
     pace = started(bench, wall)
     bench.at(POWER_UP_PS + MS, lambda: None)
     wall.ns += MS_NS + LOST_NS + 5
@@ -142,7 +142,7 @@ def test_a_condition_is_met_at_its_instant_however_short_it_is(bench, wall, kind
     assert bench.now_ps == (7 * MS if kind == "lockstep" else POWER_UP_PS + 200 * MS)
 
 
-def test_a_condition_that_does_not_come_about_is_told_at_its_limit(bench):
+def test_an_unmet_condition_is_reported_at_its_limit(bench):
     pace = Lockstep(bench)
     told = []
     pace.wait(Wait(lambda: False, 50 * MS, lambda met: told.append((met, bench.now_ps))))
@@ -167,7 +167,7 @@ def test_a_position_is_met_between_two_events(bench):
     assert x.steps(bench.now_ps, bench.now_ps).positions.tolist() == [123]
 
 
-def test_in_lockstep_time_stands_still(bench):
+def test_in_lockstep_time_does_not_advance_by_itself(bench):
     pace = Lockstep(bench)
     bench.at("1 us", lambda: pytest.fail("time has passed"))
     assert pace.pass_time()

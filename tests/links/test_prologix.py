@@ -129,7 +129,7 @@ def test_the_end_of_a_motion_requests_service():
         ("savecfg", "1", "0"),
     ],
 )
-def test_a_setting_is_told_and_changed(name, usual, value):
+def test_a_setting_is_reported_and_changed(name, usual, value):
     with Rig() as rig:
         assert rig.host.query(f"++{name}") == usual
         rig.host.tell(f"++{name} {value}")
@@ -137,7 +137,7 @@ def test_a_setting_is_told_and_changed(name, usual, value):
         assert rig.codes() == ["gpib-address"] * (name == "addr")  # no device has 7
 
 
-def test_a_secondary_address_is_told_again():
+def test_a_secondary_address_is_reported_again():
     with Rig() as rig:
         rig.host.tell("++addr 5 96")
         assert rig.host.query("++addr") == "5 96"
@@ -153,7 +153,7 @@ NO_COMMANDS = [
 ]
 
 
-def test_what_is_no_command_is_refused(subtests):
+def test_an_unknown_command_is_refused(subtests):
     for line in NO_COMMANDS:
         with subtests.test(line=line), Rig() as rig:
             assert rig.host.query(line) == "Unrecognized command"
@@ -174,7 +174,7 @@ def test_the_commands_are_listed():
 
 
 @pytest.mark.parametrize("address", [5, 7])
-def test_an_address_without_a_device_is_a_finding_that_names_those_that_have_one(address):
+def test_an_address_without_a_device_is_a_finding_that_lists_the_devices(address):
     with Rig() as rig:
         rig.host.tell(f"++addr {address}")
         rig.host.settled()
@@ -197,7 +197,7 @@ def test_an_address_without_a_device_is_a_finding_that_names_those_that_have_one
         (b" ++ver\n", 3, b" ver"),
     ],
 )
-def test_data_go_out_as_they_are_escaped(line, eos, data):
+def test_data_are_sent_unchanged_or_escaped(line, eos, data):
     with Rig() as rig:
         rig.host.tell(f"++eos {eos}\n++addr 9")  # where no device is
         for byte in line:
@@ -269,7 +269,7 @@ def test_a_read_ends_at_a_character_or_at_the_end_of_the_group():
         assert rig.codes() == []
 
 
-def test_a_read_of_nothing_ends_after_a_pause_of_virtual_time():
+def test_an_empty_read_ends_after_a_pause_of_virtual_time():
     with Rig() as rig:
         host = rig.host
         host.tell("++addr 9\n++read_tmo_ms 2000\n++read eoi")
@@ -290,7 +290,7 @@ def test_a_chip_that_moves_is_not_waited_for_longer_than_that():
         assert "verify-overrun" not in rig.codes()
 
 
-def test_a_chip_that_was_not_told_what_to_show_gives_a_byte_and_says_so():
+def test_a_chip_without_a_selected_output_returns_a_byte_and_reports_it():
     with Rig() as rig:
         rig.host.tell("++read eoi")
         assert rig.host.bytes(1) == b"\xff"
@@ -320,7 +320,7 @@ def test_each_line_of_data_is_followed_by_a_read_if_that_is_wanted():
 
 
 # -------------------------------------------------------------------------------------------------------- the interface
-def test_a_motion_is_held_by_clear_and_goes_on_with_trigger():
+def test_a_motion_is_paused_by_clear_and_resumed_with_trigger():
     with Rig() as rig:
         host = rig.host
         host.send(MOVE + b"++clr\nG\n++read_tmo_ms 3000\n++read eoi\n")
@@ -330,7 +330,7 @@ def test_a_motion_is_held_by_clear_and_goes_on_with_trigger():
         assert host.bytes(5) == b"00020"
 
 
-def test_interface_clear_cuts_what_is_under_way():
+def test_interface_clear_aborts_the_current_transfer():
     with Rig(rate=1) as rig:
         host = rig.host
         host.send(MOVE + b"++clr\nG\nV 0\n++srq\n")  # the chip takes no V, so nothing is answered
@@ -341,7 +341,7 @@ def test_interface_clear_cuts_what_is_under_way():
         assert host.settled()
 
 
-def test_what_is_kept_is_found_again_after_a_reset():
+def test_kept_settings_survive_a_reset():
     with Rig() as rig:
         host = rig.host
         host.tell("++eos 3\n++savecfg 0\n++addr 7\n++auto 1\n++rst")
@@ -416,7 +416,7 @@ def test_a_bench_file_serves_a_bus(tmp_path):
         file.served(file.load())
 
 
-def test_the_command_line_has_one_way_of_speaking_on_a_port(capsys):
+def test_the_command_line_has_one_protocol_on_a_port(capsys):
     assert invoke(["serve", "cy525", "--framing", "--prologix", "--tcp", "127.0.0.1:0"]) == 2
     assert "--framing and --prologix: a port has one of the two" in capsys.readouterr().err
 
@@ -433,7 +433,7 @@ def test_a_host_that_dies_leaves_the_next_one_its_own_answers():
         assert rig.host.bytes(5) == b"00077"
 
 
-def test_a_host_gets_no_answer_to_what_the_one_before_has_left():
+def test_a_host_gets_no_answer_to_leftovers_of_its_predecessor():
     with Rig(rate=1) as rig:
         rig.thread.do(rig.server.pace.pause_time)
         rig.host.send(b"++addr 9\n++read_tmo_ms 300\n++read\n" + b"++srq\n" * 1000)  # more than may wait for the bus

@@ -15,7 +15,7 @@ from slewline.errors import UsageError
 from slewline.links.lines.pace import Lockstep
 from slewline.links.ports.pty import HINT, PLAIN
 from slewline.links.server import Server
-from slewline.links.serving import DEAF
+from slewline.links.serving import NOT_RECEIVING
 from slewline.links.sockets import system
 
 from .conftest import PATIENCE, Threaded
@@ -85,7 +85,7 @@ def test_so_does_a_program_in_c(serve, link, tmp_path):
 
 
 @pytest.mark.system
-def test_of_a_program_at_another_rate_only_the_rate_is_said(lockstep, link):
+def test_of_a_program_at_another_rate_only_the_rate_is_reported(lockstep, link):
     """A pty shows neither data bits nor parity, so nothing says that they are right."""
     server, line = lockstep()
     server.pty(line, str(link))
@@ -129,7 +129,7 @@ def test_the_link_goes_with_the_server(lockstep, link):
 
 
 @pytest.mark.system
-def test_a_link_that_somebody_else_has_made_since_stays(lockstep, link):
+def test_a_link_remade_by_another_program_stays(lockstep, link):
     server, line = lockstep()
     server.pty(line, str(link))
     link.unlink()
@@ -158,7 +158,7 @@ ELSEWHERE = ["/dev/null", "/nowhere", "/dev/pts/../../nowhere", "/dev/pts/99999/
 
 @pytest.mark.system
 @pytest.mark.parametrize("kind", ["file", "directory", "terminal", *ELSEWHERE])
-def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
+def test_a_file_other_than_our_old_link_stays(lockstep, link, kind):
     if kind == "file":
         link.write_text("precious")
     elif kind == "directory":
@@ -190,10 +190,10 @@ def test_a_link_needs_a_name(lockstep):
 
 
 @pytest.mark.system
-def test_who_serves_seven_bits_on_it_is_told_what_does_not_work(lockstep, link, tmp_path):
+def test_a_port_at_seven_bits_reports_its_limits(lockstep, link, tmp_path):
     server, line = lockstep(log=tmp_path / "log")
     told = []
-    server.tell = told.append
+    server.report = told.append
     server.pty(line, str(link))
     server.close()
     assert told == [f"{link}: {HINT}"]
@@ -206,10 +206,10 @@ def test_who_serves_seven_bits_on_it_is_told_what_does_not_work(lockstep, link, 
 def test_a_chip_with_eight_bits_needs_no_hint(link):
     told = []
     bench = slewline.Bench()
-    server = Server(bench, Lockstep(bench), tell=told.append)
+    server = Server(bench, Lockstep(bench), report=told.append)
     server.pty(server.line(bench.add("cy525")), str(link))
     server.close()
-    assert told == [DEAF.format(chip="cy525")]  # and nothing of 7 bits
+    assert told == [NOT_RECEIVING.format(chip="cy525")]  # and nothing of 7 bits
 
 
 @pytest.mark.system
@@ -230,12 +230,12 @@ def test_a_host_that_never_reads_does_not_stop_the_server(lockstep, link):
 
 
 @pytest.mark.system
-def test_where_there_is_no_packet_mode_it_takes_8n1_and_says_so(lockstep, link, monkeypatch):
+def test_without_packet_mode_it_takes_8n1_and_reports_it(lockstep, link, monkeypatch):
     """As on macOS."""
     monkeypatch.setattr(system, "EXTPROC", None)
     server, line = lockstep()
     told = []
-    server.tell = told.append
+    server.report = told.append
     server.pty(line, str(link))
     assert told == [f"x: {link}: {PLAIN}"] or told == [f"{link}: {PLAIN}"]
     with Threaded(server):
@@ -245,7 +245,7 @@ def test_where_there_is_no_packet_mode_it_takes_8n1_and_says_so(lockstep, link, 
                 assert host.read_until(b"\r") == b"V+0\r"
 
 
-def test_a_system_without_pseudo_terminals_names_other_ways(lockstep, link, monkeypatch):
+def test_a_system_without_pseudo_terminals_names_alternatives(lockstep, link, monkeypatch):
     monkeypatch.delattr(os, "openpty")
     server, line = lockstep()
     with pytest.raises(UsageError, match=r"--pty needs Linux or macOS: .*; serve with --tcp or --rfc2217 instead"):

@@ -40,7 +40,7 @@ def found(reports, *codes, source="x"):
         reports.found(Finding(0, source, code, "text"))
 
 
-def test_each_code_of_each_source_is_told_once_a_minute_and_the_others_are_counted(stand):
+def test_each_code_of_each_source_is_reported_once_a_minute_and_the_others_are_counted(stand):
     reports, minutes, told = stand
     found(reports, "E1", "E1", "E2", "E1")
     found(reports, "E1", source="y")
@@ -58,7 +58,7 @@ def test_each_code_of_each_source_is_told_once_a_minute_and_the_others_are_count
     assert told[6:] == ["x: E1: text"]
 
 
-def test_what_is_left_is_told_at_the_end(stand):
+def test_the_rest_is_reported_at_the_end(stand):
     reports, _, told = stand
     found(reports, "E1", "E1", "E2")
     reports.close()
@@ -86,7 +86,7 @@ def test_two_causes_of_a_code_do_not_hide_each_other(stand):
     ]
 
 
-def test_what_comes_again_is_shown_as_far_as_it_is_the_same_and_cut_between_words(stand):
+def test_repeated_texts_are_shown_as_far_as_they_agree_and_cut_between_words(stand):
     reports, minutes, told = stand
     case = "a line begins with {!r}, which is not the address of a module here: no module answers; begin it with 2"
     said(reports, case.format("V"), case.format("*"))
@@ -104,11 +104,11 @@ def test_what_comes_again_is_shown_as_far_as_it_is_the_same_and_cut_between_word
         ("a count of -3", "a count of 17"),
     ],
 )
-def test_numbers_and_what_the_host_has_sent_make_no_other_cause(one, two):
+def test_numbers_and_host_text_do_not_change_the_cause(one, two):
     assert cause_of(Finding(0, "x", "E1", one)) == cause_of(Finding(9, "x", "E1", two))
 
 
-def test_a_flood_of_causes_is_counted_behind_the_first_ones(stand):
+def test_a_flood_of_causes_is_counted_after_the_first_ones(stand):
     reports, minutes, told = stand
     said(reports, *(f"cause {'abcdefghijklmnopqrst'[n] * 3}" for n in range(20)))
     said(reports, "of its own", code="E1")
@@ -118,7 +118,7 @@ def test_a_flood_of_causes_is_counted_behind_the_first_ones(stand):
 
 
 # -------------------------------------------------------------------------------------------------- behind the clock
-def test_falling_behind_is_told_when_it_begins_and_when_it_is_over():
+def test_a_lag_is_reported_when_it_begins_and_when_it_ends():
     told, lag = [], Lag()
     lateness = Lateness(lag, 1, told.append)
     lateness.check()
@@ -140,10 +140,10 @@ def test_falling_behind_is_told_when_it_begins_and_when_it_is_over():
     assert told[3:] == ["virtual time lagged until the end; 1.0 s lost"]
 
 
-def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcript(tmp_path):
+def test_a_server_that_lags_reports_it_on_the_terminal_and_in_the_transcript(tmp_path):
     told, bench = [], slewline.Bench()
     bench.add("gs-c200s")
-    server = Server(bench, Paced(bench), tmp_path / "log", tell=told.append)
+    server = Server(bench, Paced(bench), tmp_path / "log", report=told.append)
     server.pace.lag.lost_ns = 3_000_000_000
     server._look_around()
     server.close()
@@ -155,7 +155,7 @@ def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcri
 
 
 @pytest.mark.system
-def test_the_command_tells_findings_on_standard_error(serve, client):
+def test_the_command_reports_findings_on_standard_error(serve, client):
     server = serve(*ONE)
     host = client(server.where)
     for _ in range(3):
@@ -169,7 +169,7 @@ def test_the_command_tells_findings_on_standard_error(serve, client):
 
 
 @pytest.mark.system
-def test_a_transcript_on_standard_error_has_the_findings_and_nobody_tells_them_twice(serve, client):
+def test_a_transcript_on_standard_error_has_the_findings_only_once(serve, client):
     server = serve(*ONE, "--log", "-")
     host = client(server.where)
     assert host.ask(b"HELLO\r") == b"E2\r"

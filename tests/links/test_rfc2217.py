@@ -10,7 +10,7 @@ import serial
 import serialx
 
 import slewline
-from slewline.links.serving import DEAF
+from slewline.links.serving import NOT_RECEIVING
 from tests.ensembles import in_long_runs
 
 from .conftest import PATIENCE, Threaded, patient
@@ -90,7 +90,7 @@ def test_a_session_with_changing_settings_replays(lockstep, tmp_path):
 
 
 @pytest.mark.system
-def test_a_rate_that_makes_no_sense_is_not_taken(port):
+def test_a_malformed_rate_is_not_taken(port):
     _, line, _ = port
     with opened(port) as host, pytest.raises(ValueError, match="rejected"):
         host.baudrate = 3_000_000
@@ -147,7 +147,7 @@ def test_garbage_does_not_stop_the_server(port, client):
         assert good.read_until(b"R\r").endswith(b"R\r")
 
 
-def test_an_option_without_end_is_hung_up_on(port, client):
+def test_an_endless_option_is_disconnected(port, client):
     running, line, tcp = port
     host = client(tcp.where)
     running.until(lambda: line.host is not None)
@@ -219,10 +219,10 @@ def test_the_masks_of_line_and_modem_state_are_acknowledged(port, client, option
     assert host.read(answer).endswith(answer)
 
 
-def test_the_settings_that_the_line_wants_are_told_at_the_start(lockstep):
+def test_the_settings_that_the_line_needs_are_reported_at_the_start(lockstep):
     server, line = lockstep()
     told = []
-    server.tell = told.append
+    server.report = told.append
     where = server.rfc2217(line, "127.0.0.1:0").where
     assert told == [
         f"{where}: the line has 9600 baud, 7 data bits, odd parity, 2 stop bits; "
@@ -234,10 +234,10 @@ def test_the_settings_that_the_line_wants_are_told_at_the_start(lockstep):
 def test_a_line_of_eight_bits_needs_no_such_word(lockstep):
     server, _ = lockstep()
     told = []
-    server.tell = told.append
+    server.report = told.append
     server.rfc2217(server.line(server.bench.add("cy525")), "127.0.0.1:0")
     server.close()
-    assert told == [DEAF.format(chip="cy525")]
+    assert told == [NOT_RECEIVING.format(chip="cy525")]
 
 
 @pytest.mark.system

@@ -101,7 +101,7 @@ def test_up_to_two_levels_a_column_are_exact(ran, columns):
 
 @few_windows(50, 150)
 @pytest.mark.parametrize("name", ["x.clock", "x.mov"])
-def test_what_is_found_is_what_is_there(ran, name, number):
+def test_the_search_finds_all_actual_edges_and_levels(ran, name, number):
     bench, scope = ran
     plain = Plain(bench, name)
     for start, stop, _ in windows(bench.now_ps, number, 2):
@@ -132,7 +132,7 @@ def test_a_position_is_crossed_where_the_step_is(ran):
 
 
 @few_windows(8, 30)
-def test_cells_that_are_kept_show_what_cells_that_are_not_show(ran, number):
+def test_kept_cells_and_computed_cells_show_the_same(ran, number):
     bench, _ = ran
     kept = Scope(bench)
     for start, stop, columns in windows(bench.now_ps, number, 4):

@@ -129,7 +129,7 @@ def older(monkeypatch):
 
 
 # ------------------------------------------------------------------------------------------------------------ messages
-def test_a_host_asks_which_version_it_speaks_to(stand):
+def test_a_host_queries_the_version_of_its_server(stand):
     for rate, answer in ((None, b"\x82"), ("1", b"\x02")):
         one = stand(rate=rate)
         host = one.host()
@@ -166,7 +166,7 @@ def test_a_poll_in_a_series_is_the_loop_of_a_host_that_polls(stand):
         assert one.seen() == other.seen()  # 3.3 ms of polls behind RESET (39)
 
 
-def test_a_wait_in_vain_ends_a_series_and_those_that_depend_on_it(stand):
+def test_a_failed_wait_ends_a_series_and_its_dependents(stand):
     one = stand()
     host = one.host()
     assert host.series(VERSION)[-2:] == b"\x5c\x7d"
@@ -268,7 +268,7 @@ def test_the_transcript_has_each_access_at_its_time(stand, tmp_path):
         ("9102", 1, r"b'\x91\x02' is"),
     ],
 )
-def test_what_is_no_request_is_told_and_the_answers_stay_in_step(stand, message, number, came):
+def test_an_invalid_request_is_reported_and_the_answers_stay_in_step(stand, message, number, came):
     one = stand()
     host = one.host()
     host.ask("2464")
@@ -285,7 +285,7 @@ def test_what_is_no_request_is_told_and_the_answers_stay_in_step(stand, message,
     assert host.series(VERSION)[-2:] == b"\x5c\x7d"
 
 
-def test_a_host_that_leaves_in_the_middle_of_a_series_has_done_nothing_of_it(stand, tmp_path):
+def test_a_host_that_leaves_in_the_middle_of_a_series_has_done_none_of_it(stand, tmp_path):
     one = stand(log=tmp_path / "log")
     first = one.host()
     first.send("c00b", PACKET[:22])
@@ -296,7 +296,7 @@ def test_a_host_that_leaves_in_the_middle_of_a_series_has_done_nothing_of_it(sta
     assert "the previous host left an incomplete request, c00b 2464 1210 2464" in (tmp_path / "log").read_text()
 
 
-def test_what_a_host_has_sent_is_worked_after_it_has_left_and_the_next_gets_its_own_answers(stand):
+def test_commands_of_a_host_are_processed_after_it_has_left_and_the_next_gets_its_own_answers(stand):
     one = stand()
     first = one.host()
     first.send("c001 1210", "c102 54ff 1000")
@@ -306,7 +306,7 @@ def test_what_a_host_has_sent_is_worked_after_it_has_left_and_the_next_gets_its_
     assert len(one.seen()["edges"]["hostwrite"][0]) == 6
 
 
-def test_two_chipsets_have_their_hosts_at_once(client):
+def test_two_chipsets_have_their_hosts_at_the_same_time(client):
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))
     ports = [server.tcp(server.line(bench.add("mc1451a", name=name)), "127.0.0.1:0") for name in "ab"]
@@ -465,7 +465,7 @@ def test_paced_every_answer_is_waited_for(stand, monkeypatch):
         assert len(waits) >= 7 + 7
 
 
-def test_what_has_gone_out_comes_before_what_is_asked_elsewhere(stand):
+def test_sent_commands_precede_queries_elsewhere(stand):
     one = stand()
     ask = one.asks()
     with ChipsetPort(*one.place) as port:
@@ -505,7 +505,7 @@ def test_hostrdy_that_stays_low_is_found_and_nothing_is_lost(stand):
         assert by_words(port) == [0x5C, 0x11, 0x5C, 0x7D]
 
 
-def test_what_is_written_last_is_written_when_the_port_is_closed(stand):
+def test_the_last_writes_are_sent_when_the_port_is_closed(stand):
     one = stand()
     for number in range(1, 20):
         with ChipsetPort(*one.place) as port:
@@ -514,7 +514,7 @@ def test_what_is_written_last_is_written_when_the_port_is_closed(stand):
         assert len(one.seen()["edges"]["hostwrite"][0]) == 2 * number
 
 
-def test_an_older_server_is_spoken_to_as_it_always_was(stand, older):
+def test_an_older_server_is_served_with_the_old_protocol(stand, older):
     one, other = stand(), stand()
     with ChipsetPort(*one.place) as port, ChipsetPort(*other.place, plain=True) as plain:
         for program in PROGRAMS:

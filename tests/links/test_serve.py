@@ -65,7 +65,7 @@ def test_a_signal_that_comes_again_changes_nothing(serve, number):
 
 
 @pytest.mark.posix
-def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd):
+def test_signals_are_handled_before_a_port_is_open(monkeypatch, capfd):
     before = [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)]
     heard = []
 
@@ -139,7 +139,7 @@ def test_options_of_the_chip(serve, client):
 
 
 @pytest.mark.system
-def test_what_is_memorised_outlives_the_server(serve, client):
+def test_memorised_programs_outlive_the_server(serve, client):
     first = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     host = client(first.where)
     for line in (*PROGRAM, b"Px", b"M"):
@@ -193,7 +193,7 @@ def test_two_servers_do_not_share_a_memory(serve, capfd):
 ONE_MORE = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0"]
 
 
-def test_a_damaged_memory_is_told_before_anything_is_served(capfd):
+def test_a_damaged_memory_is_reported_before_anything_is_served(capfd):
     os.mkdir("memories")
     with open("memories/gs_c200s.eeprom", "wb") as file:
         file.write(b"not ours")
@@ -217,7 +217,7 @@ def test_the_transcript(serve, client):
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_sigusr1_asks_for_a_status_line(serve, client):
+def test_sigusr1_requests_a_status_line(serve, client):
     server = serve(*ONE, "--tcp", "127.0.0.1:0")
     host = client(server.where)
     ask(host, b"f+40")
@@ -263,7 +263,7 @@ def test_status_lines_into_a_pipe(serve):
 
 
 @pytest.mark.system
-def test_modules_that_cannot_be_told_apart_are_told_at_the_start(serve, client):
+def test_indistinguishable_modules_are_reported_at_the_start(serve, client):
     chip = '[[chip]]\npart = "gs-c200s"\nname = "{}"\nstraps = {{ br0 = 0, br1 = 0, br2 = 0, sel2 = 0 }}\n'
     Path("line.toml").write_text(
         chip.format("left") + chip.format("right") + '[[serve]]\nchips = ["left", "right"]\ntcp = "127.0.0.1:0"\n'
@@ -278,7 +278,7 @@ def test_modules_that_cannot_be_told_apart_are_told_at_the_start(serve, client):
 
 
 @pytest.mark.system
-def test_why_an_eeprom_was_not_written_is_told(serve, client):
+def test_the_reason_why_an_eeprom_was_not_written_is_reported(serve, client):
     server = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "st", "--control", "127.0.0.1:0", ports=2)
     shutil.rmtree("st")
     host = client(server.where)
@@ -290,7 +290,7 @@ def test_why_an_eeprom_was_not_written_is_told(serve, client):
     assert Asks(client(server.ports["control"]))("status")["troubles"] == [says]
 
 
-def test_a_journal_on_a_full_disk_is_told(capfd):
+def test_a_journal_on_a_full_disk_is_reported(capfd):
     assert invoke([*ONE_MORE, "--journal", "/dev/full"]) == 2
     says = "slewline: journal /dev/full: No space left on device; give a file that can be written\n"
     assert capfd.readouterr().err == says
@@ -388,7 +388,7 @@ framing = true
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
+def test_a_bench_file_serves_several_chips_at_the_same_time(serve, client, folder):
     (folder / "bench.toml").write_text(BENCH)
     server = serve("--bench", "bench.toml", "--lockstep", "--state", "memories", ports=3)
     assert list(server.ports) == ["x+y (addresses 1, 2)", "z", "c"]
@@ -431,7 +431,7 @@ def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
         ),
     ],
 )
-def test_what_is_wrong_in_a_bench_file_is_told_with_its_place(capfd, folder, change, says):
+def test_mistakes_in_a_bench_file_are_reported_with_their_place(capfd, folder, change, says):
     assert change[0] in BENCH
     (folder / "bench.toml").write_text(BENCH.replace(*change, 1))
     assert invoke(["serve", "--bench", "bench.toml"]) == 2
@@ -439,7 +439,7 @@ def test_what_is_wrong_in_a_bench_file_is_told_with_its_place(capfd, folder, cha
     assert not os.path.lexists("z")
 
 
-def test_a_bench_file_without_serve_is_told(capfd, folder):
+def test_a_bench_file_without_serve_is_reported(capfd, folder):
     (folder / "bench.toml").write_text(BENCH.partition("[[serve]]")[0])
     assert invoke(["serve", "--bench", "bench.toml"]) == 2
     assert "no [[serve]] table" in capfd.readouterr().err
@@ -472,13 +472,13 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
         (["cy525", "--rfc2217", "127.0.0.1:0", "--framing"], "has no serial line"),
     ],
 )
-def test_wrong_use_is_told(capfd, arguments, says):
+def test_wrong_use_is_reported(capfd, arguments, says):
     assert invoke(["serve", *arguments]) == 2
     assert says in capfd.readouterr().err
 
 
 @pytest.mark.system
-def test_other_machines_may_when_it_is_said(serve, client):
+def test_other_machines_are_allowed_on_request(serve, client):
     server = serve(*ONE, "--tcp", "0.0.0.0:0", "--allow-remote")
     assert server.where.startswith("socket://0.0.0.0:")
     assert ask(client(server.where), b"F") == b"R\r"

@@ -111,7 +111,7 @@ def test_a_flood_of_the_control_port_has_its_share_of_a_turn_and_every_answer(tu
     assert [json.loads(client.read(b"\n"))["id"] for _ in requests] == list(range(50))
 
 
-def test_what_asks_for_another_call_has_it_in_the_next_turn():
+def test_a_task_that_requests_another_call_gets_it_in_the_next_turn():
     loop, calls = Loop(), []
 
     def again():

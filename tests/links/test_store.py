@@ -184,7 +184,7 @@ def dark_from(number):
     return trouble
 
 
-def test_a_step_that_fails_leaves_the_old_content_or_is_no_failure(subtests):
+def test_a_step_that_fails_leaves_the_old_content_or_is_harmless(subtests):
     for old, number, call in every_step():
         with subtests.test(old=old, number=number, call=call):
             refused, now, later, disk = written(failing(number, OSError(errno.EIO, "input/output error")), old)
@@ -211,7 +211,7 @@ def test_order_of_writes_and_syncs():
     assert calls == ["write", "fsync", "replace", "fsync"]
 
 
-def test_what_was_answered_is_there_after_any_power_cut():
+def test_acknowledged_writes_survive_any_power_cut():
     refused, now, later, _ = written(lambda number, call: None)
     assert (refused, now, later) == (False, NEW, {NEW})
 
@@ -275,12 +275,12 @@ def every_append():
     return [(kind, n, call) for kind in ("first", "next", "anew") for n, call in enumerate(calls_of_append(kind), 1)]
 
 
-def test_only_the_first_append_and_one_in_a_while_write_the_file_anew():
+def test_only_the_first_append_and_occasional_ones_rewrite_the_file():
     assert ["replace" in calls_of_append(kind) for kind in ("first", "next", "anew")] == [True, False, True]
     assert calls_of_append("next") == ["open", "lseek", "write", "fsync", "lseek", "read", "read", "close"]
 
 
-def test_an_append_that_fails_at_a_step_leaves_the_old_content_or_is_no_failure(subtests):
+def test_an_append_that_fails_at_a_step_leaves_the_old_content_or_is_harmless(subtests):
     for kind, number, call in every_append():
         with subtests.test(kind=kind, number=number, call=call):
             trouble = failing(number, OSError(errno.EIO, "input/output error"))
@@ -296,7 +296,7 @@ def test_an_append_that_fails_at_a_step_leaves_the_old_content_or_is_no_failure(
             }
 
 
-def test_power_that_goes_in_an_append_leaves_old_or_new_and_the_next_one_goes_on_from_there(subtests):
+def test_a_power_cut_in_an_append_leaves_old_or_new_and_the_next_one_continues_from_there(subtests):
     for kind, number, call in every_append():
         with subtests.test(kind=kind, number=number, call=call):
             before, after, refused, _, _, left = appended(kind, dark_from(number))
@@ -311,7 +311,7 @@ def test_power_that_goes_in_an_append_leaves_old_or_new_and_the_next_one_goes_on
                 assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {wanted}
 
 
-def test_what_an_append_has_answered_is_there_after_any_power_cut():
+def test_acknowledged_appends_survive_any_power_cut():
     for kind in ("first", "next", "anew"):
         _, after, refused, _, _, left = appended(kind, lambda number, call: None)
         assert not refused and {FileStore(PATH, each).read() for each in left} == {after}
@@ -332,7 +332,7 @@ def module(disk, journal=None):
     bench = slewline.Bench(stores=lambda name: FileStore(PATH, disk), journal=journal)
     x = bench.add("gs-c200s", "x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}, eeprom_time=0)
     told = []
-    server = Server(bench, Lockstep(bench), tell=told.append)
+    server = Server(bench, Lockstep(bench), report=told.append)
     line = server.line(x)
     bench.run("10 ms")
     answers = bytearray()
@@ -360,7 +360,7 @@ def operations():
 
 
 @pytest.mark.parametrize("number", range(1, operations() + 1))
-def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_told(number):
+def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_reported(number):
     disk = Disk({})
     server, ask, told = module(disk)
     assert ask(*SAVED) == ["Y"] * 4
@@ -451,7 +451,7 @@ def test_a_store_without_append_has_its_faults_in_the_journal(tmp_path):
     assert again.parts["memory"].store.read() == bench.parts["memory"].store.read()
 
 
-def test_the_same_trouble_is_told_once():
+def test_the_same_trouble_is_reported_once():
     disk = Disk({})
     server, ask, told = module(disk)
 
@@ -480,7 +480,7 @@ def no_sync(monkeypatch):
 
 
 @pytest.mark.parametrize("data", [b"", b"\0", bytes(range(119)), bytes(300_000)])
-def test_another_store_reads_what_was_written(store, data):
+def test_another_store_reads_the_written_content(store, data):
     store.write(b"something longer, or shorter, before")
     store.write(data)
     assert FileStore(store.path).read() == data
@@ -506,7 +506,7 @@ def test_any_damage_is_noticed_and_a_write_mends_it(store):
     assert store.read() == NEW
 
 
-def test_a_file_of_somebody_else_is_not_touched(store):
+def test_a_foreign_file_is_not_touched(store):
     store.path.write_text("Dear Sir or Madam")
     for action in (store.read, lambda: store.write(NEW)):
         with pytest.raises(StoreError, match="not a slewline memory; name another file"):
@@ -527,7 +527,7 @@ def test_it_can_be_caught_as_the_error_of_the_system_that_it_is(tmp_path):
 
 
 @pytest.mark.posix
-def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
+def test_an_irregular_file_is_refused_and_not_waited_for(tmp_path):
     """To open a FIFO is to wait for its other end."""
     os.mkfifo(tmp_path / "x.eeprom")
     store = FileStore(tmp_path / "x.eeprom")
@@ -537,7 +537,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
 
 
 @pytest.mark.posix
-def test_a_fifo_in_the_place_of_the_neighbour_gives_way(tmp_path):
+def test_a_fifo_in_the_place_of_the_neighbour_is_replaced(tmp_path):
     os.mkfifo(tmp_path / ".x.eeprom.part")
     FileStore(tmp_path / "x.eeprom").write(NEW)
     assert [path.name for path in tmp_path.iterdir()] == ["x.eeprom"]
@@ -559,7 +559,7 @@ def test_a_link_in_the_place_of_the_neighbour_is_not_followed(tmp_path, call, th
     assert not there or victim.read_bytes() == OLD
 
 
-def test_what_is_laid_in_the_place_of_the_neighbour_at_the_last_moment_is_not_opened():
+def test_a_file_put_in_the_place_of_the_neighbour_at_the_last_moment_is_not_opened():
     disk, victim = disk_with(OLD), File(OLD)
 
     def schedule(number, call):
@@ -662,7 +662,7 @@ def test_the_file_does_not_grow_without_end():
 
 
 @pytest.mark.usefixtures("no_sync")
-def test_part_of_a_record_at_the_end_is_dropped_and_damage_before_a_whole_one_is_told(store):
+def test_part_of_a_record_at_the_end_is_dropped_and_damage_before_a_complete_one_is_reported(store):
     store.write(LARGE)
     store.append(b"one", 0)
     begin = store.path.stat().st_size
@@ -687,7 +687,7 @@ def test_part_of_a_record_at_the_end_is_dropped_and_damage_before_a_whole_one_is
     assert FileStore(store.path).read()[:10] == with_two + b"three"
 
 
-def test_a_file_that_is_taken_away_or_written_by_somebody_else_is_written_anew_or_refused(store):
+def test_a_file_that_is_removed_or_changed_by_another_program_is_rewritten_or_refused(store):
     store.write(LARGE)
     store.append(b"one", 0)
     store.path.unlink()

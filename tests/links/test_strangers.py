@@ -55,24 +55,24 @@ STRANGERS = {
 BEHIND_BLANKS = {f"blank, {name}": b"\r\n" + STRANGERS[name] for name in ("GET", "own method", "HTTP/2")}
 
 
-def test_every_stranger_is_known_however_it_is_cut(subtests):
+def test_every_foreign_request_is_recognised_however_it_is_cut(subtests):
     for greetings, (name, data) in product((TEXT, REGISTERS), STRANGERS.items()):
         with subtests.test(greetings=greetings, name=name):
             for cut in range(len(data) + 1):
                 beginning = Preamble(greetings)
                 assert beginning.take(data[:cut]) + beginning.take(data[cut:]) == b""
-                assert beginning.stranger
+                assert beginning.protocol
             bytewise = Preamble(greetings)
             assert b"".join(bytewise.take(bytes([byte])) for byte in data) == b""
 
 
 @pytest.mark.parametrize("data", BEHIND_BLANKS.values(), ids=BEHIND_BLANKS)
-def test_a_blank_line_in_front_is_all_that_a_stranger_can_pass_on(data):
+def test_an_untrusted_client_can_pass_on_a_leading_blank_line_only(data):
     for cut in range(1, len(data)):
         beginning = Preamble()
         passed = beginning.take(data[:cut]) + beginning.take(data[cut:])
         assert passed == (data[:cut] if cut <= 2 else b"")
-        assert beginning.stranger == "HTTP"
+        assert beginning.protocol == "HTTP"
 
 
 HOSTS = (
@@ -83,12 +83,12 @@ HOSTS = (
 )  # fmt: skip
 
 
-def test_a_host_that_begins_like_one_is_heard_as_soon_as_it_differs(subtests):
+def test_a_host_that_begins_like_one_is_served_as_soon_as_it_differs(subtests):
     for data in HOSTS:
         with subtests.test(data=data):
             beginning = Preamble()
             assert b"".join(beginning.take(bytes([byte])) for byte in data) == data
-            assert not beginning.stranger
+            assert not beginning.protocol
             assert beginning.take(b"GET / HTTP/1.1\r\n") == b"GET / HTTP/1.1\r\n"  # it is the beginning that counts
 
 
@@ -100,25 +100,25 @@ def test_no_request_of_a_register_waits_for_a_second_one(data):
 
 
 @pytest.mark.parametrize("data", [b"\r", b"\n", b"\r\n\r\n"])
-def test_line_ends_that_stand_alone_are_passed_on_at_once(data):
+def test_single_line_ends_are_passed_on_immediately(data):
     """They set the rate of a chip that adapts to its host."""
     assert Preamble().take(data) == data
 
 
-def test_nothing_is_held_back_for_ever():
+def test_nothing_is_withheld_for_ever():
     beginning = Preamble()
     long = b"x" * LONGEST
     assert beginning.take(long) == b""
     assert beginning.take(b"x") == long + b"x"
 
 
-def test_what_was_held_long_enough_is_passed_on_and_the_request_is_known_all_the_same():
+def test_bytes_withheld_for_too_long_are_passed_on_and_the_request_is_still_recognised():
     beginning = Preamble()
     assert beginning.take(b"POS") == b""
     assert beginning.release() == b"POS"
     assert beginning.take(b"T") == b"T"
     assert beginning.take(b" / HTTP/1.1\r\n") == b""
-    assert beginning.stranger == "HTTP"
+    assert beginning.protocol == "HTTP"
 
 
 class Stage:
@@ -181,7 +181,7 @@ class Stage:
         if self.here(port) is not None:
             visitor.send(data[cut:])
             self.until(lambda: self.here(port) is None)
-        assert one.beginning.stranger
+        assert one.beginning.protocol
         visitor.close()
 
     def close(self):
@@ -203,7 +203,7 @@ def cuts(stage, kind, data, step, pauses=(0, 0.06, 0.3)):
 
 
 @pytest.mark.parametrize("kind", Stage.KINDS)
-def test_no_stranger_reaches_anything_on_any_port(stage, kind):
+def test_no_foreign_request_reaches_anything_on_any_port(stage, kind):
     for name, data in (STRANGERS | BEHIND_BLANKS).items():
         if (name, kind) == (CLIENT, "control"):
             continue
@@ -213,13 +213,13 @@ def test_no_stranger_reaches_anything_on_any_port(stage, kind):
 @pytest.mark.long
 @pytest.mark.parametrize("kind", Stage.KINDS)
 @pytest.mark.parametrize("name", STRANGERS | BEHIND_BLANKS)
-def test_no_stranger_reaches_anything_cut_at_every_byte(stage, kind, name):
+def test_no_foreign_request_reaches_anything_cut_at_every_byte(stage, kind, name):
     if (name, kind) == (CLIENT, "control"):
         pytest.skip("it is none there")
     cuts(stage, kind, (STRANGERS | BEHIND_BLANKS)[name], 1)
 
 
-def test_a_stranger_that_pauses_at_every_byte_reaches_nothing(stage):
+def test_a_browser_that_pauses_at_every_byte_reaches_nothing(stage):
     """Each pause by itself counts, not all of them together."""
     port = stage.ports["gsc"]
     visitor = Client(port.where)
@@ -240,7 +240,7 @@ def test_a_byte_that_comes_alone_is_passed_on_after_a_while(stage):
     port = stage.ports["cy545"]
     host = Client(port.where)
     host.send(b"Q")
-    stage.until(lambda: port.session is not None and port.session.beginning.held)
+    stage.until(lambda: port.session is not None and port.session.beginning.pending)
     stage.ahead += 0.9 * HOLD_S
     stage.turn()
     assert stage.reached == b""
@@ -319,7 +319,7 @@ def test_a_post_never_reaches_the_registers_of_a_chipset(lockstep):
     assert line.taken == 0
 
 
-def test_a_host_that_types_slowly_is_heard_and_a_stranger_that_does_is_hung_up_on(ports, monkeypatch, tmp_path):
+def test_a_host_that_types_slowly_is_served_and_a_slow_browser_is_disconnected(ports, monkeypatch, tmp_path):
     running, line, port, _ = ports()
     monkeypatch.setattr("slewline.links.ports.tcp.HOLD_S", 0.001)
     host = Client(port.where)
@@ -339,10 +339,10 @@ def test_a_host_that_types_slowly_is_heard_and_a_stranger_that_does_is_hung_up_o
 
 
 @pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
-def test_who_serves_is_told_once_that_a_browser_has_come(ports, client, kind):
+def test_the_server_is_notified_once_that_a_browser_has_come(ports, client, kind):
     _, _, port, _ = ports(kind)
     said = []
-    port.tell = said.append
+    port.report = said.append
     for _ in range(2):
         browser = client(port.where)
         browser.send(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
@@ -354,13 +354,13 @@ def test_who_serves_is_told_once_that_a_browser_has_come(ports, client, kind):
     )
 
 
-def test_a_line_that_is_typed_is_heard_when_it_ends(ports):
+def test_a_typed_line_is_served_when_it_ends(ports):
     """Here the hold lasts for ever, and it is not waited for."""
     running, line, port, _ = ports()
     host = Client(port.where)
     for typed in (b"P", b"Po"):
         host.send(typed[-1:])
-        running.until(lambda typed=typed: port.session is not None and port.session.beginning.held == typed)
+        running.until(lambda typed=typed: port.session is not None and port.session.beginning.pending == typed)
     assert line.taken == 0
     assert host.ask(b"\r") == b"Y\r"
     host.send(b"G")
@@ -369,7 +369,7 @@ def test_a_line_that_is_typed_is_heard_when_it_ends(ports):
 
 
 @pytest.mark.parametrize("first", [b"nonsense", b"[1]", b"17", b'"quit"', b"null", b"[" * 60_000, b"x" * 200_000])
-def test_a_client_whose_first_line_is_no_object_is_hung_up_on(ports, client, first):
+def test_a_client_whose_first_line_is_not_an_object_is_disconnected(ports, client, first):
     running, _, _, control = ports()
     stranger = client(control.where)
     stranger.send(first + b'\n{"do": "quit"}\n')

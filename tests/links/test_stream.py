@@ -75,7 +75,7 @@ def test_a_reader_that_does_not_read_costs_a_bounded_queue(ends):
     assert received[:QUEUE] == MUCH[:QUEUE]
 
 
-def test_what_is_written_in_a_turn_goes_out_at_its_end(ends):
+def test_writes_of_a_turn_are_sent_at_its_end(ends):
     one = ends()
     one.stream.write(b"R")
     one.stream.write(b"\r")
@@ -86,7 +86,7 @@ def test_what_is_written_in_a_turn_goes_out_at_its_end(ends):
     assert one.theirs.recv(10) == b"R\r"
 
 
-def test_a_writer_without_end_is_held_up(ends):
+def test_an_endless_writer_is_blocked(ends):
     left = [10]
     one = ends(room=lambda: left[0] - len(one.taken))
     one.theirs.send(MUCH[:100])
@@ -99,14 +99,14 @@ def test_a_writer_without_end_is_held_up(ends):
     assert one.taken == MUCH[:30]
 
 
-def test_a_stream_that_is_held_up_does_not_keep_the_loop_busy(ends):
+def test_a_blocked_stream_does_not_keep_the_loop_busy(ends):
     one = ends(room=lambda: 0)
     one.theirs.send(b"F")
     one.turn(2)
     assert one.loop.sleep(0) == []
 
 
-def test_a_closed_stream_reads_nothing_even_if_asked_to_read_now(ends):
+def test_a_closed_stream_reads_nothing_even_if_requested_to_read_now(ends):
     one, other = ends(), ends()
     for each in (one, other):
         each.theirs.send(b"F")
@@ -116,7 +116,7 @@ def test_a_closed_stream_reads_nothing_even_if_asked_to_read_now(ends):
     assert (one.taken, other.taken) == (b"F", b"")
 
 
-def test_the_end_is_told_once(ends):
+def test_the_end_is_reported_once(ends):
     one = ends()
     one.theirs.close()
     one.turn(3)
@@ -125,7 +125,7 @@ def test_the_end_is_told_once(ends):
 
 
 @pytest.mark.posix
-def test_what_nobody_can_take_any_more_ends_the_stream(ends):
+def test_bytes_that_no_client_can_take_any_more_end_the_stream(ends):
     one = ends()
     one.theirs.shutdown(socket.SHUT_RD)
     one.stream.write(b"R")
@@ -134,14 +134,14 @@ def test_what_nobody_can_take_any_more_ends_the_stream(ends):
 
 
 @pytest.mark.posix
-def test_one_who_reads_no_more_is_heard_to_the_end(ends):
+def test_a_client_that_reads_no_more_is_served_to_the_last_byte(ends):
     over = []
     one = ends(ended=lambda: over.append(1))
     one.theirs.send(b"left")
     one.theirs.shutdown(socket.SHUT_RD)
     one.stream.write(b"R")
     one.turn(1)
-    assert one.stream.deaf and one.stream.write(b"R") == 1
+    assert one.stream.is_shut and one.stream.write(b"R") == 1
     one.turn(2)
     assert (one.taken, over) == (b"left", [])
     one.theirs.close()
@@ -152,7 +152,7 @@ def test_one_who_reads_no_more_is_heard_to_the_end(ends):
 
 
 # ------------------------------------------------------------------------------------------- the end, behind bytes
-def test_the_end_behind_bytes_is_found_by_reading_ahead(ends):
+def test_the_end_after_bytes_is_found_by_reading_ahead(ends):
     left = [10]
     over = []
     one = ends(room=lambda: left[0] - len(one.taken), ended=lambda: over.append(1))
@@ -168,7 +168,7 @@ def test_the_end_behind_bytes_is_found_by_reading_ahead(ends):
     assert (one.taken, over) == (MUCH[:1000], [1])  # not a byte is lost or read twice
 
 
-def test_what_is_read_ahead_is_bounded(ends):
+def test_read_ahead_is_bounded(ends):
     one = ends(room=lambda: 0)
     one.theirs.setblocking(False)
     one.theirs.send(MUCH)
@@ -267,9 +267,9 @@ def test_a_signal_ends_a_sleep_even_where_the_system_would_sleep_on():
     loop = Loop()
     kept = signal.signal(signal.SIGINT, lambda *_: None)
     try:
-        loop.hear_signals()
+        loop.watch_signals()
         signal.raise_signal(signal.SIGINT)
-        assert [key.fd for key, _ in loop.sleep(10)] == [loop.bell.fileno()]
+        assert [key.fd for key, _ in loop.sleep(10)] == [loop.wakeup.fileno()]
         loop.close()
         assert signal.set_wakeup_fd(-1) == -1
     finally:
@@ -278,13 +278,13 @@ def test_a_signal_ends_a_sleep_even_where_the_system_would_sleep_on():
 
 def test_a_loop_that_is_forgotten_leaves_no_socket_open():
     loop = Loop()
-    ends = loop.bell, loop.button
+    ends = loop.wakeup, loop.button
     del loop
     gc.collect()
     assert [end.fileno() for end in ends] == [-1, -1]
 
 
-def test_windows_is_asked_for_a_fine_timer_as_long_as_it_is_needed(monkeypatch):
+def test_a_fine_timer_of_windows_is_requested_while_it_is_needed(monkeypatch):
     asked = []
     timer = SimpleNamespace(
         timeBeginPeriod=lambda ms: asked.append(("begin", ms)), timeEndPeriod=lambda ms: asked.append(("end", ms))

@@ -47,7 +47,7 @@ def test_a_program_is_entered_and_runs(port, client):
     assert running.do(lambda: running.bench["x"].position) == 400
 
 
-def test_the_next_host_is_told_why_and_the_first_one_stays(port, client):
+def test_the_next_host_gets_the_reason_and_the_first_one_stays(port, client):
     first, second = client(port[2].where), client(port[2].where)
     assert first.ask(b"F\r") == b"R\r"
     name = "{}:{}".format(*first.socket.getsockname())
@@ -56,7 +56,7 @@ def test_the_next_host_is_told_why_and_the_first_one_stays(port, client):
 
 
 @pytest.mark.system
-def test_a_host_that_vanishes_makes_room_and_what_it_sent_is_played(port, client):
+def test_a_host_that_vanishes_makes_room_and_its_commands_are_played(port, client):
     running, line, tcp = port
     first = client(tcp.where)
     first.send(b"V")
@@ -76,7 +76,7 @@ def test_a_host_that_is_cut_off_makes_room(port, client):
     assert client(tcp.where).ask(b"F\r") == b"R\r"
 
 
-def test_a_host_that_is_silent_for_good_is_found_out_by_the_system(port, client):
+def test_a_permanently_silent_host_is_detected_by_the_system(port, client):
     running, _, tcp = port
     client(tcp.where).ask(b"F\r")
     ours = running.do(lambda: tcp.session.connection)
@@ -85,7 +85,7 @@ def test_a_host_that_is_silent_for_good_is_found_out_by_the_system(port, client)
 
 
 @pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
-def test_a_host_that_says_no_more_gets_its_answers(client, kind):
+def test_a_host_that_closes_its_sending_side_gets_its_answers(client, kind):
     bench = slewline.Bench()
     server = Server(bench, Paced(bench))
     line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
@@ -98,7 +98,7 @@ def test_a_host_that_says_no_more_gets_its_answers(client, kind):
         running.until(lambda: line.host is None)
 
 
-def test_a_host_that_says_no_more_keeps_nobody_out(client):
+def test_a_host_that_closes_its_sending_side_blocks_no_other(client):
     bench = slewline.Bench()
     server = Server(bench, Paced(bench, "0.0001"))  # an answer takes minutes
     line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
@@ -139,7 +139,7 @@ def test_a_host_that_never_reads_costs_a_bounded_queue(port, client):
     assert line.given + line.dropped == 1_000_000
 
 
-def test_a_host_that_writes_without_end_is_held_up(client):
+def test_a_host_that_writes_endlessly_is_blocked(client):
     bench = slewline.Bench()
     server = Server(bench, Paced(bench, "0.0001"))  # a character takes 11 s
     line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
@@ -174,7 +174,7 @@ def test_a_byte_meets_the_virtual_time_of_its_arrival(client, tmp_path):
 
 
 @pytest.mark.system
-def test_a_system_without_descriptors_is_asked_again(port, client, monkeypatch):
+def test_accept_is_retried_without_file_descriptors(port, client, monkeypatch):
     _, _, tcp = port
     asked = []
 
@@ -250,9 +250,9 @@ def test_other_machines_come_in_only_when_they_may(text, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
-def test_a_port_that_other_machines_reach_is_told(kind):
+def test_a_port_reachable_from_other_machines_is_reported(kind):
     bench, told = slewline.Bench(), []
-    server = Server(bench, Lockstep(bench), allow_remote=True, tell=told.append)
+    server = Server(bench, Lockstep(bench), allow_remote=True, report=told.append)
     line = server.line(bench.add("gs-c200s", name="x", straps={"br0": 0, "chs": 0}))
     open_to_all = getattr(server, kind)(line, "0.0.0.0:0")
     (text,) = [text for text in told if "open to" in text]
@@ -272,7 +272,7 @@ def test_a_port_that_other_machines_reach_is_told(kind):
 
 
 @pytest.mark.parametrize("allow_remote", [False, True])
-def test_a_name_that_nobody_knows_is_told(lockstep, monkeypatch, allow_remote):
+def test_an_unknown_name_is_reported(lockstep, monkeypatch, allow_remote):
     def unknown(*_, **__):
         raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
 
@@ -289,7 +289,7 @@ def test_this_machine_always_may(text):
     assert parse_address(text)[1] == 1
 
 
-def test_a_port_that_is_taken_is_told(lockstep):
+def test_an_occupied_port_is_reported(lockstep):
     server, line = lockstep()
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UsageError, match="choose another one"):
         server.tcp(line, f"127.0.0.1:{taken.getsockname()[1]}")

@@ -73,7 +73,7 @@ def test_each_instruction_is_one_of_a_plain_run(stand):
     assert stand("step", chip="x", by="instruction", timeout="1 s")["met"] is False
 
 
-def test_breakpoints_stop_at_the_instants_of_a_plain_run_each_of_them_told(stand):
+def test_breakpoints_stop_at_the_instants_of_a_plain_run_and_each_is_reported(stand):
     bench, x, begun = plain()
     address = begun[-1][1]
     falls = [t for t, level in zip(*(a.tolist() for a in bench.edges("x.mov")), strict=True) if level == 0]
@@ -90,7 +90,7 @@ def test_breakpoints_stop_at_the_instants_of_a_plain_run_each_of_them_told(stand
     assert stand("breakpoints")["rows"] == [*rows, rows[0]]
 
 
-def test_a_breakpoint_ends_an_advance_while_time_stands(stand):
+def test_a_breakpoint_ends_an_advance_while_time_is_stopped(stand):
     _, x, _ = plain()
     stand("breakpoints", breakpoints=[{"chip": "x", "position": 7}])
     steps = x.steps()
@@ -98,7 +98,7 @@ def test_a_breakpoint_ends_an_advance_while_time_stands(stand):
     assert stand("advance", time="15 s") == {"time_ps": at}
 
 
-def test_a_wait_that_does_not_push_stands_with_time():
+def test_a_passive_wait_stops_with_time():
     bench = slewline.Bench()
     bench.add("gs-c200s", name="x", straps=STRAPS)
     pace = Lockstep(bench)
@@ -113,7 +113,7 @@ def test_a_wait_that_does_not_push_stands_with_time():
     assert pace.pass_time() and bench.now_ps == now + 10**12
 
 
-def test_a_rate_that_changes_loses_no_time_and_a_pause_is_no_lag():
+def test_a_rate_that_changes_loses_no_time_and_a_pause_is_not_a_lag():
     wall = [0]
     bench = slewline.Bench()
     bench.add("gs-c200s", name="x", straps=STRAPS)
@@ -174,7 +174,7 @@ BAD = [
 ]
 
 
-def test_what_is_refused_is_told_and_nothing_is_done(client, subtests):
+def test_refusals_are_reported_and_nothing_is_done(client, subtests):
     for request_, says in BAD:
         with subtests.test(request=json.dumps(request_)[:60]):
             bench = slewline.Bench()

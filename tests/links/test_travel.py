@@ -126,7 +126,7 @@ def test_a_thousand_instants_of_long_sessions_are_as_they_were(begin, seed):
     print(f"{seen[-1][0] / 1e12:.0f} s of session: back in {middle * 1e3:.0f} ms, at worst {worst * 1e3:.0f} ms")
 
 
-def test_a_branch_goes_on_by_itself_and_the_first_run_stays_as_it_was(begin):
+def test_a_branch_continues_by_itself_and_the_first_run_is_unchanged(begin):
     session = begin(seed=2, rate="1")
     ask = session.ask
     for line in PROGRAM:
@@ -166,7 +166,7 @@ def test_the_host_speaks_to_the_branch_that_is_shown(begin):
     assert session.host.ask(b"V1\r") == b"V+0\r"
 
 
-def test_what_the_journal_of_a_session_has_is_the_first_run_alone(begin):
+def test_the_journal_of_a_session_has_the_first_run_only(begin):
     session = begin(seed=4)
     session.play(acts=30, looks=5)
     end = everything(session.ask)
@@ -187,7 +187,7 @@ def test_instants_that_have_not_come_and_branches_that_are_not_there_are_refused
     assert session.ask("branch", number=3)["error"] == "no branch 3; there are: 0"
 
 
-def test_without_a_journal_there_is_no_way_back(serve, client):
+def test_without_a_journal_there_is_no_return(serve, client):
     server = serve(*MODULE, *PORTS, ports=2)
     ask = Asks(client(server.ports["control"]))
     assert "--journal FILE" in ask("back", time=0)["error"]
@@ -203,7 +203,7 @@ def test_all_processes_end_with_the_server(begin):
     until(lambda: not any(map(alive, group)))
 
 
-def test_a_client_that_looks_away_in_a_branch_holds_nothing_up(begin, client):
+def test_a_client_that_stops_reading_in_a_branch_delays_nothing(begin, client):
     session = begin(seed=9)
     session.play(acts=5, looks=0)
     session.ask("subscribe", every="5 ms")

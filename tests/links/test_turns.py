@@ -84,7 +84,7 @@ def cycles(kind, number, log):
 
 
 @KINDS
-def test_a_host_may_write_close_and_open_again_at_once(kind, tmp_path):
+def test_a_host_may_write_close_and_open_again_immediately(kind, tmp_path):
     cycles(kind, 100, tmp_path / "log")
 
 
@@ -109,7 +109,7 @@ def test_a_pty_is_such_a_line_by_itself(tmp_path):
 
 
 @KINDS
-def test_what_a_host_has_left_keeps_nobody_out(kind, tmp_path):
+def test_leftovers_of_a_host_keep_no_other_host_out(kind, tmp_path):
     """More than is read ahead: the next host is there at once, and its bytes come behind those."""
     wall = Wall()
     stand = Stand(kind, wall.pace)
@@ -136,7 +136,7 @@ def test_much_that_a_host_has_left_is_dropped_for_the_next_one(kind, size, littl
     """It has gone, though its end is behind more than the system keeps."""
     wall, told = Wall(), []
     stand = Stand(kind, wall.pace)
-    stand.port.tell = told.append
+    stand.port.report = told.append
     with Threaded(stand.server) as running:
         gone = Client(stand.port.where)
         gone.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 2 * size)
@@ -157,10 +157,10 @@ def test_much_that_a_host_has_left_is_dropped_for_the_next_one(kind, size, littl
     assert 0 < dropped <= sent - played
 
 
-def test_what_is_kept_of_a_host_ends_with_a_line(little):
+def test_kept_input_of_a_host_ends_with_a_complete_line(little):
     wall, told = Wall(), []
     stand = Stand("tcp", wall.pace)
-    stand.port.tell = told.append
+    stand.port.report = told.append
     line = b"R 100\r\n"
     with Threaded(stand.server) as running:
         stand.leave(line * 300)
@@ -178,7 +178,7 @@ def test_many_hosts_together_leave_no_more_than_one_may(little):
     """The longest is cut; what the others have left is played."""
     wall, told = Wall(), []
     stand = Stand("tcp", wall.pace)
-    stand.port.tell = told.append
+    stand.port.report = told.append
     with Threaded(stand.server) as running:
         for number in range(6):
             stand.leave(b"F\r" * 300)
@@ -195,7 +195,7 @@ def test_many_hosts_together_leave_no_more_than_one_may(little):
     assert len(told) >= 1
 
 
-def test_a_long_program_that_nobody_waits_behind_is_played_to_the_end(little):
+def test_a_long_program_without_a_waiting_host_is_played_completely(little):
     stand = Stand("tcp", Lockstep)
     data = b"F\r" * 1000
     with Threaded(stand.server) as running:
@@ -221,12 +221,12 @@ def test_a_live_host_that_has_much_to_say_keeps_its_port(little):
     assert stand.fed == data
 
 
-def test_one_that_has_more_waiting_than_anybody_would_gives_way(little, monkeypatch):
+def test_a_client_with_excessive_pending_input_gives_precedence(little, monkeypatch):
     """Whether it has closed cannot be seen."""
     monkeypatch.setattr("slewline.links.ports.tcp.AHEAD", 2000)
     wall, told = Wall(), []
     stand = Stand("tcp", wall.pace)
-    stand.port.tell = told.append
+    stand.port.report = told.append
     with Threaded(stand.server) as running:
         floods = Client(stand.port.where)
         floods.send(b"F\r" * 10_000)
@@ -255,7 +255,7 @@ def test_in_lockstep_time_passes_until_all_of_it_is_played(kind):
 
 
 @KINDS
-def test_a_host_that_is_cut_off_amid_its_answers_is_heard_to_the_end(kind):
+def test_a_host_that_is_cut_off_amid_its_answers_is_served_completely(kind):
     """It closes with answers unread: its system resets the connection, and answers cannot be sent any more."""
     stand = Stand(kind, Lockstep)
     left = b"F\r" * 2500
@@ -272,7 +272,7 @@ def test_a_host_that_is_cut_off_amid_its_answers_is_heard_to_the_end(kind):
     assert stand.fed == left + b"V1\r"
 
 
-def test_a_second_host_beside_a_live_one_is_refused_and_the_one_behind_a_gone_one_is_named():
+def test_a_second_host_next_to_a_live_one_is_refused_and_the_one_after_a_gone_one_is_named():
     wall = Wall()
     stand = Stand("tcp", wall.pace)
     with Threaded(stand.server) as running:
@@ -320,7 +320,7 @@ def test_a_break_waits_for_its_turn():
         wall.until(running, lambda: stand.line.port.pin("txd").level == 0)
 
 
-def test_so_many_hosts_come_and_go_that_they_wait_outside(monkeypatch):
+def test_rapidly_changing_hosts_wait_outside(monkeypatch):
     monkeypatch.setattr("slewline.links.ports.tcp.QUEUE", 500)
     wall = Wall()
     stand = Stand("tcp", wall.pace)

@@ -153,7 +153,7 @@ def test_a_query_is_answered_as_in_the_process(both, query):
         assert card.messages == b"" and card.ask("? R") == "R=00100"
 
 
-def test_a_program_that_leaves_within_a_handshake_does_not_keep_the_next_one_waiting(both):
+def test_a_program_that_leaves_within_a_handshake_does_not_delay_the_next_one(both):
     _, where, _ = both
     with card_of(where) as card:
         card.out(CONTROL, REQUEST)
@@ -169,7 +169,7 @@ def test_a_query_whose_answer_goes_elsewhere_is_a_timeout(both):
         card.ask("? R", 300)
 
 
-def test_both_sides_at_once_from_two_programs(both):
+def test_both_sides_at_the_same_time_from_two_programs(both):
     threaded, where, serial_where = both
     chance = random.Random(545)
     port = serial.serial_for_url(serial_where, timeout=PATIENCE)
@@ -194,7 +194,7 @@ def test_both_sides_at_once_from_two_programs(both):
 
 
 @pytest.mark.fact("CY545-UND-TWO-SIDES")
-def test_a_program_that_leaves_behind_the_empty_handshake_leaves_the_line_its_chip(both):
+def test_a_program_that_leaves_after_the_empty_handshake_leaves_the_line_its_chip(both):
     _, where, serial_where = both
     with card_of(where) as card:
         card.empty()
@@ -204,7 +204,7 @@ def test_a_program_that_leaves_behind_the_empty_handshake_leaves_the_line_its_ch
     port.close()
 
 
-def test_in_lockstep_what_waits_behind_a_command_of_the_bus_is_carried_out(both):
+def test_in_lockstep_characters_waiting_after_a_command_of_the_bus_are_performed(both):
     threaded, where, serial_where = both
     x, line = threaded.bench.chips["x"], threaded.server.lines["x_serial"]
     port = serial.serial_for_url(serial_where, timeout=PATIENCE)
@@ -264,7 +264,7 @@ def test_over_rfc_2217_the_rate_of_the_host_is_that_of_the_line(serve, baud):
     ("kind", "rtscts", "kept"),
     [("rfc2217", True, True), ("rfc2217", False, False), ("pty", True, True), ("tcp", None, True)],
 )
-def test_cts_holds_the_characters_of_a_host_that_asks_for_it(serve, tmp_path, kind, rtscts, kept):
+def test_cts_stops_the_characters_of_a_host_that_requests_it(serve, tmp_path, kind, rtscts, kept):
     place = str(tmp_path / "line") if kind == "pty" else NOWHERE
     process = serve("cy545b", "--lockstep", f"--{kind}", place)
     port = serial.serial_for_url(patient(process.where), 9600, timeout=PATIENCE, rtscts=bool(rtscts))
@@ -289,7 +289,7 @@ def test_cts_holds_the_characters_of_a_host_that_asks_for_it(serve, tmp_path, ki
         (("cy545b", "--registers", NOWHERE, "--framing"), "leave out the framing"),
     ],
 )
-def test_what_the_command_refuses(capsys, arguments, text):
+def test_refusals_of_the_command(capsys, arguments, text):
     assert invoke(["serve", *arguments]) != 0
     assert text in " ".join(capsys.readouterr().err.split())
 
@@ -330,7 +330,7 @@ def test_a_bench_file_serves_both_sides(serve, tmp_path):
 @pytest.mark.parametrize(
     ("over", "text"), [("serial", "x has a host or a port already"), ("bus", "these channels: parallel, serial")]
 )
-def test_what_a_bench_file_gets_wrong_is_told_with_its_line(capsys, tmp_path, over, text):
+def test_mistakes_of_a_bench_file_are_reported_with_their_line(capsys, tmp_path, over, text):
     path = tmp_path / "both.toml"
     path.write_text(FILE.format(over=over))
     assert invoke(["serve", "--bench", str(path)]) != 0

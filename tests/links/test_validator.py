@@ -173,7 +173,7 @@ def test_an_id_of_any_kind_comes_back_or_is_refused(stand, value):
     assert reply.get("id") == (json.loads(value) if reply else None)
 
 
-def test_what_the_audit_of_a_schema_found_is_refused(stand):
+def test_requests_found_by_the_audit_of_a_schema_are_refused(stand):
     ask = stand[2]
     for request, says in (
         (
@@ -198,7 +198,7 @@ def test_a_whole_number_may_be_written_with_a_point(stand):
     assert "entries" in sent(ask, '{"do": "said", "start": 0.0}')
 
 
-def test_a_mistake_of_ours_does_not_end_the_server(stand, monkeypatch):
+def test_an_internal_error_does_not_end_the_server(stand, monkeypatch):
     running, _, ask = stand
 
     def broken(_self, _request):
@@ -209,7 +209,7 @@ def test_a_mistake_of_ours_does_not_end_the_server(stand, monkeypatch):
     assert told.startswith("status: a mistake in slewline")
     assert "levels" in ask("read", pins=[])
     reported = []
-    running.server.tell = reported.append
+    running.server.report = reported.append
     ask("status")
     assert "OverflowError" in reported[0] and "broken" in reported[0]
 
@@ -220,7 +220,7 @@ def test_the_validator_and_the_schema_agree_on_every_example():
         assert read(json.dumps(request).encode()) == request == allows(row.name)(request)
 
 
-def test_a_verb_of_several_forms_is_told_apart_by_its_keys():
+def test_a_verb_of_several_forms_is_distinguished_by_its_keys():
     """No two forms of a verb take the same keys: which one is meant is then no matter of their order."""
     for do in NAMES:
         forms = [request_schema(row) for row in REQUESTS if row.do == do]

@@ -112,7 +112,7 @@ def settled(watching, plain):
 
 
 @pytest.mark.parametrize("clients", few([12, 50], 1))
-def test_many_clients_are_told_the_same(stand, clients):
+def test_many_clients_receive_the_same(stand, clients):
     hosts, another = stand
     plain, many = another(), [Watching(another()) for _ in range(clients)]
     hosts[1].send(b"V1\r")
@@ -128,7 +128,7 @@ def test_many_clients_are_told_the_same(stand, clients):
         assert watching.said == before
 
 
-def test_an_entry_that_grows_behind_many_others_is_told():
+def test_an_entry_that_grows_after_many_others_is_reported():
     bench = slewline.Bench()
     dialogue = Dialogue(bench, {})
     dialogue._grow("a", "sent", ord("A"))

@@ -25,20 +25,20 @@ class Taken:
     """A transcript in lists."""
 
     def __init__(self):
-        self.said, self.notes = [], []
+        self.entries, self.notes = [], []
 
     def host(self, data, first_ns, last_ns=None):
-        self.said.append(("host", data))
+        self.entries.append(("host", data))
 
     def module(self, data, first_ns, last_ns=None):
-        self.said.append(("module", data))
+        self.entries.append(("module", data))
 
     def note(self, text):
         self.notes.append(text)
 
     @property
     def sent(self):
-        return b"".join(data for who, data in self.said if who == "host")
+        return b"".join(data for who, data in self.entries if who == "host")
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from slewline.bench.memories import put_memory
 from slewline.chips import sheet_of
 from slewline.core.datasheet.channel import AdaptiveLine
 from slewline.language.lines import framed
-from slewline.modules.dialogue import DialogueHeader, RecordedDialogue, Said
+from slewline.modules.dialogue import DialogueEntry, DialogueHeader, RecordedDialogue
 
 PS_PER_US = 10**6
 GSC = ["F", "V1", "Po", "S10", "T100", "R50", "+60", "D1", "-60", "Px", "Q", "E", *["F"] * 40, "V1", "S0", "Q", "V2"]
@@ -40,14 +40,14 @@ def recorded(part, lines, *, pause_us=20_000, checksum=False, address=0, straps=
         at = bench.kernel.now
         host.write(data)
         bench.run(len(data) * host.uart.clock.ps(host.uart.word.ticks))
-        said.append(Said(us(at - began), us(at - began), "host", data))
+        said.append(DialogueEntry(us(at - began), us(at - began), "host", data))
         quiet = bench.kernel.now
         while bench.kernel.now < quiet + pause_us * PS_PER_US:
             bench.run("1 ms")
             if heard and heard[-1].end_ps > quiet:
                 quiet = heard[-1].end_ps
         for begin, end, answer in lines_of(heard):
-            said.append(Said(us(begin - began), us(end - began), "module", answer))
+            said.append(DialogueEntry(us(begin - began), us(end - began), "module", answer))
         heard.clear()
     header = DialogueHeader(part, baud=int(host.baud), checksum=checksum, address=address, straps=straps or {})
     return RecordedDialogue(header, tuple(said))

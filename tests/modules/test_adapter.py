@@ -166,7 +166,7 @@ def test_registers_and_program_are_saved_as_asm_takes_them(cy525, capfd):
     assert not cy525.bench.findings
 
 
-def test_what_no_command_sets_is_a_comment(cy525, capfd):
+def test_values_without_a_command_are_comments(cy525, capfd):
     assert pull(cy525.url) == 0
     assert "; number 0" in Path("out.cy525").read_text()
     assert saved()[-2:] == ["E", "Q"]
@@ -210,7 +210,7 @@ def test_a_label_that_has_run_is_an_address(cy525, capfd):
 
 @pytest.mark.parametrize("part", few(PARTS, 1))
 @pytest.mark.parametrize("seed", few(range(40), 1))
-def test_what_is_saved_of_any_program_is_how_its_buffer_begins(adapter, capfd, part, seed):
+def test_the_saved_text_of_any_program_is_the_start_of_its_buffer(adapter, capfd, part, seed):
     x = adapter(part)
     sheet = sheet_of(part)
     tell(x.url, ("N 1", sheet.enter.form, *program(sheet, seed), "0", "Q"))
@@ -222,7 +222,7 @@ def test_what_is_saved_of_any_program_is_how_its_buffer_begins(adapter, capfd, p
 
 # --------------------------------------------------------------------------------------------------- what goes wrong
 @pytest.mark.parametrize("part", PARTS)
-def test_no_single_wrong_bit_makes_a_step_of_what_pull_sends(part):
+def test_no_single_wrong_bit_turns_the_output_of_pull_into_a_step(part):
     speech = speech_of(sheet_of(part))
     for at in range(len(SENT)):
         for bit in range(8):
@@ -281,7 +281,7 @@ def test_a_server_that_is_killed_leaves_a_whole_file_or_none(serve, capfd, seed)
     check_nothing_half_written()
 
 
-def test_what_an_earlier_host_has_left_of_a_line_is_not_performed(cy525, capfd):
+def test_a_partial_line_of_an_earlier_host_is_not_performed(cy525, capfd):
     tell(cy525.url, HELD)
     with serial.serial_for_url(cy525.url) as port:
         port.write(b"P 3000")
@@ -302,7 +302,7 @@ def test_a_part_at_work_is_not_disturbed(cy525, capfd):
     assert not cy525.bench.findings
 
 
-def test_another_part_behind_an_adapter_is_noticed(cy512, capfd):
+def test_another_part_on_an_adapter_is_noticed(cy512, capfd):
     assert pull(cy512.url) == 1
     assert "check the port and --chip" in capfd.readouterr().err
     assert not Path("out.cy525").exists()
@@ -359,7 +359,7 @@ def test_a_dialogue_is_compared_with_the_model_and_played_again(cy525, capfd):
 
 @pytest.mark.system
 @pytest.mark.slewline(on="tcp", framing=True)
-def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(slewline_module, capfd):
+def test_proxy_traffic_is_recorded_and_not_played_if_it_may_step(slewline_module, capfd):
     cy525 = slewline_module("cy525")
     header = DialogueHeader("cy525", baud=9600, checksum=False)
     recorder = DialogueRecorder(DialogueFile("x.dialogue", header))
@@ -380,7 +380,7 @@ def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(slewli
     cy525.assert_steps(0)
 
 
-def test_a_person_speaks_with_it(cy525):
+def test_a_person_converses_with_it(cy525):
     with closing(ModulePort(cy525.url, speech_of(sheet_of("cy525")).setting)) as port:
         module = Module(port, speech_of(sheet_of("cy525")), may_move=True)
         talk = Conversation(module, ShadowModel(ModelLine(DialogueHeader("cy525"), module.speech)))
@@ -393,5 +393,5 @@ def test_a_person_speaks_with_it(cy525):
 
 
 @pytest.mark.parametrize("line", ("P 5", "G", "J 0", "L 3,0", "T 0", "X", "QX", "Q"))
-def test_what_may_step_is_known(line):
+def test_lines_that_may_step_are_known(line):
     assert speech_of(sheet_of("cy525")).moves(line) == (line != "Q")

@@ -35,7 +35,7 @@ def talk(module):
     return make
 
 
-def test_a_line_its_answer_and_what_it_means(talk):
+def test_a_line_its_answer_and_its_meaning(talk):
     talk = talk()
     found = talk.say("F")
     assert (found.lines, found.meaning, found.findings, found.failure) == (("R",), "ready", [], "")
@@ -45,7 +45,7 @@ def test_a_line_its_answer_and_what_it_means(talk):
     assert talk.module.transcript.sent == b"F\rV1\rPo\r"
 
 
-def test_what_is_odd_stands_beside_its_line(talk):
+def test_oddities_are_next_to_their_line(talk):
     talk = talk()
     found = talk.say("S0")
     assert (found.lines, found.meaning) == (("E2",), "argument missing, wrong or out of range")
@@ -54,7 +54,7 @@ def test_what_is_odd_stands_beside_its_line(talk):
     assert talk.say("+250").findings == ["E4: +250 outside a program; begin program entry with Po"]
 
 
-def test_what_was_odd_since_the_line_before_is_kept_apart(talk):
+def test_oddities_since_the_last_line_are_kept_apart(talk):
     talk = talk()
     talk.shadow.line.chip.finding("E5", "something on its way")
     found = talk.say("F")
@@ -96,7 +96,7 @@ def test_a_command_that_is_not_answered(talk):
     assert talk.say("? R").lines == ("R=00044",)
 
 
-def test_what_moves_is_the_persons_business(talk):
+def test_moves_are_left_to_the_user(talk):
     talk = talk()
     for line in ("Po", "S10", "T100", "R50", "+60", "E"):
         talk.say(line)
@@ -112,7 +112,7 @@ def test_an_answer_that_does_not_come(talk):
     assert "no answer to F within 1.0 s, at 9600 baud" in found.failure
 
 
-def test_characters_as_they_are(talk):
+def test_characters_without_change(talk):
     talk = talk()
     assert talk.say(":send F\\rV1\\r").lines == ["R", "V+0"]
     assert talk.module.transcript.sent == b"F\rV1\r"
@@ -123,7 +123,7 @@ def test_all_values(talk):
     assert talk().say(":values").text == "position: +0\ninputs and outputs: 70"
 
 
-def test_what_a_line_may_not_be(talk):
+def test_forbidden_lines(talk):
     talk = talk()
     assert "allowed one line of ASCII" in talk.say("µ").failure
     assert talk.say(":halp").failure == f":halp: there is no such verb; allowed {', '.join(VERBS)}"
@@ -165,7 +165,7 @@ def test_completion(talk):
     assert ("? P", "queries position") in cy545.suggestions("?")
 
 
-def test_what_comes_unasked(talk):
+def test_unsolicited_characters(talk):
     talk = talk()
     talk.module.port.line.write(b"F\r")
     talk.module.port.pause(0.1)

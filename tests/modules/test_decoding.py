@@ -73,13 +73,13 @@ def decoded(path, part, **given):
 
 @pytest.mark.parametrize("part", LINES)
 @pytest.mark.parametrize("form", FORMS)
-def test_the_dialogue_is_what_was_said(tmp_path, part, form):
+def test_the_dialogue_is_the_one_sent(tmp_path, part, form):
     of, said = talk(part)
     path = tmp_path / form
     path.write_bytes(FORMS[form](of))
     found = decoded(path, part)
     assert found.damaged == ()
-    assert [(each.speaker, each.data) for each in found.dialogue.said] == said
+    assert [(each.speaker, each.data) for each in found.dialogue.entries] == said
     assert found.dialogue.header.baud == FASTEST[part]
 
 
@@ -89,11 +89,11 @@ def test_the_rate_is_found(tmp_path, levels, rate):
     (tmp_path / "one.csv").write_bytes(saleae_csv(Sampled(of, MHZ)))
     found = decoded(tmp_path / "one.csv", "gs-c200s")
     assert (found.dialogue.header.baud, found.damaged) == (rate, ())
-    assert [(each.speaker, each.data) for each in found.dialogue.said] == said
+    assert [(each.speaker, each.data) for each in found.dialogue.entries] == said
 
 
 @pytest.mark.parametrize("part", LINES)
-def test_what_was_decoded_is_replayed_with_the_model(tmp_path, monkeypatch, capsys, part):
+def test_a_decoded_dialogue_is_replayed_with_the_model(tmp_path, monkeypatch, capsys, part):
     """Times as well: of two samples of a microsecond, and what the search for the rate of a CY545 takes."""
     monkeypatch.chdir(tmp_path)
     of, said = talk(part)
@@ -133,14 +133,14 @@ def test_a_damaged_character_is_named_with_its_time(tmp_path, capsys):
         (MHZ, ("TX", "RX"), {"baud": 1200}, "characters are damaged; allowed: wires of a GS-C200S"),
     ],
 )
-def test_what_is_no_dialogue_is_refused(tmp_path, rate, names, given, says):
+def test_an_invalid_dialogue_is_refused(tmp_path, rate, names, given, says):
     of, _ = talk("gs-c200s")
     (tmp_path / "one.csv").write_bytes(saleae_csv(Sampled(of, rate)))
     with pytest.raises((UsageError, UnknownName), match=says):
         decode_dialogue(slewline.read_waveforms(tmp_path / "one.csv"), sheet_of("gs-c200s"), *names, **given)
 
 
-def test_silent_wires_are_no_dialogue(tmp_path):
+def test_silent_wires_have_no_dialogue(tmp_path):
     quiet = Wave({"TX": [], "RX": []}, {"TX": 1, "RX": 1}, S)
     (tmp_path / "one.vcd").write_bytes(sigrok_vcd(Sampled(quiet, MHZ)))
     with pytest.raises(UsageError, match="there are no characters"):
@@ -169,4 +169,4 @@ def test_sigrok_sees_the_same_characters(tmp_path, part, word):
             check=True, capture_output=True, text=True, timeout=60,
         ).stdout  # fmt: skip
         bytes_of = bytes(int(each, 16) for each in re.findall(r": ([0-9A-F]{2})$", said, re.MULTILINE))
-        assert bytes_of == b"".join(each.data for each in found.dialogue.said if each.speaker == who)
+        assert bytes_of == b"".join(each.data for each in found.dialogue.entries if each.speaker == who)

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from slewline.errors import UsageError
-from slewline.modules.dialogue import LONGEST, DialogueFile, DialogueHeader, RecordedDialogue, Said
+from slewline.modules.dialogue import LONGEST, DialogueEntry, DialogueFile, DialogueHeader, RecordedDialogue
 
 HEADER = DialogueHeader("gs-c200s", "GS-C200S 9431", 6_000_000, 9600, True, 2, {"chs": 1})
 
@@ -23,7 +23,7 @@ def new_file(path, failed=None):
     return DialogueFile(path, HEADER, failed or pytest.fail, clock=lambda: 0)
 
 
-def test_what_was_written_is_read_again(path):
+def test_a_written_dialogue_is_read_again(path):
     with new_file(path) as file:
         file.host(b"V1\r", 1_000_000, 3_000_000)
         file.module(b"\xff\x00\r", 5_000_999)
@@ -32,11 +32,11 @@ def test_what_was_written_is_read_again(path):
     found = RecordedDialogue.read(path)
     assert found.header == HEADER
     assert not found.torn
-    assert found.said == (
-        Said(1000, 3000, "host", b"V1\r"),
-        Said(5000, 5000, "module", b"\xff\x00\r"),
-        Said(0, 0, "tool", b"\xb5"),
-        Said(6000, 6000, "host", b"F"),
+    assert found.entries == (
+        DialogueEntry(1000, 3000, "host", b"V1\r"),
+        DialogueEntry(5000, 5000, "module", b"\xff\x00\r"),
+        DialogueEntry(0, 0, "tool", b"\xb5"),
+        DialogueEntry(6000, 6000, "host", b"F"),
     )
 
 
@@ -46,7 +46,7 @@ def test_characters_share_a_line_up_to_a_carriage_return_or_until_the_other_side
             file.host(bytes([byte]), number * 1_000_000)
         file.module(b"Y\rV", 10_000_000, 12_000_000)
         file.host(b"1\r", 20_000_000)
-    found = [(said.at_us, said.last_us, said.speaker, said.text) for said in RecordedDialogue.read(path).said]
+    found = [(said.at_us, said.last_us, said.speaker, said.text) for said in RecordedDialogue.read(path).entries]
     assert found == [
         (0, 2000, "host", "+1\r"),
         (3000, 3000, "host", "E"),
@@ -59,13 +59,13 @@ def test_characters_share_a_line_up_to_a_carriage_return_or_until_the_other_side
 def test_a_line_without_end_does_not_grow_without_end(path):
     with new_file(path) as file:
         file.module(b"x" * (2 * LONGEST + 1), 0)
-        assert [len(said.data) for said in RecordedDialogue.read(path).said] == [LONGEST, LONGEST]
+        assert [len(said.data) for said in RecordedDialogue.read(path).entries] == [LONGEST, LONGEST]
 
 
 def test_a_line_is_in_the_file_when_it_is_over(path):
     with new_file(path) as file:
         file.host(b"F\r", 0)
-        assert RecordedDialogue.read(path).said == (Said(0, 0, "host", b"F\r"),)
+        assert RecordedDialogue.read(path).entries == (DialogueEntry(0, 0, "host", b"F\r"),)
 
 
 @pytest.mark.parametrize("cut", [1, 20])
@@ -76,10 +76,10 @@ def test_a_torn_last_line_is_left_out(path, cut):
     path.write_bytes(path.read_bytes()[:-cut])
     found = RecordedDialogue.read(path)
     assert found.torn
-    assert found.said == (Said(0, 0, "host", b"F\r"),)
+    assert found.entries == (DialogueEntry(0, 0, "host", b"F\r"),)
 
 
-def test_what_is_sent_to_others_has_no_remarks(path, tmp_path):
+def test_files_sent_to_others_have_no_remarks(path, tmp_path):
     with new_file(path) as file:
         file.host(b"F\r", 7_000_000, 8_000_000)
         file.note("/home/somebody/secret")
@@ -88,7 +88,7 @@ def test_what_is_sent_to_others_has_no_remarks(path, tmp_path):
     assert "secret" not in (tmp_path / "sent").read_text()
     found = RecordedDialogue.read(tmp_path / "sent")
     assert found.header == HEADER
-    assert found.said == (Said(7000, 8000, "host", b"F\r"), Said(9000, 9000, "module", b"R\r"))
+    assert found.entries == (DialogueEntry(7000, 8000, "host", b"F\r"), DialogueEntry(9000, 9000, "module", b"R\r"))
 
 
 def test_a_file_that_exists_is_not_touched(path):
@@ -119,7 +119,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("text, says", BAD.values(), ids=BAD)
-def test_what_is_no_dialogue_is_refused(path, text, says):
+def test_an_invalid_dialogue_is_refused(path, text, says):
     path.write_text(text)
     with pytest.raises(UsageError, match=says):
         RecordedDialogue.read(path)
@@ -143,12 +143,12 @@ with DialogueFile(sys.argv[1], DialogueHeader("gs-c200s"), print) as file:
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_a_full_disk_is_reported_once_and_what_was_whole_stays(path):
+def test_a_full_disk_is_reported_once_and_complete_lines_stay(path):
     done = subprocess.run([sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True)
     found = RecordedDialogue.read(path)
     assert not found.torn
-    assert 5 < len(found.said) < 100
-    kept = f"the {len(found.said)} lines before are kept"
+    assert 5 < len(found.entries) < 100
+    kept = f"the {len(found.entries)} lines before are kept"
     assert done.stdout == f"dialogue {path}: File too large; it ends here, {kept}\n"
 
 

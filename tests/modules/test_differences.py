@@ -10,7 +10,7 @@ import pytest
 from slewline.chips import sheet_of
 from slewline.modules.comparing.exchanges import are_checked, commands, exchanges_of
 from slewline.modules.comparing.model_differences import DialogueComparison, Tolerance, usual_tolerance
-from slewline.modules.dialogue import RecordedDialogue, Said
+from slewline.modules.dialogue import DialogueEntry, RecordedDialogue
 from slewline.modules.speech import speech_of
 from tests.ensembles import few
 
@@ -53,15 +53,15 @@ def later(dialogue, place, by_us):
     """A dialogue in which everything from an entry on comes later."""
     said = [
         replace(each, at_us=each.at_us + by_us, last_us=each.last_us + by_us) if number >= place else each
-        for number, each in enumerate(dialogue.said)
+        for number, each in enumerate(dialogue.entries)
     ]
-    return replace(dialogue, said=tuple(said))
+    return replace(dialogue, entries=tuple(said))
 
 
 def with_answer(dialogue, place, data):
-    said = list(dialogue.said)
+    said = list(dialogue.entries)
     said[place] = replace(said[place], data=data)
-    return replace(dialogue, said=tuple(said))
+    return replace(dialogue, entries=tuple(said))
 
 
 @pytest.mark.parametrize("name", PARTS)
@@ -69,7 +69,7 @@ def test_a_part_like_its_model_does_not_differ(dialogues, name):
     dialogue = dialogues(name)
     found = compared(dialogue, Tolerance(100, 0))
     assert found.agree, str(found)
-    assert found.exchanges == sum(said.speaker == "host" and said.data != b"Q" for said in dialogue.said)
+    assert found.exchanges == sum(said.speaker == "host" and said.data != b"Q" for said in dialogue.entries)
     assert max(map(abs, found.delays_us)) < 10
 
 
@@ -77,7 +77,7 @@ def test_an_address_is_that_of_the_model_and_others_on_the_line_are_left_out():
     straps = {"sel2": 0, "sel1": 1, "sel0": 0}  # address 5
     own = recorded("gs-c200s", ["F", "V1"], address=5, straps=straps)
     other = recorded("gs-c200s", ["I3", "F"], address=4, straps={"sel2": 1, "sel1": 1, "sel0": 0})
-    both = replace(own, header=replace(own.header, straps={}), said=(*other.said, *later(own, 0, 10**6).said))
+    both = replace(own, header=replace(own.header, straps={}), entries=(*other.entries, *later(own, 0, 10**6).entries))
     found = compared(both)
     assert (found.exchanges, found.rows) == (2, [])
 
@@ -85,9 +85,9 @@ def test_an_address_is_that_of_the_model_and_others_on_the_line_are_left_out():
 def plants(dialogue, count, seed):
     """Twenty differences in one dialogue, far enough apart: where, of which kind, and the dialogue with them."""
     draw = random.Random(seed)
-    places = {id(said): number for number, said in enumerate(dialogue.said)}
+    places = {id(said): number for number, said in enumerate(dialogue.entries)}
     number, told, answers = 0, [], []
-    for said in dialogue.said:
+    for said in dialogue.entries:
         number += said.speaker == "host" and said.data != b"Q"  # which a line follows
         if said.speaker == "module":
             answers.append((number, places[id(said)], said))
@@ -121,7 +121,7 @@ def test_twenty_planted_differences_are_found_and_no_other(dialogues, name, seed
 @pytest.mark.parametrize("name", PARTS)
 def test_a_planted_difference_of_each_kind_names_what_differs(dialogues, name):
     dialogue = dialogues(name)
-    places = [number for number, said in enumerate(dialogue.said) if said.speaker == "module"]
+    places = [number for number, said in enumerate(dialogue.entries) if said.speaker == "module"]
     found = compared(with_answer(later(dialogue, places[3], 40_000), places[0], b"X\r")).as_json()
     first, second = found["differences"]
     assert (first["kind"], first["module"].strip()) == ("answer", "X")
@@ -132,28 +132,29 @@ def test_a_planted_difference_of_each_kind_names_what_differs(dialogues, name):
 
 def test_a_silent_module_differs(dialogues):
     dialogue = dialogues("gs-c200s")
-    said = tuple(each for number, each in enumerate(dialogue.said) if number != 3)
-    (row,) = compared(replace(dialogue, said=said)).rows
+    said = tuple(each for number, each in enumerate(dialogue.entries) if number != 3)
+    (row,) = compared(replace(dialogue, entries=said)).rows
     assert (row.exchange, row.module, row.model) == (2, "", "V+0")
     assert str(row).endswith("V1: module no answer, model V+0")
 
 
-def test_a_module_that_says_what_the_model_does_not_differs(dialogues):
+def test_a_module_that_sends_more_than_the_model_differs(dialogues):
     dialogue = dialogues("cy545")
-    place = next(number for number, each in enumerate(dialogue.said) if each.data == b"F 10\r")
-    own = dialogue.said[place]
+    place = next(number for number, each in enumerate(dialogue.entries) if each.data == b"F 10\r")
+    own = dialogue.entries[place]
     more = replace(own, speaker="module", at_us=own.at_us + 10_000, last_us=own.last_us + 10_000, data=b"?\r")
-    said = (*dialogue.said[: place + 1], more, *dialogue.said[place + 1 :])
-    (row,) = compared(replace(dialogue, said=said)).rows
+    said = (*dialogue.entries[: place + 1], more, *dialogue.entries[place + 1 :])
+    (row,) = compared(replace(dialogue, entries=said)).rows
     assert (row.command, row.module, row.model) == ("F 10", "?", "")
 
 
 def stretched(dialogue, factor):
     """The dialogue of a module whose clock is slower than that of the model, with a host that waits as long."""
     said = [
-        replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor)) for each in dialogue.said
+        replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor))
+        for each in dialogue.entries
     ]
-    return replace(dialogue, said=tuple(said))
+    return replace(dialogue, entries=tuple(said))
 
 
 @pytest.mark.parametrize("name", PARTS)
@@ -165,7 +166,7 @@ def test_a_clock_within_tolerance_makes_no_difference_and_polls_may_meet_another
 def test_a_poll_that_meets_another_moment_counts():
     """The module is ready at the poll before the one at which the model is."""
     dialogue = recorded("gs-c200s", [*GSC[:12], *["F"] * 120], pause_us=5_000)
-    place = next(number for number, each in enumerate(dialogue.said) if each.data == b"R\r" and number > 30)
+    place = next(number for number, each in enumerate(dialogue.entries) if each.data == b"R\r" and number > 30)
     early = with_answer(dialogue, place - 2, b"R\r")
     found = compared(early)
     assert (found.agree, found.moments) == (True, 1)
@@ -176,8 +177,8 @@ def test_a_poll_that_meets_another_moment_counts():
 
 def test_a_slower_motion_is_found(dialogues):
     slow = recorded("gs-c200s", ["Po", "S10", "T90", "R50", "+6000", "Px", "E", *["F"] * 4], pause_us=2_130_000)
-    said = [replace(each, data=each.data.replace(b"T90", b"T100")) for each in slow.said]
-    rows = compared(replace(slow, said=tuple(said))).rows
+    said = [replace(each, data=each.data.replace(b"T90", b"T100")) for each in slow.entries]
+    rows = compared(replace(slow, entries=tuple(said))).rows
     assert [(row.command, row.module, row.model) for row in rows] == [("F", "B", "R")]
 
 
@@ -202,9 +203,9 @@ def test_the_usual_tolerance_has_four_characters_and_the_clock():
     assert usual_tolerance(spoken, 6_000_000).share == 0.0002
 
 
-def test_lines_that_are_sent_at_once_share_an_exchange():
+def test_lines_that_are_sent_together_share_an_exchange():
     dialogue = recorded("gs-c200s", ["F", "F"])
-    first, answer, second, last = dialogue.said
+    first, answer, second, last = dialogue.entries
     at_once = replace(first, data=first.data + second.data)
     (found,) = exchanges_of([at_once, answer, last], speech(dialogue))
     assert (found.sent, found.answer) == (b"F\rF\r", b"R\rR\r")
@@ -216,35 +217,35 @@ def test_a_line_sent_when_the_one_before_it_is_over_is_an_exchange_of_its_own(pa
     """Two characters of 11 bits at 110 baud take 200 ms."""
     spoken = speech_of(sheet_of("gs-c200s"), 110)
     at_us = 200_000 + pause_us
-    said = [Said(0, 0, "host", b"F\r"), Said(at_us, at_us, "host", b"F\r")]
+    said = [DialogueEntry(0, 0, "host", b"F\r"), DialogueEntry(at_us, at_us, "host", b"F\r")]
     assert [each.sent for each in exchanges_of(said, spoken)] == sent
 
 
 def test_a_line_feed_belongs_to_the_line_before_it():
     dialogue = recorded("gs-c200s", ["F", "V1"])
-    said = [replace(each, data=each.data + b"\n") if each.speaker == "host" else each for each in dialogue.said]
+    said = [replace(each, data=each.data + b"\n") if each.speaker == "host" else each for each in dialogue.entries]
     first, second = exchanges_of(said, speech(dialogue))
     assert (first.sent, first.answer, second.sent) == (b"F\r\n", b"R\r", b"V1\r\n")
     assert commands(speech(dialogue), first.sent) == ["F"]
-    (row,) = compared(replace(dialogue, said=tuple(said))).rows  # the module of the recording has got no line feed
+    (row,) = compared(replace(dialogue, entries=tuple(said))).rows  # the module of the recording has got no line feed
     assert (row.command, row.module, row.model) == ("V1", "V+0", "E4")
 
 
 def test_times_are_those_on_the_line():
     """Three characters of 11 bits at 9600 baud that a host has handed over at once."""
-    (found,) = exchanges_of(recorded("gs-c200s", ["V1"]).said, speech_of(sheet_of("gs-c200s")))
+    (found,) = exchanges_of(recorded("gs-c200s", ["V1"]).entries, speech_of(sheet_of("gs-c200s")))
     assert found.over_us - found.at_us == pytest.approx(3 * 11e6 / 9600)
     assert 1_000 < found.delay_us < 4_000
     assert found.duration_us == pytest.approx(3 * 11e6 / 9600, abs=2)
 
 
 def test_checksums_are_seen_in_what_was_sent(dialogues):
-    assert are_checked(dialogues("gs-c200s with checksums").said)
-    assert not are_checked(dialogues("gs-c200s").said)
+    assert are_checked(dialogues("gs-c200s with checksums").entries)
+    assert not are_checked(dialogues("gs-c200s").entries)
     assert not are_checked(())
 
 
-def test_nothing_said_is_nothing_that_differs(dialogues):
+def test_silence_is_not_a_difference(dialogues):
     empty = RecordedDialogue(dialogues("gs-c200s").header)
     assert (compared(empty).exchanges, compared(empty).agree) == (0, True)
     assert compared(empty).as_json()["module_less_model_us"] == {"least": None, "median": None, "greatest": None}

@@ -152,7 +152,7 @@ def commands(call, write, monkeypatch):  # noqa: F811
 
 
 def said(path):
-    return [each.text for each in RecordedDialogue.read(path).said if each.speaker == "module"]
+    return [each.text for each in RecordedDialogue.read(path).entries if each.speaker == "module"]
 
 
 @pytest.mark.parametrize("late", [None, 0.001, 0.05])
@@ -178,7 +178,7 @@ def test_with_the_option_all_commands_work(bridge, commands, call, late):  # noq
 
 @pytest.mark.posix
 @pytest.mark.system
-def test_without_the_option_all_commands_say_what_to_give(bridge, commands, call):  # noqa: F811
+def test_without_the_option_all_commands_suggest_it(bridge, commands, call):  # noqa: F811
     line = bridge()
     for name, command in commands.items():
         for more in ((), ("--baud", "9600"), ("--baud", "9600", "--no-checksum")):

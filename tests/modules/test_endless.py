@@ -85,7 +85,7 @@ def brisk(monkeypatch):
     """Let an exchange be over soon; it ends by that alone."""
     monkeypatch.setattr(spoken, "SLACK_S", SLACK_S)
     monkeypatch.setattr(spoken, "ANSWER_S", SLACK_S)
-    monkeypatch.setattr(exchanges, "NOTICE_S", SLACK_S / 5)
+    monkeypatch.setattr(exchanges, "REPORT_S", SLACK_S / 5)
 
 
 DRIP = [b"$", b"G", b"P"]  # never a line, and never as silent as the end of an answer
@@ -123,7 +123,7 @@ def test_pull_push_and_compare_end_at_a_port_that_never_falls_silent(tmp_path, m
 
 @pytest.mark.posix
 @pytest.mark.system
-def test_the_time_is_that_of_the_characters_and_what_comes_is_told_before(capfd, tmp_path, monkeypatch):
+def test_the_time_is_that_of_the_characters_and_they_are_reported_before(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with Talker(SENTENCE, 0.02) as talker:
         begun = time.monotonic()
@@ -139,7 +139,7 @@ def test_the_time_is_that_of_the_characters_and_what_comes_is_told_before(capfd,
 
 @pytest.mark.posix
 @pytest.mark.system
-def test_what_speaks_without_end_once_it_was_found_has_no_program(capfd, tmp_path, monkeypatch, brisk):
+def test_a_module_that_sends_endlessly_after_it_was_found_has_no_program(capfd, tmp_path, monkeypatch, brisk):
     monkeypatch.chdir(tmp_path)
     with Talker(b"+0100\r", 0.005, [(b"V2\r", b"V00\r")]) as talker:
         assert invoke(["pull", talker.where, "-o", "a.gs-c200s"]) == 1
@@ -210,7 +210,7 @@ def test_a_process_that_was_stopped_has_not_waited():
     assert x.once("V2").text.endswith("V+2")
 
 
-def test_a_port_that_takes_no_characters_is_told():
+def test_a_port_that_takes_no_characters_is_reported():
     from serial import SerialTimeoutException
 
     x = clocked(0.001)
@@ -223,7 +223,7 @@ def test_a_port_that_takes_no_characters_is_told():
         x.send(b"V2\r")
 
 
-def test_a_person_is_shown_what_comes_and_goes_on():
+def test_a_person_sees_unsolicited_text_and_continues():
     x = Conversation(clocked(0.01))
     x.module.port.line.in_waiting = 1
     assert set(x.unasked()) == {"x"}
@@ -233,8 +233,14 @@ def test_a_person_is_shown_what_comes_and_goes_on():
     assert x.say(":quit").over
 
 
-def test_a_slow_search_says_what_has_come():
+def test_a_slow_search_reports_its_received_characters():
     said = []
     with pytest.raises(OSError, match="no GS-C200S answers V2"):
-        find("slewline://gs-c200s?chs=0&br0=1&br1=1&br2=1", sheet_of("gs-c200s"), baud=None, address=3, say=said.append)
+        find(
+            "slewline://gs-c200s?chs=0&br0=1&br1=1&br2=1",
+            sheet_of("gs-c200s"),
+            baud=None,
+            address=3,
+            report=said.append,
+        )
     assert [line.endswith(" received so far; other rates are tried") for line in said] == [True]

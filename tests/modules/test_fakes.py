@@ -263,7 +263,7 @@ def check_files(tool, fake, part):
 @pytest.mark.parametrize("tool", TOOLS)
 @pytest.mark.parametrize("part", FAKES)
 @pytest.mark.parametrize("how", ["kill", "unplug", "SIGTERM"])
-def test_a_kill_and_a_cut_cable_lose_nothing_and_nothing_false_is_said(part, tool, how, seed):
+def test_a_kill_and_a_cut_cable_lose_nothing_and_cause_no_false_report(part, tool, how, seed):
     random = Random(f"{part} {tool} {how} {seed}")
     with FAKES[part](delay_s=0.005) as fake:
         more = ["--eeprom"] if (tool, part) == ("pull", "gs-c200s") else []
@@ -295,7 +295,7 @@ def test_a_kill_and_a_cut_cable_lose_nothing_and_nothing_false_is_said(part, too
 @pytest.mark.parametrize("obeyed", [False, True])
 @pytest.mark.parametrize("command", ["Q", "X", "Po", "S11", "-5", "Px", "M"])
 @pytest.mark.parametrize("tool", ["pull", "push"])
-def test_a_cable_that_is_cut_in_an_answer_leaves_nothing_false_said(tool, command, obeyed):
+def test_a_cable_that_is_cut_in_an_answer_causes_no_false_report(tool, command, obeyed):
     """Whether the module has obeyed the command that is not answered, nobody knows who was cut off from it."""
 
     class Cut(FakeGsc):
@@ -319,7 +319,7 @@ def test_a_cable_that_is_cut_in_an_answer_leaves_nothing_false_said(tool, comman
 @pytest.mark.parametrize("room", [0, 200, 600, 1200])
 @pytest.mark.parametrize("tool", ["pull", "push", "compare"])
 @pytest.mark.parametrize("part", FAKES)
-def test_a_full_disk_leaves_nothing_half_written_and_nothing_false_is_said(part, tool, room):
+def test_a_full_disk_leaves_no_partial_file_and_no_false_report(part, tool, room):
     """No file may be larger than so many bytes: to a program that is a disk that is full."""
     import resource
 

@@ -50,13 +50,13 @@ def test_a_module_among_others_is_found_by_its_address():
 
 
 @pytest.mark.parametrize("part", ["cy545", "cy545b"])
-def test_a_part_that_finds_the_rate_is_asked_at_9600_baud_or_what_is_given(part):
+def test_a_part_that_finds_the_rate_is_queried_at_9600_baud_or_the_given_rate(part):
     for baud in (None, 600, 19200):
         with found(part, baud=baud).port as port:
             assert port.line.chip.baud == (baud or 9600)
 
 
-def test_another_rate_than_the_one_that_it_has_found_is_told():
+def test_another_rate_than_the_detected_one_is_reported():
     with pytest.raises(
         NoAnswer, match=r"no answer to \? P .* keeps the rate that it has detected first.*--baud \(now 9600"
     ):
@@ -74,7 +74,7 @@ def test_program_entry_that_another_session_has_left_open_is_ended():
         assert not port.line.chip.steps()
 
 
-def test_the_wrong_part_is_told():
+def test_the_wrong_part_is_reported():
     with pytest.raises(NoAnswer, match="nothing answers V2"):
         find("slewline://cy545?fixed_baud=9600", sheet_of("gs-c200s"))
     with pytest.raises((NoAnswer, DamagedAnswer), match=r"\? P"):

@@ -27,7 +27,7 @@ GSC = "gs-c200s?chs=0"
         ("cy545b", "G|/H 1|P 300", '/B 1|"text"|+|-'),
     ],
 )
-def test_what_may_make_a_step_is_known_of_every_command(part, steps, harmless):
+def test_whether_it_may_cause_a_step_is_known_of_every_command(part, steps, harmless):
     speech = speech_of(sheet_of(part))
     split = "|" if "|" in steps else None
     assert [each for each in steps.split(split) if not speech.moves(each)] == []
@@ -37,11 +37,11 @@ def test_what_may_make_a_step_is_known_of_every_command(part, steps, harmless):
 
 @pytest.mark.parametrize("part", ["gs-c200", "gs-c200s", "cy545", "cy545b"])
 @pytest.mark.parametrize("command", ["foo", "g", "k", "% 3"])
-def test_what_is_no_command_may_make_a_step(part, command):
+def test_an_unknown_command_may_cause_a_step(part, command):
     assert speech_of(sheet_of(part)).moves(command)
 
 
-def test_a_command_that_may_make_a_step_is_not_sent(module):
+def test_a_command_that_may_cause_a_step_is_not_sent(module):
     x = module(GSC)
     for line in ("Po", "S10", "T100", "R5", "+50"):  # in program entry a move is only stored
         x.ask(line)
@@ -83,7 +83,7 @@ def test_a_query_is_answered_and_other_commands_are_not(module):
     assert x.value("position") == "00000000"
 
 
-def test_a_question_whose_answer_came_damaged_is_asked_again(module):
+def test_a_question_with_a_damaged_answer_is_repeated(module):
     x = module(GSC)
     noise(x).plan("parity", 1)
     assert x.ask("V1").lines == ("V+0",)
@@ -91,7 +91,7 @@ def test_a_question_whose_answer_came_damaged_is_asked_again(module):
     assert "parity or framing fault" in x.transcript.notes[0]
 
 
-def test_a_question_without_answer_is_asked_again(module):
+def test_a_question_without_answer_is_repeated(module):
     x = module("cy545")
     x.ask("? P")
     noise(x, "chip").plan("lost", 1, after=3)  # the carriage return
@@ -125,12 +125,12 @@ def test_a_damaged_checksum_is_found(module):
         x.ask("V1")
 
 
-def test_a_refusal_has_its_code_and_what_the_sheet_says_of_it(module):
+def test_a_refusal_has_its_code_and_its_meaning_in_the_sheet(module):
     x = module(GSC)
     with pytest.raises(RefusedCommand, match="X was answered with E6: the EEPROM failed") as refused:
         chip_of(x).store.write(b"\xff")
         x.ask("X")
-    assert (refused.value.code, refused.value.says) == ("E6", "the EEPROM failed")
+    assert (refused.value.code, refused.value.description) == ("E6", "the EEPROM failed")
 
 
 def test_silence_names_rate_and_format(module):
@@ -146,13 +146,13 @@ def test_a_port_that_goes_away_is_reported(module):
         x.ask("V1")
 
 
-def test_what_came_unasked_is_noted_and_not_taken_for_an_answer(module):
+def test_unsolicited_text_is_noted_and_not_taken_for_an_answer(module):
     x = module(GSC)
     x.send(b"V1\r")
     x.port.pause(0.1)
     assert x.ask("V2").lines == ("V70",)
     assert x.transcript.notes == ["unsolicited"]
-    assert x.transcript.said[1:3] == [("module", b"V+0\r"), ("host", b"V2\r")]
+    assert x.transcript.entries[1:3] == [("module", b"V+0\r"), ("host", b"V2\r")]
 
 
 @pytest.mark.parametrize(
@@ -168,6 +168,6 @@ def test_what_came_unasked_is_noted_and_not_taken_for_an_answer(module):
         ("mc1451a", {}, r"mc1451a: has a port for packets, but no serial line"),
     ],
 )
-def test_what_the_part_does_not_have_is_refused(part, given, says):
+def test_missing_commands_of_the_part_are_refused(part, given, says):
     with pytest.raises(UsageError, match=says):
         speech_of(sheet_of(part), **given)

@@ -44,7 +44,7 @@ NO_PORTS = [  # what is given, the end of the answer
 
 
 @pytest.mark.parametrize(("where", "says"), NO_PORTS)
-def test_what_is_no_port_is_answered_with_what_is_meant(where, says):
+def test_an_invalid_port_is_answered_with_a_suggestion(where, says):
     free = free_port()
     where, says = (text.format(free=free) for text in (where, says))
     with pytest.raises(UsageError) as raised:
@@ -105,7 +105,7 @@ def test_the_line_of_a_server_that_has_a_host_already_is_shown(kind, command, ca
 
 
 @UNCLOSED
-def test_a_server_that_hangs_up_without_a_word_is_gone(collected):
+def test_a_server_that_disconnects_silently_is_gone(collected):
     server = socket.create_server(("127.0.0.1", 0))
 
     def hang_up():

@@ -64,10 +64,10 @@ def filled(found, part, url, lines=None):
 # ---------------------------------------------------------------------------------------------------------------- pull
 @pytest.mark.fact("GSC-CMD-Q-3", "CY545-QUERY-5")
 @pytest.mark.parametrize("part", PARTS)
-def test_what_is_saved_assembles_to_what_is_in_the_module_which_does_not_change(found, stores, tmp_path, part):
+def test_a_saved_program_assembles_to_the_unchanged_content_of_the_module(found, stores, tmp_path, part):
     x = filled(found, part, stores(part))
     before = stored(x)
-    x.transcript.said.clear()
+    x.transcript.entries.clear()
     contents = pull(x, tmp_path / f"weld.{part}")
     saved = (tmp_path / f"weld.{part}").read_text()
     assert assemble(saved, sheet_of(part), "weld").stored == wanted(part).stored == contents.stored
@@ -75,7 +75,7 @@ def test_what_is_saved_assembles_to_what_is_in_the_module_which_does_not_change(
     assert saved.startswith(f"; {part}, as read by slewline pull\n")
 
 
-def test_the_text_of_a_module_has_its_program_and_what_can_be_asked_for(found, tmp_path):
+def test_the_text_of_a_module_has_its_program_and_the_readable_settings(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S10", "L0", "+5", "L20"])
     x.ask("f-17")
     assert pull(x, tmp_path / "a").text.splitlines() == [
@@ -120,24 +120,24 @@ def test_a_program_is_read_as_far_as_it_goes_and_no_further(found, tmp_path):
     assert x.value("pointer") == "00000"
 
 
-def test_erased_memory_holds_no_program_and_that_is_said_before_it_takes_a_minute(found):
+def test_erased_memory_holds_no_program_and_that_is_reported_before_it_takes_a_minute(found):
     said = []
     contents = read_contents(found("cy545"), 65000, said.append)
     assert (contents.program, contents.stored) == ((), b"")
     assert "erased from 65000 on; the module lists the rest, 1 s at most" in said[0]
 
 
-def test_what_is_no_instruction_ends_a_program_and_is_noted(found, tmp_path):
+def test_an_unknown_instruction_ends_a_program_and_is_noted(found, tmp_path):
     (tmp_path / "image").write_bytes(b"R 5\rxyz\r")
     contents = read_contents(found(f"cy545?memory={tmp_path}/image"))
     assert contents.program == ("R 5",)
     assert contents.text.splitlines()[-1] == "; at 4 is b'xyz\\r', not an instruction: the rest was not read"
 
 
-def test_what_a_text_cannot_say_is_in_an_image_beside_it(found, tmp_path):
+def test_content_without_a_text_form_is_in_an_image_next_to_it(found, tmp_path):
     (tmp_path / "image").write_bytes(b'R 5 \r"a;b"\r0\r')
     x, said = found(f"cy545?memory={tmp_path}/image"), []
-    pull(x, tmp_path / "a.cy545", say=said.append)
+    pull(x, tmp_path / "a.cy545", report=said.append)
     assert "cannot represent all of the program" in said[-1]
     image = (tmp_path / "a.cy545.ihx").read_text()
     assert image.startswith(":0D00000052203520") and image.endswith(":00000001FF\n")
@@ -167,7 +167,7 @@ def test_a_module_that_saves_for_a_session_that_was_cut_off_is_waited_for(found,
     x = filled(found, "gs-c200s", "chs=0&eeprom_time=3 s", ["T100"] * 25)
     x.send(x.speech.framed("M"))
     assert pull(x, tmp_path / "a").stored == stored(x)
-    assert ("module", b"B\r") in x.transcript.said, "it was not busy"
+    assert ("module", b"B\r") in x.transcript.entries, "it was not busy"
 
 
 def test_a_busy_module_is_not_disturbed(found, tmp_path):
@@ -198,12 +198,12 @@ def test_the_program_of_the_eeprom_is_saved_and_ram_is_put_back(found, tmp_path,
 def test_an_eeprom_that_holds_nothing_valid_leaves_ram_alone(found, tmp_path):
     x, said = filled(found, "gs-c200s", "chs=0"), []
     chip_of(x).store.write(b"\xff")
-    pull(x, tmp_path / "weld", recall=True, say=said.append)
+    pull(x, tmp_path / "weld", recall=True, report=said.append)
     assert "X was answered with E6: the EEPROM failed; there is no other program to save" in said[-1]
     assert holds(x, wanted("gs-c200s"))
 
 
-def test_ram_that_cannot_be_put_back_is_in_its_file_and_that_is_said(found, tmp_path):
+def test_ram_that_cannot_be_restored_is_in_its_file_and_that_is_reported(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S99"])
     x.ask("M")
     push(x, wanted("gs-c200s"), "unused", keep="/dev/null")
@@ -230,7 +230,7 @@ def test_a_part_with_one_program_has_no_eeprom_to_save(found, tmp_path):
 
 
 # --------------------------------------------------------------------------------------------------------------- files
-def test_a_file_that_exists_is_not_replaced_unless_that_is_asked_for(found, tmp_path):
+def test_an_existing_file_is_not_replaced_unless_requested(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0")
     (tmp_path / "weld.eeprom").write_text("mine")
     with pytest.raises(UsageError, match=r"weld\.eeprom: this file exists; name a new file, or give --replace"):
@@ -242,7 +242,7 @@ def test_a_file_that_exists_is_not_replaced_unless_that_is_asked_for(found, tmp_
 @pytest.mark.skipif(not __import__("os").path.exists("/dev/full"), reason="has no disk that is always full")
 def test_a_full_disk_lets_nothing_be_sent(found):
     x = filled(found, "gs-c200s", "chs=0", ["S10"])
-    x.transcript.said.clear()
+    x.transcript.entries.clear()
     with pytest.raises(UsageError, match="/dev/full: cannot be written: No space left"):
         pull(x, "/dev/full", replace=True)
     with pytest.raises(UsageError, match="/dev/full: "):
@@ -251,7 +251,7 @@ def test_a_full_disk_lets_nothing_be_sent(found):
     assert x.ask("Q").lines == ("S10", "END")
 
 
-def test_what_was_there_is_saved_beside_under_a_name_that_is_free(found, tmp_path):
+def test_the_old_content_is_saved_under_a_name_that_is_free(found, tmp_path):
     x, weld = filled(found, "gs-c200s", "chs=0", ["S1"]), tmp_path / "weld.gs-c200s"
     for number, lines in ((2, ["S2"]), (3, ["S3"]), (4, ["S2"])):
         push(x, wanted("gs-c200s", lines), weld)
@@ -262,7 +262,7 @@ def test_what_was_there_is_saved_beside_under_a_name_that_is_free(found, tmp_pat
     assert "\nS2\n" in (tmp_path / "weld.before-2.gs-c200s").read_text()
 
 
-def test_a_name_that_is_given_for_what_was_there_must_be_free(found, tmp_path):
+def test_a_given_name_for_the_old_content_must_be_free(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S1"])
     (tmp_path / "mine").write_text("mine")
     with pytest.raises(UsageError, match="mine: this file exists"):
@@ -274,7 +274,7 @@ def test_a_name_that_is_given_for_what_was_there_must_be_free(found, tmp_path):
 @pytest.mark.parametrize("part", PARTS)
 def test_a_program_is_sent_and_verified_without_a_step(found, stores, tmp_path, part):
     x, said = found(f"{part}?{stores(part)}"), []
-    push(x, wanted(part), tmp_path / "weld", say=said.append)
+    push(x, wanted(part), tmp_path / "weld", report=said.append)
     assert holds(x, wanted(part))
     assert steps(x) == 0
     assert any(line.startswith("verified: ") for line in said)
@@ -312,7 +312,7 @@ def test_a_listing_that_never_agrees_lets_nothing_be_stored(found, tmp_path, par
     assert kept(x) == b""
 
 
-def test_a_module_that_refuses_a_line_in_the_middle_is_told_with_what_it_holds(found, tmp_path):
+def test_a_module_that_refuses_a_line_in_the_middle_is_reported_with_its_content(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S99"])
     x.ask("M")
     take, taken = chip_of(x)._stored.store, []
@@ -329,16 +329,16 @@ def test_a_module_that_refuses_a_line_in_the_middle_is_told_with_what_it_holds(f
 
 
 @pytest.mark.parametrize("store", [False, True])
-def test_what_is_there_already_is_not_sent_again(found, tmp_path, store):
+def test_existing_content_is_not_sent_again(found, tmp_path, store):
     x, said = filled(found, "gs-c200s", "chs=0"), []
-    x.transcript.said.clear()
-    push(x, wanted("gs-c200s"), tmp_path / "weld", store=store, say=said.append)
+    x.transcript.entries.clear()
+    push(x, wanted("gs-c200s"), tmp_path / "weld", store=store, report=said.append)
     assert "it holds this program already" in said
     assert set(x.transcript.sent.split(b"\r")) - {b""} == {b"V1", b"V2", b"Q", *([b"M"] if store else [])}
     assert not [*tmp_path.iterdir()]
 
 
-def test_an_eeprom_that_fails_is_told_and_the_program_stays_in_ram(found, tmp_path):
+def test_an_eeprom_that_fails_is_reported_and_the_program_stays_in_ram(found, tmp_path):
     x = found("gs-c200s?chs=0&eeprom_fault=true")
     with pytest.raises(Unfinished, match=r"M was answered with E6.*\n.*was not stored \(E6: the EEPROM fa"):
         push(x, wanted("gs-c200s"), tmp_path / "weld", store=True)
@@ -347,7 +347,7 @@ def test_an_eeprom_that_fails_is_told_and_the_program_stays_in_ram(found, tmp_pa
 
 @rarely("part", PARTS, quick=ONE_OF_EACH)
 @rarely("seed", range(20), quick=[0])
-def test_noise_stops_no_push_and_makes_no_step(found, stores, tmp_path, part, seed):
+def test_noise_stops_no_push_and_causes_no_step(found, stores, tmp_path, part, seed):
     x = found(f"{part}?{stores(part)}")
     kinds = ("parity", "garbled", "lost") if part.startswith("gs") else ("lost",)
     for kind in kinds:
@@ -425,11 +425,11 @@ def test_a_slow_eeprom_loses_nothing(found, stores, tmp_path, part):
 def test_a_command_outside_the_program_that_may_step_is_refused_before_anything_is_sent(found, tmp_path, line):
     sheet = sheet_of("gs-c200s")
     x = found("gs-c200s?chs=0")
-    x.transcript.said.clear()
+    x.transcript.entries.clear()
     program = ProgramText.read(f"Po\nS10\n{'E' if line == 'E' else 'Px'}\n{line}\n", sheet, "weld")
     with pytest.raises(MotionRefused, match=rf"weld, line 4: {line[0]}\S* may step the motor.*no command was sent"):
         push(x, program, tmp_path / "weld")
-    assert not x.transcript.said
+    assert not x.transcript.entries
 
 
 @pytest.mark.parametrize(
@@ -443,7 +443,7 @@ def test_a_command_outside_the_program_that_may_step_is_refused_before_anything_
         ("Po\n+50,\n", "50, does not fit"),
     ],
 )
-def test_a_text_that_is_no_program_is_refused(text, says):
+def test_an_invalid_program_text_is_refused(text, says):
     with pytest.raises(Exception, match=says.replace("+", r"\+")):
         ProgramText.read(text, sheet_of("gs-c200s"), "weld")
 
@@ -465,7 +465,7 @@ class Cut:
 
 @rarely("part", PARTS, quick=ONE_OF_EACH)
 @rarely("at", range(0, 160, 4), quick=[0, 40])
-def test_a_cut_cable_is_told_with_what_stands_in_the_module_and_the_next_push_goes_on(
+def test_a_cut_cable_is_reported_with_the_content_of_the_module_and_the_next_push_resumes(
     found, stores, tmp_path, part, at
 ):
     url = f"{part}?{stores(part)}&name=cut{next(NAMES)}"
@@ -500,7 +500,7 @@ def test_a_cut_cable_is_told_with_what_stands_in_the_module_and_the_next_push_go
 @rarely("part", PARTS, quick=ONE_OF_EACH)
 @pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 200), marks=pytest.mark.long)])
 @pytest.mark.timeout(3600)
-def test_what_was_pulled_and_pushed_into_another_module_is_the_same_there(found, stores, tmp_path, part, seeds):
+def test_a_program_pulled_and_pushed_into_another_module_is_the_same_there(found, stores, tmp_path, part, seeds):
     sheet = sheet_of(part)
     for seed in seeds:
         image = f"memory={tmp_path}/image" if part.startswith("cy") else stores(part)

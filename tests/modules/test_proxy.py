@@ -87,7 +87,7 @@ def read(fd, count):
 
 def spoken(path):
     """What was said by host and module, in a file; a line between whose characters a second has passed is in pieces."""
-    said = [(each.speaker, each.text) for each in RecordedDialogue.read(path).said if each.speaker != "tool"]
+    said = [(each.speaker, each.text) for each in RecordedDialogue.read(path).entries if each.speaker != "tool"]
     return ["".join(text for _, text in turn) for _, turn in groupby(said, itemgetter(0))]
 
 
@@ -120,10 +120,10 @@ def test_every_character_passes_and_is_recorded(start, kind):
             assert read(there, len(part)) == part
     found = running.end()
     for speaker, data in sent.items():
-        assert b"".join(said.data for said in found.said if said.speaker == speaker) == data
+        assert b"".join(said.data for said in found.entries if said.speaker == speaker) == data
 
 
-def test_a_host_that_sends_much_at_once_is_held_up_and_loses_nothing(start):
+def test_a_host_that_sends_large_blocks_is_throttled_and_loses_nothing(start):
     running = start()
     data = bytes(random.Random(3).choices(range(256), k=200_000))
 
@@ -152,7 +152,7 @@ def test_times_are_those_of_the_characters(start, monkeypatch):
     os.write(running.module, b"R\r")
     read(running.host, 2)
     took = time.monotonic() - began
-    said = [each for each in running.end().said if each.speaker != "tool"]
+    said = [each for each in running.end().entries if each.speaker != "tool"]
     assert [each.text for each in said] == ["F\r", "R\r"]
     assert 200_000 <= said[0].last_us - said[0].at_us <= took * 1e6
     assert said[0].last_us <= said[1].at_us <= said[1].last_us <= said[0].at_us + took * 1e6
@@ -170,7 +170,7 @@ def test_the_rate_that_a_host_sets_is_set_on_the_serial_port(start, tmp_path):
         until(lambda: termios.tcgetattr(running.slave)[5] == termios.B4800)
         port.write(b"F\r")
         assert read(running.module, 2) == b"F\r"
-    assert "the host has set 4800 baud" in [said.text for said in running.end().said]
+    assert "the host has set 4800 baud" in [said.text for said in running.end().entries]
 
 
 def test_rts_and_cts_are_those_of_the_serial_port(start, tmp_path):
@@ -196,7 +196,7 @@ def test_a_cable_that_is_pulled_and_put_back(start, tmp_path):
     assert running.told[1] == f"{running.device}: back"
     os.write(running.host, b"F\r")
     assert read(running.module, 2) == b"F\r"
-    texts = [said.text for said in running.end().said]
+    texts = [said.text for said in running.end().entries]
     assert "module: takes no characters; 5 and all further ones are lost" in texts
 
 
@@ -221,7 +221,7 @@ def test_a_slow_disk_makes_no_character_late(start, tmp_path):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
-def test_a_full_disk_is_reported_and_the_characters_go_on(start, tmp_path):
+def test_a_full_disk_is_reported_and_the_characters_continue(start, tmp_path):
     told = []
     file = DialogueFile(tmp_path / "x.dialogue", DialogueHeader("gs-c200s"), told.append)
     file._file.close()
@@ -235,7 +235,7 @@ def test_a_full_disk_is_reported_and_the_characters_go_on(start, tmp_path):
     assert told == [f"dialogue {file.path}: No space left on device; it ends here, the 0 lines before are kept"]
 
 
-def test_a_port_that_cannot_be_opened_leaves_nothing_behind(tmp_path):
+def test_a_port_that_cannot_be_opened_leaves_no_trace(tmp_path):
     path = tmp_path / "x.dialogue"
     call = [*COMMAND, "--serial", "/dev/ttyUSB77", "--pty", tmp_path / "host", "--dialogue", path]
     done = subprocess.run(call, capture_output=True, text=True, check=False)
@@ -319,7 +319,7 @@ def test_a_host_opens_it_as_7o2_again_and_again(proxied):
     assert not os.path.lexists(host)
 
 
-def test_what_was_recorded_is_compared(proxied):
+def test_a_recorded_dialogue_is_compared(proxied):
     host, path, process = proxied
     subprocess.run([sys.executable, "-c", HOST, host], check=True, timeout=PATIENCE)
     process.terminate()
@@ -331,7 +331,7 @@ def test_what_was_recorded_is_compared(proxied):
     assert min(found.delays_us) > -1_000  # no answer came before it could
 
 
-def test_after_a_kill_the_record_has_what_was_said(proxied):
+def test_after_a_kill_the_record_has_all_that_was_sent(proxied):
     host, path, process = proxied
     subprocess.run([sys.executable, "-c", HOST, host], check=True, timeout=PATIENCE)
     until(lambda: spoken(path) == SAID)  # soon: a thread of its own writes it
@@ -346,7 +346,7 @@ def test_a_browser_reaches_no_module(start):
     running.socket.settimeout(PATIENCE)
     assert running.socket.recv(10) == b""
     assert not select.select([running.module], [], [], 0.1)[0]
-    assert any("speaks HTTP" in said.text for said in running.end().said)
+    assert any("speaks HTTP" in said.text for said in running.end().entries)
 
 
 def test_a_histogram_counts_characters():
@@ -361,7 +361,7 @@ def test_a_histogram_counts_characters():
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["tcp", "pty"])
-def test_a_character_is_late_by_a_millisecond_at_most_beside_busy_processes(kind):
+def test_a_character_is_late_by_a_millisecond_at_most_next_to_busy_processes(kind):
     """A pty delivers by threads of the system, which busy processes hold up: its own lateness is measured, too."""
     direct, *proxied = lateness.measured(kind, 10)
     line_us = lateness.share_us(direct, 0.99)

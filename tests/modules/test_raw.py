@@ -21,7 +21,7 @@ def lines(path):
     return [line[12:] for line in path.read_text().splitlines()[1:]]
 
 
-def test_what_was_sent_and_what_came_with_the_rate_and_only_if_something_came(tmp_path):
+def test_sent_and_received_bytes_with_the_rate_and_only_if_any_were_received(tmp_path):
     record = RawRecord(tmp_path / "x.raw")
     record.note("9600 7O2")
     record.sent(b"V2\r", MS)
@@ -33,7 +33,7 @@ def test_what_was_sent_and_what_came_with_the_rate_and_only_if_something_came(tm
     assert len(lines(tmp_path / "x.raw")) == 3
 
 
-def test_no_more_than_some_megabytes_are_kept_and_that_is_said(tmp_path, monkeypatch):
+def test_no_more_than_some_megabytes_are_kept_and_that_is_reported(tmp_path, monkeypatch):
     monkeypatch.setattr(raw, "LARGEST", 1000)
     said = []
     record = RawRecord(tmp_path / "x.raw", said.append)
@@ -45,7 +45,7 @@ def test_no_more_than_some_megabytes_are_kept_and_that_is_said(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("room", [0, 1])
-def test_a_full_disk_ends_it_at_a_whole_line_and_is_said_once(tmp_path, room):
+def test_a_full_disk_ends_it_at_a_complete_line_and_is_reported_once(tmp_path, room):
     said = []
     record = RawRecord(tmp_path / "x.raw", said.append)
 

@@ -169,7 +169,7 @@ def test_a_program_goes_in_and_comes_out_without_a_step(served, _seed, capfd):
 
 
 @pytest.mark.parametrize(("served", "seed"), often(50, "cy545b"), indirect=["served"])
-def test_a_push_that_is_killed_loses_nothing_and_the_next_one_goes_on(served, seed, capfd):
+def test_a_push_that_is_killed_loses_nothing_and_the_next_one_resumes(served, seed, capfd):
     random = Random(f"{served.kind} {seed}")
     pushing = served.pushing()
     time.sleep(random.uniform(0, 1.5 if served.family == "gs" else 4))
@@ -185,7 +185,7 @@ def test_a_push_that_is_killed_loses_nothing_and_the_next_one_goes_on(served, se
 
 
 @pytest.mark.parametrize(("served", "seed"), often(10, "three"), indirect=["served"])
-def test_a_cut_cable_is_told_with_what_stands_in_the_module(served, seed, capfd):
+def test_a_cut_cable_is_reported_with_the_content_of_the_module(served, seed, capfd):
     pushing = served.pushing()
     time.sleep(Random(f"{served.kind} {seed}").uniform(0, 1 if served.family == "gs" else 2))
     assert served.steps == 0

@@ -46,7 +46,7 @@ ROWS = [(1, "vcd"), (12, "vcd"), (24, "vcd"), (48, "vcd"), *((12, form) for form
 
 
 @pytest.mark.parametrize(("mhz", "form"), ROWS)
-def test_what_sigrok_writes_agrees(program, tmp_path, mhz, form):
+def test_files_written_by_sigrok_agree(program, tmp_path, mhz, form):
     """Its column of times counts whole nanoseconds a sample, and so is 0.4 % slow at 12 MHz: samples are counted."""
     ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))
     session = sigrok_session(Sampled(wave(), mhz * MHZ), program, tmp_path / "a.sr")
@@ -80,7 +80,7 @@ def with_voltages(session, path, *, wires: bool):
     return path
 
 
-def test_a_session_with_voltages_beside_the_wires(program, tmp_path):
+def test_a_session_with_voltages_next_to_the_wires(program, tmp_path):
     session = sigrok_session(Sampled(wave(), MHZ), program, tmp_path / "a.sr")
     ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))
     mixed = with_voltages(session, tmp_path / "mixed.sr", wires=True)

@@ -111,7 +111,7 @@ def test_counts_of_an_encoder_are_the_positions_of_its_shaft(encoder, tmp_path):
 
 
 # ----------------------------------------------------------------------------------------------------------- line
-def test_serial_line_says_what_the_host_and_the_module_said(feed):
+def test_serial_lines_show_the_text_of_the_host_and_the_module(feed):
     heard = "".join(said.text for said in sigrok(feed, LINE, "rx-data")).replace("[0D]", "\r")
     assert heard == "".join(f"{line}\r" for line in TOLD)
     assert {"Po", "S10"} <= set(heard.split("\r"))

@@ -134,7 +134,7 @@ def test_on_a_desktop_there_is_no_bar(walk, file):
         page.close()
 
 
-def test_a_chip_with_a_jog_input_is_jogged_for_as_long_as_a_button_is_held(walk, file):
+def test_a_chip_with_a_jog_input_is_jogged_while_a_button_is_pressed(walk, file):
     with running("panel", file(JOGGED, "jog.toml"), "--run", "--no-browser") as command:
         page = walk(command.port("panel"))
         clockwise, back = page.button("jog of x: jog clockwise"), page.button("jog of x: jog counter-clockwise")

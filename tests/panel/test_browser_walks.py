@@ -137,7 +137,7 @@ def walk(browser, tmp_path):
 
 
 @pytest.mark.parametrize(("size", "scheme"), WELDERS)
-def test_twelve_spots_are_welded_with_what_the_page_offers(walk, bench, size, scheme):
+def test_twelve_spots_are_welded_with_the_controls_of_the_page(walk, bench, size, scheme):
     with running("panel", bench(WELDING), "--no-browser") as command:
         page = walk(command.port("panel"), size, scheme)
         page.page.get_by_role("tab", name="Editor").click()
@@ -173,7 +173,7 @@ def host_program(url):
 @pytest.mark.parametrize(
     "attached", [pytest.param(False, id="serve"), pytest.param(True, id="attach", marks=pytest.mark.long)]
 )
-def test_a_program_is_taken_back_and_goes_the_other_way(walk, attached, tmp_path):
+def test_a_program_is_taken_back_and_takes_the_other_path(walk, attached, tmp_path):
     own = ["--control", "127.0.0.1:0", "--journal", tmp_path / "journal"] if attached else ["--panel", "127.0.0.1:0"]
     serve = ("serve", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0")
     with (

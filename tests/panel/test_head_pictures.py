@@ -37,7 +37,7 @@ def cells(path):
     ],
     ids=["panel", "debugger", "notebook"],
 )
-def test_the_picture_shows_what_is_seen_today(draw, kept, tmp_path):
+def test_the_picture_shows_the_present_page(draw, kept, tmp_path):
     """`python -m tests.panel.head_pictures` draws it anew."""
     needed()
     made = tmp_path / "made.png"
@@ -49,7 +49,7 @@ def test_the_picture_shows_what_is_seen_today(draw, kept, tmp_path):
     assert np.abs(cells(made) - cells(kept)).max() < FAR * 2
 
 
-def test_both_stand_in_the_readme():
+def test_both_are_in_the_readme():
     text = (ROOT / "README.md").read_text("utf-8")
     shown = re.findall(r"!\[[^]]{40,}\]\((docs/images/\w+\.png)\)", text)
     assert {f"docs/images/{path.name}" for path in (head_pictures.PANEL, head_pictures.DEBUGGER)} <= set(shown)

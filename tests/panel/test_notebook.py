@@ -40,7 +40,7 @@ def shown(browser, cards, **how):
     return page, asked
 
 
-def test_a_stranger_runs_nothing_and_fetches_nothing(browser, cards):
+def test_an_untrusted_card_runs_nothing_and_fetches_nothing(browser, cards):
     page, asked = shown(browser, cards)
     page.wait_for_timeout(200)
     assert page.title() == "quiet"

@@ -109,7 +109,7 @@ def test_every_control_has_a_name(opened):
     assert nameless == []
 
 
-def test_what_is_said_is_text_and_no_markup(opened, served):
+def test_messages_are_text_and_not_markup(opened, served):
     page = opened()
     page.get_by_label("Command for x").fill("<img src=x onerror=alert(1)>")
     page.keyboard.press("Enter")
@@ -164,7 +164,7 @@ WRONG_PLACES = [  # what is chosen, what is typed, the answer
 ]
 
 
-def test_a_place_to_run_to_that_is_none_is_answered_at_once(opened, served):
+def test_an_invalid_position_to_run_to_is_answered_immediately(opened, served):
     page = opened()
     page.get_by_role("button", name="Pause", exact=True).click()
     page.get_by_role("button", name="Go", exact=True).first.wait_for()
@@ -178,7 +178,7 @@ def test_a_place_to_run_to_that_is_none_is_answered_at_once(opened, served):
     assert served.do(lambda: served.bench.now_ps) == before
 
 
-def test_a_place_that_is_not_reached_says_what_the_chip_waits_for(opened, served):
+def test_an_unreached_position_is_reported_with_the_cause_of_waiting(opened, served):
     page = opened()
     page.get_by_role("tab", name="Editor").click()
     page.get_by_role("textbox", name="Program", exact=True).fill("E\nD 65535\nD 65535\nS 200\nQ\nX\n")

@@ -36,7 +36,7 @@ def test_replies_come_in_order_and_with_their_ids(page):
     assert [json.loads(page.recv(PATIENCE))["id"] for _ in range(50)] == list(range(50))
 
 
-def test_pages_that_leave_before_they_have_said_anything_leave_no_trace(panels):
+def test_pages_that_leave_before_they_have_sent_anything_leave_no_trace(panels):
     panel = panels()  # its standard error must be empty at the end
     for _ in range(10):
         with socket.create_connection(("127.0.0.1", panel.port)) as page:
@@ -54,7 +54,7 @@ def test_events_come_between(page):
     assert json.loads(page.recv(PATIENCE))["event"] in ("view", "said")
 
 
-def test_a_pause_is_not_held_up_by_a_request_that_waits(page, served):
+def test_a_pause_is_not_delayed_by_a_request_that_waits(page, served):
     page.send(json.dumps({"do": "until", "pin": "x.abort", "level": 0, "timeout": "60 s", "id": "late"}))
     assert "error" not in ask(page, do="pause")
     assert served.do(lambda: served.server.pace.paused)
@@ -88,7 +88,7 @@ def test_the_end_of_the_server_closes_the_page():
     assert panel.close() == ""
 
 
-def test_when_the_server_has_gone_the_page_is_told():
+def test_when_the_server_has_gone_the_page_is_notified():
     with socket.create_server(("127.0.0.1", 0)) as server:
         panel = PanelProcess("{}:{}".format(*server.getsockname()))
     with panel.connect() as page, pytest.raises(ConnectionClosed) as closed:
@@ -99,7 +99,7 @@ def test_when_the_server_has_gone_the_page_is_told():
 
 @pytest.mark.posix
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
-def test_a_signal_ends_it_without_a_word(served, number):
+def test_a_signal_ends_it_silently(served, number):
     panel = PanelProcess(served.where)
     with panel.connect() as page:
         page.recv(PATIENCE)
@@ -116,14 +116,14 @@ def test_a_signal_ends_it_without_a_word(served, number):
         (["--attach", "127.0.0.1:1", "--listen", "0.0.0.0:0"], "other machines could reach it; add --allow-remote"),
     ],
 )
-def test_a_wrong_address_is_told(options, says):
+def test_a_wrong_address_is_reported(options, says):
     command = [sys.executable, "-m", "slewline.panel", *options]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert ran.returncode == 2
     assert says in ran.stderr
 
 
-def test_a_panel_for_other_machines_wants_the_token_to_read_too(served):
+def test_a_panel_for_other_machines_needs_the_token_to_read_too(served):
     panel = PanelProcess.__new__(PanelProcess)
     command = [sys.executable, "-m", "slewline.panel", "--attach", served.where, "--listen", "0.0.0.0:0"]
     panel.process = subprocess.Popen(
@@ -140,7 +140,7 @@ def test_a_panel_for_other_machines_wants_the_token_to_read_too(served):
 
 
 @pytest.mark.parametrize("taken", [0, 1])
-def test_a_page_that_goes_while_something_is_sent_to_it_ends_without_a_word(served, taken):
+def test_a_page_that_leaves_during_a_message_to_it_ends_silently(served, taken):
     """After so many messages; whoever reads from it next finds it gone, in the same turn of the loop."""
 
     async def relayed():

@@ -218,7 +218,7 @@ def test_the_token_of_the_control_port_stays_here(panel, served):
     assert not any(served.server.ports[0].token.encode() in one for one in seen)
 
 
-def test_a_wrong_token_of_the_control_port_is_told(panels):
+def test_a_wrong_token_of_the_control_port_is_reported(panels):
     panel = panels(token="quite another one")
     with panel.connect(panel.token) as page, pytest.raises(ConnectionClosed) as closed:
         page.recv(PATIENCE)
@@ -267,7 +267,7 @@ def admitted(panel):
         return json.loads(page.recv(PATIENCE))["event"] == "panel"
 
 
-def test_a_hundred_pages_are_held(panels):
+def test_a_hundred_pages_are_limited(panels):
     panel = panels()  # none of another test is on its way out
     before, pages = panel.memory(), []
     with ExitStack() as stack:
@@ -301,7 +301,7 @@ def test_pages_that_only_read_do_not_shut_out_the_page_of_the_user(panels):
             page.recv(PATIENCE)
 
 
-def test_pages_that_say_nothing_do_not_shut_out_the_page_of_the_user(panels):
+def test_silent_pages_do_not_shut_out_the_page_of_the_user(panels):
     panel = panels()
     with ExitStack() as stack:
         for _ in range(CLIENTS + 3):
@@ -330,7 +330,7 @@ def test_pings_whose_answers_nobody_reads_cost_no_memory(panel):
         assert ask(page, do="status")["chips"]
 
 
-def test_a_hundred_connections_that_say_nothing_are_dropped(panel):
+def test_a_hundred_silent_connections_are_dropped(panel):
     silent = [socket.create_connection(("127.0.0.1", panel.port), PATIENCE) for _ in range(100)]
     time.sleep(0.3)
     assert get(panel)[0] == 200  # the oldest one gives way

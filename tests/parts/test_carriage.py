@@ -86,13 +86,13 @@ def test_the_edges_are_the_same_planned_and_stepwise_ties_shuffled_or_not(start)
     assert trace(start, stepwise=True) == trace(start, shuffle=1) == trace(start, shuffle=2, stepwise=True) == first
 
 
-def test_it_homes_just_as_well_when_nobody_watches():
+def test_it_homes_just_as_well_when_unwatched():
     (place, over), watched = Machine(120).home(), Machine(120, watched=True)
     assert watched.home() == (place, over)
     assert watched.seen
 
 
-def test_a_module_that_begins_on_the_wrong_end_switch_runs_into_the_stop_and_says_so():
+def test_a_module_that_begins_on_the_wrong_end_switch_runs_into_the_stop_and_reports_it():
     machine = Machine(-505)
     machine.bench.part("switch", "minus", on="carriage", to="x", role="end", high=-500)
     machine.tell("Po", "S10", "T100", "R10", "E")
@@ -108,7 +108,7 @@ def test_a_module_that_begins_on_the_wrong_end_switch_runs_into_the_stop_and_say
     assert len(machine.carriage.findings) == 1
 
 
-def test_a_carriage_comes_away_from_its_stop_at_once_and_is_told_of_each_time_it_runs_into_it():
+def test_a_carriage_leaves_its_stop_immediately_and_each_collision_is_reported():
     machine = Machine(510)
     machine.tell("Po", "S10", "T100", "R10", "+20", "-9", "+20", "E")
     assert machine.carriage.lost == 10 + 11
@@ -180,7 +180,7 @@ def test_a_switch_that_gates_its_own_clock_goes_by_edges():
 
 
 # ------------------------------------------------------------------------------------------------------ what is refused
-def test_what_does_not_sit_there_is_refused_with_the_reason():
+def test_unsuitable_parts_are_refused_with_the_reason():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     motor = bench.part("translator", "motor", to=x)

@@ -203,7 +203,7 @@ def test_the_oscilloscope_shows_the_same_trace_after_every_reset(circuit):
 
 # -------------------------------------------------------------------------------------------------------- one port
 @pytest.mark.fact("CIRCUIT-8080")
-def test_the_smallest_host_sends_a_string_up_to_its_end_mark(circuit):
+def test_the_smallest_host_sends_a_string_including_its_end_mark(circuit):
     c = circuit("x.instrobe", "x.db", "x.io_request", "x.ready")
     host = c.part("host8080", to="x")
     host.send(b"C\r\xffB\r")

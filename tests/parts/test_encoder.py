@@ -238,7 +238,7 @@ def test_a_blocked_shaft_loses_steps_and_follows_from_where_it_is():
     assert rig.encoder.counts == 1010 * 4000 // 12800
 
 
-def test_a_slip_loses_exactly_so_many_counts_in_either_direction():
+def test_a_slip_loses_an_exact_number_of_counts_in_either_direction():
     rig = Rig(counts=4000, steps=12800)
     rig.encoder.slip(5)
     rig.steps(10)
@@ -532,7 +532,7 @@ def test_the_counts_of_a_machine_are_promised_and_come_as_arrays():
     assert sorted(edges) == sorted(shown([(5 * US + n * 800_000, -n) for n in range(1, 12_501)]))
 
 
-def test_a_machine_changes_speed_turns_back_and_stops_and_the_counts_go_on_from_there():
+def test_a_machine_changes_speed_turns_back_and_stops_and_the_counts_continue_from_there():
     kernel, shaft, readings = turned()
     told = []
     for rate in (1_000_000, 500_000, -2_000_000, 0, 1_000_000):
@@ -583,7 +583,7 @@ def test_an_encoder_follows_a_chip_through_ramps_and_back(shuffle, stepwise):
     assert sorted(found) == shown(counts)
 
 
-def test_what_a_user_does_to_a_shaft_is_in_the_journal(tmp_path):
+def test_actions_of_a_user_on_a_shaft_are_in_the_journal(tmp_path):
     journal = tmp_path / "journal"
     bench = slewline.Bench(journal=journal)
     x, enc = story_on_a_bench(bench)
@@ -624,7 +624,7 @@ def test_an_encoder_attaches_to_a_chip_without_encoder_inputs_and_takes_its_step
     assert enc.pin("a").net.root.joined == ()
 
 
-def test_mistakes_are_refused_with_what_is_allowed():
+def test_mistakes_are_refused_with_the_allowed_values():
     bench = slewline.Bench()
     with pytest.raises(slewline.UsageError, match=r"encoder: axis 5; allowed 1..4"):
         bench.part("encoder", axis=5)

@@ -37,13 +37,13 @@ def test_a_constructor_takes_what_the_rows_say(kind):
     parameters = [name for name in signature(part_class(kind)).parameters if name not in {*RESERVED, *fixed}]
     assert parameters == [row.name for row in rows]
     for _, row in flat(rows):
-        assert row.name not in RESERVED and row.says
+        assert row.name not in RESERVED and row.description
         if not (row.required or row.table):
             assert row.checked("p", row.default) == row.default
 
 
 @every_kind
-def test_unknown_and_ill_typed_options_are_refused_and_leave_nothing_behind(kind):
+def test_unknown_and_ill_typed_options_are_refused_without_a_trace(kind):
     bench = slewline.Bench()
     if part_class(kind).sits == "must":
         bench.part("translator")
@@ -79,7 +79,7 @@ class Loaded(Part):
 @pytest.fixture
 def loaded(monkeypatch):
     """A kind of part whose options have a table."""
-    monkeypatch.setitem(KINDS, "loaded", ListedPart(at="loaded:Loaded", says="a part for tests"))
+    monkeypatch.setitem(KINDS, "loaded", ListedPart(at="loaded:Loaded", description="a part for tests"))
     monkeypatch.setitem(CATALOGUE.ours, "loaded", f"{__name__}:Loaded")
 
 
@@ -108,7 +108,7 @@ def test_a_table_among_the_options_comes_from_a_bench_file_and_from_a_journal(lo
         ("tooth = 9", "p: load: no option 'tooth'; its options: inertia, teeth"),
     ],
 )
-def test_a_wrong_value_in_the_table_of_a_bench_file_is_told_with_its_place(loaded, tmp_path, load, says):
+def test_a_wrong_value_in_the_table_of_a_bench_file_is_reported_with_its_place(loaded, tmp_path, load, says):
     path = tmp_path / "b.toml"
     path.write_text(BENCH.format(load=load))
     with pytest.raises(slewline.errors.BenchFileError, match=says):

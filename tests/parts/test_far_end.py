@@ -44,7 +44,7 @@ def test_a_host_follows_what_a_module_has_made_of_its_straps():
 
 
 @pytest.mark.parametrize("verb", ["write", "send"])
-def test_a_journal_repeats_what_was_told_to_the_bit(tmp_path, verb):
+def test_a_journal_repeats_the_reports_to_the_bit(tmp_path, verb):
     path = tmp_path / "run.jsonl"
     bench, _, host = stand(path)
     getattr(host, verb)("F\rV1")
@@ -63,7 +63,7 @@ def test_a_journal_repeats_what_was_told_to_the_bit(tmp_path, verb):
     assert bytes(again.parts["host"].received) == bytes(host.received)
 
 
-def test_each_pair_of_settings_is_told_once():
+def test_each_pair_of_settings_is_reported_once():
     bench, _, host = stand()
     for baud in (4800, 2400, 4800, 9600, 4800):
         host.change_line(baud, 7, "odd", 2)
@@ -75,7 +75,7 @@ def test_each_pair_of_settings_is_told_once():
     assert "or the part to 4800 baud with br0=1, br1=0, br2=0" in told[0]
 
 
-def test_a_line_without_end_is_told_once_however_it_grows_and_again_when_it_is_another_one():
+def test_an_endless_line_is_reported_once_however_it_grows_and_again_when_it_is_another_one():
     bench, x, host = stand()
     for piece, count in (("V", 1), ("1", 1), ("\r", 1), ("F", 2), ("\r", 2)):
         host.send(piece)
@@ -92,7 +92,7 @@ def test_a_string_of_a_cy545_lacks_its_quotation_mark():
     assert found.text.endswith("send the quotation mark that ends it")
 
 
-def test_addresses_of_the_modules_on_a_line_are_told_where_a_line_has_another_one():
+def test_addresses_of_the_modules_on_a_line_are_reported_for_a_line_with_another_one():
     bench = slewline.Bench()
     straps = SLOW | {"br1": 0}
     left = bench.add("gs-c200s", "left", straps=straps | {"sel0": 0})
@@ -108,7 +108,7 @@ def test_addresses_of_the_modules_on_a_line_are_told_where_a_line_has_another_on
     assert all("begin it with 2 (right), 4 (left)" in text for text in told)
 
 
-def test_a_read_without_answer_says_that_nothing_can_come():
+def test_a_read_without_answer_reports_that_nothing_can_come():
     bench = slewline.Bench()
     port = bench.part("serial_port", name="port")
     assert "nothing drives its rxd" in port.got(b"R").text
@@ -118,7 +118,7 @@ def test_a_read_without_answer_says_that_nothing_can_come():
 
 @rows("line", ["v1", "S 10", "+100", "S10", "Lo9", "R5000", "V3", "4V1", "A3t", "f 5", "Px 1"])
 @rows("part", ["gs-c200", "gs-c200s"])
-def test_what_the_linter_advises_before_a_run_a_finding_advises_in_it(part, line):
+def test_a_finding_in_a_run_gives_the_advice_of_the_linter(part, line):
     bench, x, host = stand(part=part)
     answer = host.ask(line)
     problems = [problem for problem in lint(line, x.sheet) if problem.severity == "error"]

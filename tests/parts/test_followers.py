@@ -40,7 +40,7 @@ def edges(bench, pin):
 
 
 # ---------------------------------------------------------------------------------------------------- what it costs
-def test_a_train_behind_gates_makes_no_events(bench):
+def test_a_train_through_gates_makes_no_events(bench):
     for kind, name in (("inverter", "i"), ("nand", "n"), ("delay", "d")):
         bench.part(kind, name)
     bench.wire("i.out", "n.in1")
@@ -58,7 +58,7 @@ def test_a_train_behind_gates_makes_no_events(bench):
     assert edges(bench, "d.out")[-2:] == [(10**12 - 10 * US + 100_000, 0), (10**12 - 3 * US + 100_000, 1)]
 
 
-def test_a_bound_that_moves_leaves_the_promise_and_tells_whoever_watches(bench):
+def test_a_bound_that_moves_leaves_the_promise_and_notifies_every_watcher(bench):
     bench.part("inverter", "i")
     pulse, out = driver(bench, "i.in1"), bench.pin("i.out").net
     bench.record("i.out")
@@ -78,7 +78,7 @@ def test_a_bound_that_moves_leaves_the_promise_and_tells_whoever_watches(bench):
     assert told == [(ps * US, level) for ps, level in ((10, 1), (17, 0), (20, 1), (27, 0), (30, 1), (37, 0), (40, 1))]
 
 
-def test_a_closed_gate_tells_nobody_of_what_happens_in_front_of_it(bench):
+def test_a_closed_gate_passes_no_notice_of_its_inputs(bench):
     bench.part("and", "a")
     bench.part("inverter", "i")
     bench.wire("a.out", "i.in1")
@@ -95,7 +95,7 @@ def test_a_closed_gate_tells_nobody_of_what_happens_in_front_of_it(bench):
     assert told == []
 
 
-def test_what_an_output_has_shown_stays_until_the_next_round(bench):
+def test_a_shown_level_stays_until_the_next_round(bench):
     """A wire is driven otherwise in a later round of the instant at which it has risen."""
     bench.part("inverter", "i")
     pulse, out, seen = driver(bench, "i.in1"), bench.pin("i.out"), []
@@ -130,7 +130,7 @@ def test_an_input_handed_from_one_driver_to_another_in_one_instant_leaves_the_tr
 
 
 # --------------------------------------------------------------------------------------------------------- the wire
-def test_a_wire_that_inverts_passes_on_what_floats_and_follows_a_train(bench):
+def test_an_inverting_wire_passes_on_floating_and_follows_a_train(bench):
     bench.part("delay", "a", delay="1 us")
     bench.part("delay", "b", delay="1 us")
     bench.wire("a.in", "b.in", invert=True)

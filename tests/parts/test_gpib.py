@@ -107,7 +107,7 @@ def test_a_line_feed_that_comes_through_swallows_the_next_command(circuit):
     assert "line-feed" in c.codes("x")
 
 
-def test_a_talker_without_a_listener_says_so():
+def test_a_talker_without_a_listener_reports_it():
     bench = slewline.Bench()
     pet = bench.part("gpib_talker", "pet")
     pet.send("C")

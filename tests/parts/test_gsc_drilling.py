@@ -61,7 +61,7 @@ def machine(part: str, shuffle: int | None = None) -> Modules:
 # ----------------------------------------------------------------------------------------------------------- bar unit
 @both
 @pytest.mark.fact("GSC-SYS-DRILL-2", "GSC-SYS-DRILL-3", "GSC-CON-PULSE-WIDTH")
-def test_the_bar_unit_asks_for_five_holes_and_cuts(part):
+def test_the_bar_unit_requests_five_holes_and_cuts(part):
     m = bar_unit(part)
     m.run(*BAR)
     assert tuple(m.tester.requests) == HOLES

@@ -98,7 +98,7 @@ def test_user_outputs_switch_the_driver_its_decay_and_its_step(part):
 
 
 @pytest.mark.fact("GSC-SYS-GSD-2")
-def test_a_reset_that_is_promised_ahead_comes_while_the_clock_stands_still():
+def test_a_promised_reset_comes_while_the_clock_is_stopped():
     bench = slewline.Bench()
     driver, delay = bench.part("gs_d200", "driver"), bench.part("delay", delay="1 ms")
     bench.wire(f"{delay.name}.out", "driver.reset")
@@ -193,7 +193,7 @@ def test_the_numbers_of_the_example_belong_to_the_driver_with_1200_ohm():
         assert isclose(bench.part("phase_current", driver=driver)._currents[True, False], ramp, rel_tol=1e-3)
 
 
-def test_a_driver_is_not_asked_for_more_than_it_gives():
+def test_a_driver_is_not_loaded_beyond_its_rating():
     bench = slewline.Bench()
     with pytest.raises(slewline.UsageError, match=r"c: 2\.1 A on ramps; the gs-d200 takes 2 A; use a greater r1"):
         bench.part("phase_current", "c", r1=to_supply(2.1, 937))

@@ -149,7 +149,7 @@ def test_two_wrong_bits_pass_the_parity_and_are_caught_by_the_checksum():
 
 
 @both
-def test_a_fault_on_the_way_back_is_seen_by_the_host(part):
+def test_a_fault_on_the_return_path_is_seen_by_the_host(part):
     m = Lined(part)
     m.plan("parity", "to_host")
     with pytest.raises(slewline.ChecksumError, match="parity or framing error in the answer to 'F'"):
@@ -176,7 +176,7 @@ def test_a_break_spoils_the_line_that_follows(part):
 
 
 # ------------------------------------------------------------------------------------------------------------ chance
-def test_chance_is_seeded_and_as_great_as_asked():
+def test_chance_is_seeded_and_as_great_as_requested():
     runs = []
     for seed in (1, 1, 2):
         m = Lined()
@@ -248,7 +248,7 @@ def test_a_journal_repeats_the_faults(tmp_path):
         (("to_host", "lost", 1, 1, 0, -1), r"after -1; allowed 0 or more"),
     ],
 )
-def test_a_plan_that_makes_no_sense_is_refused(arguments, says):
+def test_a_malformed_plan_is_refused(arguments, says):
     line = slewline.Bench().part("rs232_line", "line")
     with pytest.raises(slewline.UsageError, match=says):
         line.plan(*arguments)

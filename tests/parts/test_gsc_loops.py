@@ -106,7 +106,7 @@ def test_without_the_loop_the_slow_motor_loses_steps(part):
 
 @both
 @pytest.mark.fact("GSC-SYS-CL-1")
-def test_the_detector_tells_the_direction(part):
+def test_the_detector_reports_the_direction(part):
     m = looped(part, lag="100 us")
     m.run(*STR, "+7", "-5", "+1")
     assert (m.motor.position, m.x.position, m.check.behind) == (3, 3, 0)
@@ -261,7 +261,7 @@ def test_the_sequencer_adds_a_step_back_and_a_step_forth(part):
 
 @both
 @pytest.mark.fact("GSC-SYS-DAMP-2")
-def test_a_move_the_other_way_is_damped_the_other_way(part):
+def test_a_move_in_the_other_direction_is_damped_in_the_other_direction(part):
     m = damped(part)
     m.run(*STR, "+9", "-4")
     m.bench.run("10 ms")
@@ -288,7 +288,7 @@ def test_the_driver_is_left_at_the_target_with_both_pulses_and_a_step_short_with
 
 @both
 @pytest.mark.fact("GSC-SYS-DAMP-1")
-def test_a_motion_that_begins_too_early_is_told(part):
+def test_a_motion_that_begins_too_early_is_reported(part):
     m = damped(part, t1="2 ms", t2="30 ms")
     m.run(*STR, "+11", "+11")
     assert m.codes("damping") == ["damping-cut"]

@@ -93,7 +93,7 @@ def test_only_the_empty_return_has_the_slow_rate(arms):
 
 
 @pytest.mark.fact("EXAMPLE-HANDOFF-1")
-def test_the_part_is_held_from_the_taking_to_the_giving(arms):
+def test_the_part_is_gripped_from_the_taking_to_the_giving(arms):
     moves = arms.moves(arms.giver)
     (taken,), given = arms.edges("giver.programmable_output", 0), arms.edges("giver.programmable_output", 1)
     assert moves[1][1] < taken < moves[2][0]  # after P 0, before P 14
@@ -101,7 +101,7 @@ def test_the_part_is_held_from_the_taking_to_the_giving(arms):
 
 
 @pytest.mark.fact("EXAMPLE-HANDOFF-2", "DER-HANDOFF-WINDOW")
-def test_the_arrival_is_told_once_a_cycle_for_one_instruction(arms):
+def test_the_arrival_is_reported_once_a_cycle_for_one_instruction(arms):
     (told,), (over,) = arms.edges("arrived.out", 0), arms.edges("arrived.out", 1)
     before, after = arms.moves(arms.giver)[3:5]
     assert (before[2], after[2]) == (108, 122)
@@ -132,7 +132,7 @@ def test_the_arms_meet_again_for_the_second_part():
     assert arms.giver.pin("run").level == arms.taker.pin("run").level == 1
 
 
-def test_with_c_before_plus_a_false_arrival_would_be_told():
+def test_with_c_before_plus_a_false_arrival_would_be_reported():
     arms = Arms(PROGRAM.replace("+\rC\r", "C\r+\r"))
     assert len(arms.edges("arrived.out", 0)) == 2
     assert arms.giver.position_at(arms.edges("arrived.out", 0)[0]) == 0

@@ -73,7 +73,7 @@ def test_a_question_brings_its_answer_and_what_came_in_is_received(desk):
 
 
 @PARTS
-def test_what_is_sent_is_only_queued_and_a_run_can_wait_for_what_comes(desk):
+def test_sending_only_queues_and_a_run_can_wait_for_the_answer(desk):
     condition = desk.host.got(desk.came)
     before = desk.bench.now_ps
     with desk.bench.kernel.outside.queued():
@@ -130,7 +130,7 @@ def test_clear_forgets_all_and_lets_go_of_the_lines_and_the_host_can_speak_again
 
 
 @pytest.mark.parametrize("part", ["cy525", "mc1451a"])  # to a module a question has gone out when ask() waits
-def test_who_waits_for_what_is_dropped_is_told(desk):
+def test_a_task_waiting_for_a_dropped_request_is_notified(desk):
     desk.send(1)
     desk.bench.at(desk.bench.now_ps + 10**7, desk.host.drop)
     with pytest.raises(slewline.UsageError, match=r"host: .*: dropped by (drop|clear)\(\)"):
@@ -247,7 +247,7 @@ STUB = Path(slewline.__file__).parent / "bench/by_name.pyi"
         ("Makes", {kind: part_class(kind).__name__ for kind in KINDS}),
     ],
 )
-def test_the_stub_says_what_a_bench_makes_of_every_name(protocol, found):
+def test_the_stub_describes_every_name_of_a_bench(protocol, found):
     (body,) = [node.body for node in ast.parse(STUB.read_text()).body if getattr(node, "name", "") == protocol]
     pairs = [(case.args.args[0].annotation, ast.unparse(case.returns)) for case in body]
     told = {ast.literal_eval(given.slice): cls for given, cls in pairs if ast.unparse(given).startswith("Literal")}
@@ -255,7 +255,7 @@ def test_the_stub_says_what_a_bench_makes_of_every_name(protocol, found):
     assert [cls for given, cls in pairs if ast.unparse(given) == "str"] == [{"Adds": "Chip", "Makes": "Part"}[protocol]]
 
 
-def test_a_decorator_for_types_leaves_the_method_as_it_is():
+def test_a_decorator_for_types_leaves_the_method_unchanged():
     assert inspect.signature(slewline.Bench.add).parameters["crystal"].default is None
     assert slewline.Bench.host.__doc__.startswith("Put a host computer")
 
@@ -303,14 +303,14 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
         (lambda host: host.live("B"), "takes no commands while its program runs"),
     ],
 )
-def test_what_a_part_has_no_pins_for_is_refused_at_once(call, text):
+def test_requests_without_pins_for_them_are_refused_immediately(call, text):
     *_, host = bare_port("select", "slewing", "out_strobe", "program_entry")
     with pytest.raises(slewline.UsageError, match=text):
         call(host)
     assert host.idle
 
 
-def test_a_host_asks_the_sheet_which_answer_has_several_lines():
+def test_the_sheet_gives_a_host_the_commands_with_several_lines_of_answer():
     ours = chip_class("gs-c200s")
 
     class Other(ours):
@@ -329,7 +329,7 @@ def test_a_host_asks_the_sheet_which_answer_has_several_lines():
         assert host.ask("Q") == listed
 
 
-def test_a_host_asks_the_sheet_for_the_letter_that_points_at_a_group():
+def test_a_host_takes_the_letter_that_points_at_a_group_from_the_sheet():
     ours = chip_class("cy525")
     rows = (replace(row, form="Y") if row.role == "read" else row for row in ours.sheet.commands)
 

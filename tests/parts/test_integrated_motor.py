@@ -129,7 +129,7 @@ def run(shuffle=None, watched=False, asked=()):
     return motor, carriage, encoder, found
 
 
-def test_what_sits_on_an_integrated_motor_shows_what_its_rotor_does():
+def test_parts_on_an_integrated_motor_follow_its_rotor():
     motor, carriage, encoder, found = run()
     place, (a, b, index, out) = 0, found
     closed, edges, shown = False, [], [[(0, 0)], [(0, 0)]]
@@ -156,13 +156,13 @@ def test_what_sits_on_an_integrated_motor_shows_what_its_rotor_does():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_it_shows_the_same_watched_or_asked_in_between_and_in_any_order_of_an_instant(seed):
+def test_its_output_does_not_depend_on_observers_or_the_order_within_an_instant(seed):
     random = Random(seed)
     asked = random.sample(range(1, END), 30)
     assert run(Random(seed), watched=seed % 2 == 0, asked=asked)[3] == run()[3]
 
 
-def test_steps_are_lost_as_soon_as_it_is_at_rest():
+def test_steps_are_lost_once_it_is_at_rest():
     bench = Bench()
     x = bench.add("cy525", name="x")
     motor = bench.part(

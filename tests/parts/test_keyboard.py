@@ -44,7 +44,7 @@ def test_a_key_that_is_pressed_in_a_motion_makes_no_strobe(circuit):
     assert len(c.x.steps()) == 300
 
 
-def test_a_key_that_is_held_until_ready_is_taken_then(circuit):
+def test_a_key_kept_down_until_ready_is_taken_then(circuit):
     c = circuit("x.io_request", "x.ready", rate=3, firstrate=3, slope=255, divisor=1)
     keys = c.part("keyboard", to="x", down="400 ms")
     keys.type("N 300\rG\r")  # one second of steps

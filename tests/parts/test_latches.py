@@ -77,7 +77,7 @@ def test_two_373_and_nor_gates_on_pins_10_and_37_do_the_same(circuit, position):
     c.bench.run_until(c.x.reaches(position - 1))
     host.read_position()
     c.bench.run_until_idle()
-    assert (c.bench["high"]._held, c.bench["low"]._held) == divmod(position, 256)
+    assert (c.bench["high"]._latched, c.bench["low"]._latched) == divmod(position, 256)
     assert c.bench["made"].position == position
     c.bench.pin("low.output_enable").drive(0)
     assert c.x.bus.byte == position & 0xFF

@@ -141,7 +141,7 @@ def test_lines_rest_between_packets(desk):
 
 
 # ------------------------------------------------------------------------------------------------------------ packets
-def test_a_command_returns_what_it_reads_with_its_sign(desk):
+def test_a_command_returns_its_signed_value(desk):
     host = desk.host
     assert host.command("set_ratio", -127795) is None
     assert host.query("get_ratio") == host.command("GET_RATIO") == -127795
@@ -176,7 +176,7 @@ def test_a_garbled_word_is_a_checksum_error_and_a_second_packet_repairs_it(desk)
     assert desk.host.query("GET_POS") == 0x0012FFFF
 
 
-def test_what_was_returned_stands_in_the_message(desk):
+def test_returned_values_are_in_the_message(desk):
     line = desk.x.pin("hostdata0")
     desk.bench.at(desk.bench.now_ps + BUSY, lambda: line.drive(0))  # before the word of GET_VRSN
     desk.bench.at(desk.bench.now_ps + 2 * BUSY, line.release)
@@ -239,7 +239,7 @@ def test_a_view_sends_waits_and_takes_packets(desk):
         lambda desk: (desk.x.power(False), desk.bench.run("1 ms"), desk.x.power(True)),
     ],
 )
-def test_the_host_knows_what_changes_the_current_axis(desk, change):
+def test_the_host_knows_the_commands_that_change_the_current_axis(desk, change):
     desk.host.axis(2).command("SET_POS", 2)
     change(desk)
     desk.host.axis(2).command("SET_POS", 22)
@@ -285,7 +285,7 @@ def test_a_wrong_line_is_refused_before_anything_is_queued(desk):
     assert desk.host.idle
 
 
-def test_bytes_are_a_command_and_what_stands_behind_it(desk):
+def test_bytes_are_a_command_and_its_arguments(desk):
     desk.host.send(b"\x11\x00\x02\xc0\x00")
     desk.bench.run_until_idle()
     assert desk.x.registers["vel"] == 0x2C000 and desk.host.received == []
@@ -329,7 +329,7 @@ def test_an_operation_that_does_not_look_at_hostrdy_is_ignored(desk):
     assert [found.code for found in desk.x.findings] == ["no-update", "busy-access"]
 
 
-def test_strobes_are_as_long_as_asked_for():
+def test_strobes_have_the_requested_length():
     desk = Desk(record=True)
     since = desk.bench.now_ps
     desk.host.write_command(0x11, low="55 ns")
@@ -353,7 +353,7 @@ def test_strobes_that_are_too_short_are_found(desk, how, code):
 
 
 # ------------------------------------------------------------------------------------------------------------ waiting
-def test_wait_asks_for_the_status_word_until_the_bit_is_there(desk):
+def test_wait_polls_the_status_word_until_the_bit_is_set(desk):
     desk.host.send(MOVE)
     word = desk.host.wait("motion_complete")
     assert word == 0x0301 and desk.x.position == 50
@@ -364,7 +364,7 @@ def test_wait_asks_for_the_status_word_until_the_bit_is_there(desk):
 
 @rows("update", ["UPDATE", "MULTI_UPDATE 1"])
 @rows("phase", range(0, 328, 41))
-def test_behind_an_update_not_in_motion_waits_for_the_cycle_that_works_it(update, phase):
+def test_after_an_update_not_in_motion_waits_for_the_cycle_that_processes_it(update, phase):
     desk = Desk()
     desk.bench.run(f"{phase} us")
     desk.host.send(MOVE.replace("UPDATE", update))
@@ -392,13 +392,13 @@ def test_wait_pauses_between_two_questions(desk, every):
     assert {then - now for now, then in pairwise(times)} == {question + {"250 us": 250 * US}.get(every, every)}
 
 
-def test_wait_gives_up_and_the_host_goes_on(desk):
+def test_wait_gives_up_and_the_host_continues(desk):
     with pytest.raises(slewline.Timeout, match="waited 20 ms for host: motion_complete of x"):
         desk.host.wait("motion_complete", timeout="20 ms")
     assert desk.host.query("GET_STATUS") == 0x0300
 
 
-def test_a_chipset_that_is_never_ready_is_a_timeout_and_later_the_host_goes_on(desk):
+def test_a_chipset_that_is_never_ready_is_a_timeout_and_later_the_host_continues(desk):
     reset = desk.x.pin("reset")
     reset.drive(0)
     with pytest.raises(slewline.Timeout) as raised:
@@ -464,7 +464,7 @@ def test_two_chipsets_share_a_data_bus():
         (lambda host: host.to("y"), UnknownName, "host has no chip 'y'; it serves x"),
     ],
 )
-def test_mistakes_of_the_user_are_told_and_nothing_is_queued(call, kind, text):
+def test_mistakes_of_the_user_are_reported_and_nothing_is_queued(call, kind, text):
     desk = Desk()
     with pytest.raises(kind) as raised:
         call(desk.host)
@@ -472,7 +472,7 @@ def test_mistakes_of_the_user_are_told_and_nothing_is_queued(call, kind, text):
     assert desk.host.idle
 
 
-def test_a_host_speaks_to_one_kind_of_chips():
+def test_a_host_commands_one_kind_of_chips():
     bench = slewline.Bench()
     x, y = bench.add("mc1451a", name="x"), bench.add("cy525", name="y")
     with pytest.raises(slewline.UsageError, match="some of these chips have a bus, some a port for packets"):

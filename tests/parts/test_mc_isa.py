@@ -127,7 +127,7 @@ def test_a_driver_that_looks_before_every_byte_never_hangs(pc, packets):
     assert pc.bench.findings == []
 
 
-def test_the_two_bytes_of_a_word_may_follow_each_other_without_a_look(pc):
+def test_the_two_bytes_of_a_word_may_follow_each_other_without_polling(pc):
     pc.ready()
     pc.out(COMMAND, 0x15)
     pc.ready()
@@ -279,7 +279,7 @@ def test_a_base_outside_the_range_is_refused(base):
         (lambda isa: isa.inp("340"), "'340'; allowed"),
     ],
 )
-def test_mistakes_of_the_user_are_told(pc, call, text):
+def test_mistakes_of_the_user_are_reported(pc, call, text):
     with pytest.raises(slewline.UsageError) as raised:
         call(pc.isa)
     assert text in str(raised.value)

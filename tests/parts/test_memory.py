@@ -58,7 +58,7 @@ def test_a_byte_is_taken_at_the_rise_of_wr() -> None:
     assert bus.part.content[0x1234] == 0x22 and bus.part.content.count(0xFF) == 65535
 
 
-def test_what_is_not_selected_takes_nothing() -> None:
+def test_a_deselected_memory_takes_nothing() -> None:
     bus = BusMaster("ram")
     bus.write(5, 0x33)
     bus.put("select", 1)
@@ -110,7 +110,7 @@ def test_an_image_that_does_not_fit_is_refused() -> None:
 
 
 # --------------------------------------------------------------------------------------------------------------- EPROM
-def test_an_eprom_takes_nothing_and_says_so_once() -> None:
+def test_an_eprom_takes_nothing_and_reports_it_once() -> None:
     bus = BusMaster("eprom", image=b"N 1\r")
     bus.write(0x0001, 0x41)
     bus.write(0x0002, 0x41)
@@ -140,7 +140,7 @@ def test_a_read_that_lasts_sees_the_end_of_the_write() -> None:
     assert bus.part.pin("db").net.byte == 0x41
 
 
-def test_a_byte_that_comes_while_another_is_written_is_lost_and_told() -> None:
+def test_a_byte_that_comes_while_another_is_written_is_lost_and_reported() -> None:
     bus = BusMaster("eeprom")
     bus.write(1, 0x41)
     bus.write(2, 0x42)
@@ -151,7 +151,7 @@ def test_a_byte_that_comes_while_another_is_written_is_lost_and_told() -> None:
     ]
 
 
-def test_a_programmer_ends_the_write_that_is_under_way() -> None:
+def test_a_programmer_ends_the_current_write() -> None:
     bus = BusMaster("eeprom")
     bus.write(1, 0x41)
     bus.part.load(b"xyz")
@@ -185,7 +185,7 @@ class Watched(Memory):
         self.calls.append(call)
 
 
-def test_what_has_been_written_is_in_the_store_a_flush_time_later() -> None:
+def test_written_bytes_are_in_the_store_a_flush_time_later() -> None:
     store = Watched()
     bus = BusMaster("eeprom", store=store, flush="200 ms")
     for n, byte in enumerate(b"N 100\r"):
@@ -222,7 +222,7 @@ def test_a_store_of_another_size_is_refused() -> None:
         BusMaster("eeprom", store=Memory(b"hello"))
 
 
-def test_a_store_that_refuses_is_told_and_gets_everything_with_the_next_flush() -> None:
+def test_a_store_that_refuses_is_reported_and_gets_everything_with_the_next_flush() -> None:
     store = Watched(bytes(2048))
     bus = BusMaster("eeprom", store=store)
     store.refuses = True
@@ -326,7 +326,7 @@ def test_a_bench_file_names_a_file_with_the_image(tmp_path) -> None:
         ("long.bin", "", "an image of 70000 bytes; allowed 65536"),
     ],
 )
-def test_what_is_wrong_with_it_is_told_with_its_place(file: str, more: str, says: str, tmp_path) -> None:
+def test_mistakes_in_its_file_are_reported_with_their_place(file: str, more: str, says: str, tmp_path) -> None:
     path = tmp_path / "b.toml"
     (tmp_path / "long.bin").write_bytes(bytes(70000))
     path.write_text(BENCH.format(file=file, more=more))

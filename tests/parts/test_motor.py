@@ -87,7 +87,7 @@ def test_a_rotor_cannot_follow_a_field_that_jumps_to_the_other_side(circuit):
     assert rotor.position == -1
 
 
-def test_a_step_that_is_withdrawn_in_its_very_instant_is_none_for_whoever_asks_in_it():
+def test_a_step_withdrawn_in_its_very_instant_is_not_counted_in_it():
     """The motor looks at its clock anew in the next round; one who is told in this one asks it before."""
     bench = slewline.Bench()
     motor = bench.part("translator", "m")

@@ -113,7 +113,7 @@ def test_the_control_word_dims_blanks_flashes_and_clears() -> None:
     assert bus.read(0x30, upper=False) == 0x08
 
 
-def test_a_character_of_ones_own_is_a_box_and_a_control_code_a_blank() -> None:
+def test_a_custom_character_is_a_box_and_a_control_code_a_blank() -> None:
     bus = BusMaster("hp_display")
     typed(bus, "A\x83\x05")
     assert bus.part.text == "A\u25a1      "
@@ -132,7 +132,7 @@ def test_the_display_is_enabled_by_select_alone_with_a_strobe() -> None:
     assert bus.part.text == "A       "
 
 
-def test_a_change_is_told_once() -> None:
+def test_a_change_is_reported_once() -> None:
     bus = BusMaster("hp_display")
     shown: list[str] = []
     bus.part.on_change.add(lambda: shown.append(bus.part.text))
@@ -178,13 +178,13 @@ def test_a_return_in_a_text_begins_the_next_line_and_a_full_line_too() -> None:
 
 
 @rows("text", ["RR=0010", "R=0010x", "SPEED", "A=123456789", "r=00100", "R= 00100", "X"])
-def test_what_is_no_parameter_is_text(text: str) -> None:
+def test_an_invalid_parameter_is_text(text: str) -> None:
     line = Line(columns=40)
     assert line.send(text) == [f"           {text}", "", "", ""]
     assert line.lcd.parameters == {}
 
 
-def test_a_parameter_behind_a_text_without_return_is_one() -> None:
+def test_a_parameter_after_a_text_without_return_is_one() -> None:
     line = Line()
     assert line.send("SPEEDR=00100\r")[0] == "R=00100    SPEED"
     assert line.send("RR=00200\r")[0] == "R=00200    SPEEDR"
@@ -195,7 +195,7 @@ def test_more_parameters_than_lines_share_them() -> None:
     assert line.send("A=00001\rB=00002\rC=00003\r") == ["C=00003", "B=00002"]
 
 
-def test_another_rate_is_told() -> None:
+def test_another_rate_is_reported() -> None:
     bench = slewline.Bench()
     lcd = bench.part("lcd", baud=9600)
     driver = lcd.pin("rxd")
@@ -208,7 +208,7 @@ def test_another_rate_is_told() -> None:
     assert {found.code for found in lcd.findings} == {"display-garbled"}
 
 
-def test_every_character_is_told() -> None:
+def test_every_character_is_reported() -> None:
     line, shown = Line(rows=1, columns=16), []
     line.lcd.on_change.add(lambda: shown.append(line.lcd.picture))
     line.send("ab")

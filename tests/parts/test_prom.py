@@ -92,7 +92,7 @@ def test_a_load_switch_of_its_own_starts_the_program_again(circuit):
     assert c.bench.findings == []
 
 
-def test_a_load_switch_that_is_held_sends_the_first_byte_again_and_says_so(circuit):
+def test_a_load_switch_kept_closed_sends_the_first_byte_again_and_reports_it(circuit):
     c = circuit("x.instrobe")
     c.part("prom", image="C\r")
     for own, theirs in BUT_LOAD.items():

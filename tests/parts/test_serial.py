@@ -37,7 +37,7 @@ def test_the_uart_carries_commands_to_the_chip_by_its_three_lines(circuit):
 
 
 @pytest.mark.fact("CIRCUIT-UART-1")
-def test_a_character_is_asked_for_in_the_middle_of_its_stop_bit(circuit):
+def test_a_character_is_requested_in_the_middle_of_its_stop_bit(circuit):
     c = uart_on(circuit, "uart.dav")
     c.settle()
     c.bench.run("10 us")
@@ -96,7 +96,7 @@ def test_each_stage_of_the_counter_is_sixteen_times_a_baud_rate(stage):
         (dict(bits=7, parity="odd"), [0, 1, 3, 7, 8, 9]),
     ],
 )
-def test_a_character_is_sent_lowest_bit_first_with_its_parity_behind_it(word, changes):
+def test_a_character_is_sent_lowest_bit_first_with_its_parity_after_it(word, changes):
     bench = slewline.Bench()
     pc = bench.part("serial_sender", "pc", baud=9600, **word)
     bench.record("pc.txd")
@@ -173,7 +173,7 @@ def test_a_sender_that_is_too_slow_makes_framing_errors():
     assert bench.pin("uart.fe").level == 1
 
 
-def test_a_spike_on_the_line_is_no_start_bit():
+def test_a_spike_on_the_line_is_not_a_start_bit():
     bench = slewline.Bench()
     uart = bench.part("uart", baud=9600)
     bench.record("uart.dav")
@@ -227,7 +227,7 @@ def test_characters_that_are_complete_in_a_motion_are_lost_and_change_nothing(ci
 
 
 @pytest.mark.fact("UND-UART-MOTION")
-def test_a_character_in_a_continuous_motion_is_no_rate_request(circuit):
+def test_a_character_in_a_continuous_motion_is_not_a_rate_request(circuit):
     c = uart_on(circuit, rate=10, firstrate=10, slope=255, divisor=1, position=0)
     c.pc.send("N 1000\rH\rG\r")
     c.settle()
@@ -251,7 +251,7 @@ def test_a_host_that_waits_for_the_motion_loses_nothing(circuit):
 
 
 @pytest.mark.fact("UND-UART-MOTION", "DER-UART-LOSS")
-def test_a_character_that_is_complete_while_ready_is_low_leaves_no_request_behind(circuit):
+def test_a_character_that_is_complete_while_ready_is_low_leaves_no_request(circuit):
     c = uart_on(circuit)
     c.settle()
     c.bench.run("1 us")
@@ -278,7 +278,7 @@ def test_at_6_mhz_the_terminator_of_a_command_outlasts_a_character_of_19200_baud
     assert c.level("x.programmable_output") == (1 if lost else 0)
 
 
-def test_a_gap_behind_each_character_makes_any_rate_safe(circuit):
+def test_a_gap_after_each_character_makes_any_rate_safe(circuit):
     c = circuit(crystal="6 MHz")
     c.part("uart", to="x", baud=76800)
     pc = c.part("serial_sender", "pc", to="uart", baud=76800, gap="2 ms")

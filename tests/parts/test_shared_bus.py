@@ -261,7 +261,7 @@ def test_the_follower_is_the_same_step_by_step_and_with_ties_shuffled():
     assert len(runs[0][1]) > 60
 
 
-def test_a_conflict_on_a_wire_of_two_chips_is_one_finding_and_every_listener_hears_of_it():
+def test_a_conflict_on_a_wire_of_two_chips_is_one_finding_for_every_listener():
     bench = slewline.Bench()
     x, y = (bench.add("cy525", name=name) for name in "xy")
     bench.wire("x.slew", "y.slew")

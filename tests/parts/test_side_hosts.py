@@ -78,7 +78,7 @@ def test_in_binary_an_answer_is_bytes(over):
 
 @SIDES
 @pytest.mark.parametrize("command", ["R 5", "G", "? Z", "", "? PP", "? M", 5])
-def test_what_is_not_answered_is_refused_before_it_is_sent(over, command):
+def test_commands_without_answer_are_refused_before_they_are_sent(over, command):
     desk = Desk(over)
     with pytest.raises(UsageError, match=r"has no answer; use ask\(\) for \? P"):
         desk.host.ask(command)
@@ -86,7 +86,7 @@ def test_what_is_not_answered_is_refused_before_it_is_sent(over, command):
 
 
 @SIDES
-def test_no_answer_is_a_timeout_and_the_host_goes_on(over):
+def test_a_missing_answer_is_a_timeout_and_the_host_continues(over):
     desk = Desk(over)
     desk.host.send("O 80H\r" if over == "parallel" else "O 81H\r")
     desk.bench.run_until_idle()
@@ -98,7 +98,7 @@ def test_no_answer_is_a_timeout_and_the_host_goes_on(over):
 
 
 @SIDES
-def test_what_is_no_text_is_refused(over):
+def test_an_invalid_text_is_refused(over):
     desk = Desk(over)
     for wrong in (7, None, "R \u0661\r"):
         with pytest.raises(UsageError, match="host"):
@@ -108,7 +108,7 @@ def test_what_is_no_text_is_refused(over):
 
 @SIDES
 @pytest.mark.parametrize("wrong", [1, 0, "on"])
-def test_heed_takes_true_false_and_none(over, wrong):
+def test_cts_can_be_followed_ignored_or_automatic(over, wrong):
     with pytest.raises(UsageError, match="allowed True, False, None"):
         Desk(over).host.heed(wrong)
 
@@ -119,7 +119,7 @@ def test_prefix_takes_true_and_false():
 
 
 # --------------------------------------------------------------------------------------- clear, drop, messages
-def test_clear_forgets_what_is_queued_and_the_host_still_hears():
+def test_clear_drops_the_queue_and_the_host_still_receives():
     desk = Desk("parallel")
     desk.host.send("D 500\rR 1\rR 2\r")
     desk.bench.run("20 ms")
@@ -153,7 +153,7 @@ def test_drop_leaves_what_has_begun():
     assert desk.x.registers["rate"] == 55
 
 
-def test_a_message_that_nobody_asked_for_is_read_while_the_host_does_nothing():
+def test_an_unsolicited_message_is_read_while_the_host_does_nothing():
     desk = Desk("parallel")
     desk.host.send('Y 0\rE\r"tick"\rD 20\rJ 0\rQY 0\rX\r')
     desk.bench.run("210 ms")
@@ -163,14 +163,14 @@ def test_a_message_that_nobody_asked_for_is_read_while_the_host_does_nothing():
     assert desk.codes == []
 
 
-def test_while_fpl_is_not_in_use_a_low_user_bit_6_is_no_message():
+def test_while_fpl_is_not_in_use_a_low_user_bit_6_is_not_a_message():
     desk = Desk("parallel")
     desk.host.send("O 80H\rB 22\rR 7\r")
     desk.bench.run_until_idle()
     assert desk.x.pin("usrb6").level == 0 and desk.x.registers["rate"] == 7 and desk.host.received == b""
 
 
-def test_what_another_host_has_set_is_told_by_heed():
+def test_following_cts_reports_the_settings_of_another_host():
     desk = Desk("parallel")
     desk.host.send("O 80H\r")
     desk.bench.run_until_idle()
@@ -183,7 +183,7 @@ def test_what_another_host_has_set_is_told_by_heed():
     assert desk.host.received == b"hello"
 
 
-def test_a_host_that_takes_cts_for_fpl_is_told_and_looks_at_it_no_longer():
+def test_a_host_that_takes_cts_for_fpl_is_notified_and_ignores_it_from_then_on():
     desk = Desk("parallel")
     other = desk.bench.host(desk.x, over="serial")
     other.send("O 0A0H\rR 5\r")
@@ -213,7 +213,7 @@ def test_the_empty_handshake_goes_before_every_command_but_not_into_a_program():
     assert desk.codes == []
 
 
-def test_a_host_without_the_prefix_is_told_while_a_program_runs():
+def test_a_host_without_the_prefix_is_notified_while_a_program_runs():
     desk = Desk("parallel")
     desk.host.send("Y 0\rE\rD 50\rJ 0\rQY 0\rX\r")
     desk.bench.run("100 ms")
@@ -238,21 +238,21 @@ def test_the_first_command_begins_with_two_returns_and_the_next_ones_do_not():
 
 
 @pytest.mark.parametrize("baud", [300, 19200])
-def test_a_host_speaks_at_the_rate_that_is_fixed(baud):
+def test_a_host_sends_at_the_fixed_rate(baud):
     bench = slewline.Bench()
     host = bench.host(bench.add("cy545b", fixed_baud=baud), over="serial")
     assert host.baud == baud and host.ask("? R") == "R=00100"
     assert bench.findings == []
 
 
-def test_after_i_the_host_waits_and_says_hello_again():
+def test_after_i_the_host_waits_and_repeats_its_greeting():
     desk = Desk("serial")
     assert desk.host.ask("? R") == "R=00100"
     desk.host.send("R 7\rI\r")
     assert desk.host.ask("? R") == "R=00100" and desk.codes == []
 
 
-def test_after_the_supply_was_off_both_hosts_begin_anew():
+def test_after_the_supply_was_off_both_hosts_start_again():
     desk = Desk("parallel")
     other = desk.bench.host(desk.x, over="serial")
     assert desk.host.ask("? R") == "R=00100"
@@ -267,7 +267,7 @@ def test_after_the_supply_was_off_both_hosts_begin_anew():
     assert desk.host.ask("? R") == "R=00100" and desk.codes == []
 
 
-def test_heed_lets_a_host_that_waits_for_cts_go_on():
+def test_a_host_that_waits_for_cts_can_be_released():
     desk = Desk("serial")
     desk.host.heed(True)
     desk.host.send("R 9\r")  # user bit 6 is high, and no CTS
@@ -312,7 +312,7 @@ def test_one_host_a_side_and_one_side_a_host():
         ({"over": "serial", "baud": 0}, "baud"),
     ],
 )
-def test_what_does_not_fit_a_side_is_refused(how, text):
+def test_unsuitable_commands_for_a_side_are_refused(how, text):
     bench = slewline.Bench()
     with pytest.raises(UsageError, match=text):
         bench.host(bench.add("cy545b"), **how)

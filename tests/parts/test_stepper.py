@@ -46,7 +46,7 @@ def test_with_the_other_edge_each_rise_is_a_step() -> None:
     assert (motor.command, motor.place) == (1, pytest.approx(1, abs=0.1))
 
 
-def test_phases_ask_for_the_nearest_place_that_has_their_field() -> None:
+def test_phases_attract_to_the_nearest_position_with_their_field() -> None:
     bench, motor = stepper(inputs="phases", driver="24 V, 1 A")
 
     def phases(bits: str) -> float:
@@ -97,7 +97,7 @@ def test_a_chip_counts_up_clockwise_and_an_encoder_counts_in_the_middle_between_
         assert (round(motor.place - 5, 1), encoder.counts) == (push, counts), push
 
 
-def test_encoders_on_a_carriage_with_backlash_count_its_overshoot_once_each_way() -> None:
+def test_encoders_on_a_carriage_with_backlash_count_its_overshoot_once_in_each_direction() -> None:
     bench, motor = stepper()
     carriage: Any = bench.part("carriage", "c", on=motor, backlash=2.5)
     up, down = (bench.part("encoder", on=carriage, counts=200, reverse=reverse) for reverse in (False, True))
@@ -125,7 +125,7 @@ def test_steps_are_lost_four_at_a_time() -> None:
     assert "2 steps behind its command" in said(motor)[0][1] and "4 steps lost" in said(motor)[1][1]
 
 
-def test_three_steps_behind_are_not_lost_if_they_are_made_up() -> None:
+def test_a_lag_of_three_steps_is_harmless_if_it_is_made_up() -> None:
     bench, motor = stepper()
     motor.push(-3)
     bench.run("300 ms")
@@ -136,7 +136,7 @@ def test_three_steps_behind_are_not_lost_if_they_are_made_up() -> None:
     assert motor.lost == 0 and motor.lag == pytest.approx(0, abs=0.1) and said(motor) == []
 
 
-def test_steps_too_many_are_said() -> None:
+def test_surplus_steps_are_reported() -> None:
     bench, motor = stepper()
     motor.push(8)
     bench.run("300 ms")
@@ -155,7 +155,7 @@ def test_stall_is_high_from_two_steps_on() -> None:
     assert seen == [(1.9, 0), (2.1, 1), (3.1, 1), (1.1, 0), (-1.9, 0), (-2.9, 1)]
 
 
-def test_a_shaft_that_runs_into_a_stop_says_so() -> None:
+def test_a_shaft_that_runs_into_a_stop_reports_it() -> None:
     bench, motor = stepper(load={"friction": "5 mNm", "high": 2.5})
     step(bench, motor, *(1, 0) * 3)
     assert motor.place == pytest.approx(2.5)
@@ -205,7 +205,7 @@ def test_a_step_of_the_integrator_has_bounds(step: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------------ what nobody looks at
-def test_a_move_that_nobody_looks_at_is_not_integrated() -> None:
+def test_an_unobserved_move_is_not_integrated() -> None:
     bench = slewline.Bench()
     x: Any = bench.add("cy525", "x")
     motor: Any = bench.part("stepper", "m", x, **DRY)

@@ -105,7 +105,7 @@ def test_the_spots_of_the_slow_twin_are_the_same(circuit):
     assert len({after - before for before, after in pairwise(starts)}) == 1
 
 
-def test_only_welds_on_a_workpiece_that_lies_there_count():
+def test_only_welds_on_a_present_workpiece_count():
     bench = slewline.Bench()
     pieces = bench.part("workpieces", pieces=2, welds=3, change="10 ms")
     torch = bench.pin("workpieces.torch")

@@ -30,7 +30,7 @@ def moved(edges, index, by):
     return times, edges[1]
 
 
-def told(comparison):
+def differences(comparison):
     return [(row.kind, row.edge, row.time_ps, row.level, row.late_ps) for row in comparison.rows]
 
 
@@ -46,10 +46,10 @@ def test_the_same_edges_agree_whenever_the_recording_began():
     )
 
 
-def test_a_late_edge_is_told():
+def test_a_late_edge_is_reported():
     model = pulses(1000)
     found = slewline.compare_edges(model, moved(moved(model, 412, 2_300_000), 413, -1), tolerance=1)
-    assert told(found) == [("late", 412, int(model[0][412]), 0, 2_300_000)]
+    assert differences(found) == [("late", 412, int(model[0][412]), 0, 2_300_000)]
     assert str(found.rows[0]) == "edge 412 (falls) at 20.607 ms is 2.3 µs late"
     assert not found.agrees and found.greatest_ps == 2_300_000 and found.mean_ps == 2_300_001 / 2000
     assert (
@@ -63,7 +63,7 @@ def test_a_late_edge_is_told():
 
 
 @pytest.mark.parametrize("drift", [0, 80, 900])  # parts per million
-def test_missing_and_extra_edges_are_told_where_they_are(drift):
+def test_missing_and_extra_edges_are_reported_with_their_place(drift):
     model = pulses(5000)
     times, levels = without(model, 824, 825, 9998, 9999)
     extra = model[0][3001] + 30 * US  # a glitch: 2 us long, between two pulses
@@ -74,7 +74,9 @@ def test_missing_and_extra_edges_are_told_where_they_are(drift):
     assert found.missing.tolist() == [824, 825, 9998, 9999] and found.extra.tolist() == [3000, 3001]
     assert len(found.pairs) == 9996 and found.drift_ppm == pytest.approx(drift, abs=0.01)
     assert [row.kind for row in found.rows] == ["missing", "missing", "extra", "extra", "missing", "missing"]
-    assert told(found)[2][1:4:2] == (3000, 0) and found.rows[2].time_ps == pytest.approx(int(extra), abs=500 * US)
+    assert differences(found)[2][1:4:2] == (3000, 0) and found.rows[2].time_ps == pytest.approx(
+        int(extra), abs=500 * US
+    )
     assert str(found.rows[0]) == "edge 824 (falls) at 41.207 ms is missing"
 
 
@@ -101,7 +103,7 @@ def test_as_many_edges_but_not_the_same_ones():
     assert len(levels) == 198
 
 
-def test_another_rate_is_no_drift():
+def test_another_rate_is_not_a_drift():
     model = pulses(100)
     found = slewline.compare_edges(model, pulses(100, period=50 * US, width=3 * US))
     assert len(found.missing) == len(found.extra) > 50

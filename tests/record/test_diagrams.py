@@ -101,7 +101,7 @@ def test_the_text_of_a_long_arrow_is_in_the_middle_of_it():
     assert (arrow.first, arrow.second, arrow.place, arrow.beside) == pytest.approx((3, 10, 6.5, ""))
 
 
-def test_an_arrow_stands_under_the_lower_one_of_its_lanes():
+def test_an_arrow_is_under_the_lower_one_of_its_lanes():
     lanes = [lane("a", 10), lane("b", 20), lane("c", 30)]
     diagram = Diagram("", 0, 40, lanes, [Interval("x.b falls", "x.a falls", 10, 20), Interval("x.c", "x.c", 1, 2)])
     layout = DiagramLayout.of(diagram, TimeScale(diagram, 1, 9))
@@ -132,14 +132,14 @@ def test_edges_are_slanted_unless_a_level_is_too_narrow_for_it():
     assert width(200, 210) == 0
 
 
-def test_what_floats_is_a_line_in_the_middle():
+def test_a_floating_pin_is_a_line_in_the_middle():
     line = draw(Diagram("", 0, 100, [lane("a", 50, levels=[-1], level=0)])).axes[0].lines[0]
     low, high = line.get_ydata()[0], line.get_ydata()[-1]
     assert high - low == pytest.approx(0.1)
 
 
-def test_a_bus_shows_its_values_and_what_they_mean():
-    bus = lane("db", 20, 60, levels=[0x45, -1], level=-1, bus=True, says=lambda value, end: f"'{chr(value)}' {end}")
+def test_a_bus_shows_its_values_and_their_meaning():
+    bus = lane("db", 20, 60, levels=[0x45, -1], level=-1, bus=True, describe=lambda value, end: f"'{chr(value)}' {end}")
     assert "45 'E' 60" in texts(draw(Diagram("", 0, 100, [bus])))
     narrow = lane("db", 20, 21, 60, levels=[0x45, 0x46, -1], level=-1, bus=True)
     shown = texts(draw(Diagram("", 0, 100, [narrow])))
@@ -168,7 +168,7 @@ def test_times_at_arrows_say_what_is_printed_and_are_coloured():
         assert says.split("  ")[0] in " ".join(texts(draw(diagram, width="phone")))
 
 
-def test_a_picture_tells_of_what_it_leaves_out():
+def test_a_picture_mentions_its_omissions():
     diagram = bursts(quiet=5 * MS)
     figure = draw(diagram)
     shown = texts(figure)

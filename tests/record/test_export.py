@@ -150,7 +150,7 @@ def test_link_stays_a_link(tmp_path):
     assert (tmp_path / "real").read_text() == "new"
 
 
-def test_own_name_is_no_link(tmp_path):
+def test_own_name_must_not_be_a_link(tmp_path):
     (tmp_path / "real").write_text("old")
     (tmp_path / "link").symlink_to("real")
     with pytest.raises(UsageError, match=r"link: is a symbolic link, which is not followed here; name the file itself"):
@@ -198,7 +198,7 @@ class Owned:
 
 @pytest.mark.posix
 @pytest.mark.parametrize("permitted", [True, False])
-def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_said(tmp_path, monkeypatch, recwarn, permitted):
+def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_reported(tmp_path, monkeypatch, recwarn, permitted):
     """Of two users there is one here: what the system says of owners is made up."""
     path, owners = tmp_path / "a", {"a": (4001, 4002)}
     path.write_text("old")
@@ -211,14 +211,14 @@ def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_said(tmp_path, monke
         owners[part.name] = uid, gid
         os.chmod(part, 0o644)  # as the system does
 
-    def told(self, **more):
+    def differences(self, **more):
         return Owned(real(self, **more), *owners.get(self.name, (1, 1)))
 
     monkeypatch.setattr(os, "chown", chown)
     warnings.simplefilter("always")
     file = WholeFile(path)
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "stat", told)
+        patch.setattr(Path, "stat", differences)
         file._kept_owner = file._take_over(file.part)
     file.close()
     assert stat.S_IMODE(os.stat(path).st_mode) == (0o6640 if permitted else 0o640)
@@ -240,7 +240,7 @@ def test_an_interrupt_while_its_neighbour_is_made_leaves_nothing(tmp_path, monke
 
 
 @pytest.mark.posix
-def test_what_a_killed_process_has_left_is_removed_and_what_is_being_written_is_not(tmp_path):
+def test_leftovers_of_a_killed_process_are_removed_and_files_being_written_are_not(tmp_path):
     for name in (".slewline-4000000-7.part", ".slewline-x-7.part", ".slewline-4000000-7.parts", "slewline-1-1.part"):
         (tmp_path / name).write_text("dead")
     (tmp_path / ".slewline-1-1.part").symlink_to("slewline-1-1.part")
@@ -271,7 +271,7 @@ def test_a_durable_file_is_on_the_disk_before_its_name_is(tmp_path, monkeypatch)
 
 
 @pytest.mark.posix
-def test_what_is_no_regular_file_is_written_as_it_is(tmp_path):
+def test_an_irregular_file_is_written_in_place(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
     with WholeFile(tmp_path / "pipe") as file:
@@ -285,7 +285,7 @@ def test_what_is_no_regular_file_is_written_as_it_is(tmp_path):
     assert not os.path.isfile("/dev/null")
 
 
-def test_full_disk_is_said_and_leaves_nothing():
+def test_full_disk_is_reported_and_leaves_nothing():
     with (
         pytest.raises(UsageError, match="/dev/full: cannot be written: No space left on device"),
         WholeFile("/dev/full") as file,

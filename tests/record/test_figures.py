@@ -35,8 +35,8 @@ MS = 10**9
 class Told(Quantity):
     """A quantity of which the changes are given."""
 
-    def __init__(self, name, unit, points, held=True):
-        self.name, self.unit, self.held, self.points = name, unit, held, points
+    def __init__(self, name, unit, points, is_staircase=True):
+        self.name, self.unit, self.is_staircase, self.points = name, unit, is_staircase, points
 
     def changes(self, start, stop):
         times, values = zip(*self.points, strict=True)
@@ -69,20 +69,20 @@ def line(shown, name):
 
 
 # -------------------------------------------------------------------------------------------------------- what is drawn
-def test_a_line_is_the_outline_held_to_the_end_of_the_window():
+def test_a_line_is_the_outline_extended_to_the_end_of_the_window():
     drawn = line(figure(contents(track())), "velocity of x")
     assert drawn.get_xdata().tolist() == [0, 10, 60, 100]
     assert drawn.get_ydata().tolist() == [0, 1000, 0, 0]
     assert drawn.get_drawstyle() == "steps-post"
 
 
-def test_a_quantity_that_is_not_held_is_drawn_straight():
-    angle = Told("angle", "°", [(0, 0), (50 * MS, 3)], held=False)
+def test_a_continuous_quantity_is_drawn_straight():
+    angle = Told("angle", "°", [(0, 0), (50 * MS, 3)], is_staircase=False)
     drawn = line(figure(contents(Track("m", [angle]))), "angle of m")
     assert drawn.get_drawstyle() == "default"
 
 
-def test_a_load_is_a_break_and_what_was_there_before_does_not_press_the_motion_flat():
+def test_a_load_is_a_break_and_earlier_values_do_not_flatten_the_motion():
     position = Told("position", "steps", [(0, 42330), (MS, np.nan), (MS, 0), (10 * MS, 1), (60 * MS, 50)])
     shown = figure(contents(Track("x", [position])))
     drawn = line(shown, "position of x").get_ydata()
@@ -98,7 +98,7 @@ def test_a_load_in_a_motion_belongs_to_it():
     assert figure(contents(Track("x", [position]))).axes[0].get_ylim()[1] > 910
 
 
-def test_axes_and_runs_share_one_column_of_panels_and_are_told_apart():
+def test_axes_and_runs_share_one_column_of_panels_and_are_distinguishable():
     shown = figure(contents(*(track(f"axis {n}", top=1000.0 * n) for n in (1, 2, 3, 4))))
     assert [axes.get_title(loc="left") for axes in shown.axes] == ["Velocity, steps/s", "Position, steps"]
     lines = [line(shown, f"velocity of axis {n}") for n in (1, 2, 3, 4)]
@@ -115,7 +115,7 @@ def test_lines_are_solid_dashed_dotted_and_both_by_turns(tmp_path):
     assert [each and each[1] for each in dashes] == [None, "7.5,2.4", "1.8,1.8", "9,2.25,1.8,2.25"]  # points
 
 
-def test_a_run_is_laid_over_at_its_own_zero():
+def test_a_run_is_overlaid_at_its_own_zero():
     late = Track(
         "late", [Told("velocity", "steps/s", [(0, 0), (30 * MS, 7), (80 * MS, 0)])], zero=20 * MS, until=90 * MS
     )
@@ -123,7 +123,7 @@ def test_a_run_is_laid_over_at_its_own_zero():
     assert drawn.get_xdata().tolist() == [-20, 10, 60, 70]
 
 
-def test_what_would_be_a_flat_line_gets_a_panel_of_its_own():
+def test_an_otherwise_flat_line_gets_a_panel_of_its_own():
     shown = figure(contents(track("slow", top=10), track("fast", top=9000), track("other", top=8000)))
     assert [axes.get_title(loc="left") for axes in shown.axes] == [
         "Velocity of slow, steps/s",
@@ -142,7 +142,7 @@ def test_great_numbers_are_written_in_thousands_or_millions():
     assert shown.axes[0].yaxis.get_major_formatter()(-20_000) == "\u221220\u2009000"
 
 
-def test_a_title_of_any_letters_is_told_to_a_screen_reader(tmp_path):
+def test_a_title_of_any_letters_is_announced_to_a_screen_reader(tmp_path):
     shown = figure(Contents('R < 80 & "S" > 2', [track()], [], 0, 100 * MS))
     save(shown, tmp_path / "a.svg", 'R < 80 & "S" > 2', description_of(shown))
     svg = ElementTree.parse(tmp_path / "a.svg")
@@ -219,7 +219,7 @@ def test_a_narrow_picture_names_rates_within_the_panel():
 
 
 # ---------------------------------------------------------------------------------------------------------------- marks
-def test_what_happens_is_flagged_and_thinned():
+def test_events_are_flagged_and_thinned():
     happened = [Mark(10 * MS, "finding", "busy"), Mark(20 * MS, "limit", "poslimit"), Mark(90 * MS, "home", "home")]
     motions = [MotionStart(10 * MS, "G"), MotionStart(10 * MS, "G")]
     axis = TimeAxis(0, 100 * MS)
@@ -237,7 +237,7 @@ def test_what_happens_is_flagged_and_thinned():
     assert sum(flag.row is not None for flag in flags) < 60
 
 
-def test_what_happens_in_each_run_is_flagged_from_its_own_zero():
+def test_events_of_each_run_are_flagged_from_its_own_zero():
     runs = [
         track("early", marks=[Mark(20 * MS, "finding", "lost")]),
         track("late", zero=50 * MS, marks=[Mark(120 * MS, "finding", "stalled")]),
@@ -246,7 +246,7 @@ def test_what_happens_in_each_run_is_flagged_from_its_own_zero():
     assert [(flag.at, flag.text) for flag in flags] == [(20, "lost"), (70, "stalled")]
 
 
-def test_marks_outside_the_window_and_those_that_are_not_wanted_are_not_drawn():
+def test_marks_outside_the_window_and_unwanted_ones_are_not_drawn():
     tracks = track(marks=[Mark(200 * MS, "limit", "poslimit"), Mark(50 * MS, "home", "home 1")])
     assert "home 1" in texts(figure(contents(tracks)))
     assert "poslimit" not in texts(figure(contents(tracks)))
@@ -266,7 +266,7 @@ def test_phases_are_shaded_and_named_if_they_have_room():
         assert not any(axes.patches for axes in shown.axes)  # no stripes
 
 
-def test_what_begins_a_motion_is_flagged_rather_than_a_load_beside_it():
+def test_the_start_of_a_motion_is_flagged_rather_than_a_load_next_to_it():
     loads = [Mark(9 * MS, "command", "A 0"), Mark(11 * MS, "command", "A 1"), Mark(90 * MS, "command", "A 2")]
     shown = set(texts(figure(contents(track(motions=[MotionStart(10 * MS, "G")], marks=loads)))))
     assert {"G", "A 2"} <= shown
@@ -312,7 +312,7 @@ def test_while_nothing_drives_a_pin_or_a_bus_its_lane_has_a_dashed_line_in_the_m
     assert dashed(panel) == [(pytest.approx(2.46), [(0, 1), (50, 200)]), (pytest.approx(0.46), [(0, 200)])]
 
 
-def test_names_that_do_not_fit_beside_their_lanes_stand_over_them():
+def test_names_that_do_not_fit_next_to_their_lanes_are_above_them():
     assert lanes.wrapped("motion_complete", 13) == "motion_\ncomplete"
     assert lanes.wrapped("a.motion_complete_of_all", 13) is None
     none = np.empty(0, np.int64)
@@ -335,7 +335,7 @@ def luminance(color: str) -> float:
 
 
 @pytest.mark.parametrize("colours", [LIGHT, DARK])
-def test_colours_can_be_told_from_the_ground_and_from_each_other_in_grey(colours):
+def test_colours_differ_from_the_ground_and_from_each_other_in_grey(colours):
     ground = luminance(colours.ground)
     for ink, least in [(colours.ink, 7), (colours.soft, 4.5), *((each, 2.7) for each in colours.series)]:
         light, dark = max(luminance(ink), ground), min(luminance(ink), ground)
@@ -398,7 +398,7 @@ def test_time_axis_has_a_unit_that_suits(start, stop, label, scaled):
 
 
 # ---------------------------------------------------------------------------------------------------- files, and errors
-def test_an_svg_says_what_it_shows(rig, tmp_path):
+def test_an_svg_names_its_content(rig, tmp_path):
     shown = contents(track(motions=[MotionStart(10 * MS, "G")]), traces=traces(rig), stop=200 * MS)
     picture = figure(shown)
     save(picture, tmp_path / "a.svg", "Drilling & more", description_of(picture))
@@ -510,7 +510,7 @@ def test_names_of_rates_have_thin_spaces_in_their_numbers():
 
 
 @pytest.mark.parametrize(("width", "bands"), [("page", 0), ("phone", 1)])
-def test_a_narrow_picture_makes_a_band_of_what_a_page_can_show(width, bands):
+def test_a_narrow_picture_draws_dense_pulses_as_a_band(width, bands):
     count = np.arange(1, 400)
     pulses = Trace("pulse", count * MS // 4, (count % 2).astype(np.int8), 0)  # four edges a millisecond of 100
     panel = figure(contents(traces=[pulses]), width=width).axes[-1]

@@ -65,7 +65,7 @@ def test_every_change_of_a_pin_and_of_a_bus_is_found():
     assert bus.levels_at([9, 10, 35]).tolist() == [-1, 65, -1]
 
 
-def test_the_edge_that_is_asked_for():
+def test_the_requested_edge():
     pin = signal((10, 0), (20, 1), (30, 0), (40, 1))
     assert Edge.read("x.a falls 2") == ("x.a", "falls", 2)
     assert Edge.read("x.a") == ("x.a", "changes", 1)
@@ -76,7 +76,7 @@ def test_the_edge_that_is_asked_for():
 
 
 @rows("text", ["", "x.a falling", "x.a falls 0", "x.a falls two", "x.a falls 1 2", 7])
-def test_what_is_no_edge_is_refused(text):
+def test_an_invalid_edge_is_refused(text):
     with pytest.raises(UsageError, match="expected a pin, a change"):
         Edge.read(text)
 
@@ -101,7 +101,7 @@ def test_a_limit_counts_only_from_the_levels_before_that_it_names():
     assert (begins.tolist(), ends.tolist()) == ([40], [40])  # b was low when a rose
 
 
-def test_what_has_to_come_first_violates_when_it_comes_behind():
+def test_a_required_predecessor_that_comes_later_is_a_violation():
     limit = Limit("a falls", "b falls", "", "", most=-10, given=(("a", 0),))
     pins = {"a": signal((10, 0), (20, 1), (40, 0), (50, 1)), "b": signal((10, 0), (30, 1), (43, 0))}
     begins, ends = intervals(limit, pins.__getitem__)
@@ -130,7 +130,7 @@ def test_the_ends_of_a_limit_belong_to_it(shortest, longest, kept):
     assert Bound.of(limit, 1).kept(shortest, longest) is kept
 
 
-def test_a_time_says_what_is_printed_of_it():
+def test_an_interval_is_printed_with_its_limits():
     limit = Limit("a falls", "b rises", "width", "", least=50 * NS, most=2 * US, symbol="t6")
     bound, typical = Bound.of(limit, 1), Bound.of(Limit("a falls", "b rises", "", "", typical=US), 1)
     assert str(Interval("x.a falls", "x.b rises", 0, 80 * NS, (bound,))) == "t6 = 80 ns (min. 50 ns, max. 2 µs: kept)"
@@ -160,7 +160,7 @@ def test_a_table_of_limits():
     ]
 
 
-def test_what_is_too_long_violates_as_well():
+def test_an_excessive_duration_is_a_violation_as_well():
     bound = Bound.of(Limit("a falls", "a rises", "", "", most=50), 1)
     begins = np.array([0, 100], np.int64)
     assert Checked.of("x", bound, begins, np.array([50, 151])).violations == (100,)
@@ -203,7 +203,7 @@ def test_a_character_that_is_not_over_is_left_out(rig):
 
 
 @pytest.mark.parametrize("fault", ["parity", "framing"])
-def test_a_faulty_character_is_told_of(rig, fault):
+def test_a_faulty_character_is_reported(rig, fault):
     line, word = rig.net("x.line"), CharacterFormat(7, "odd", 2)
     driver = rig.drivers["x.line"]
     driver.drive(RS232)
@@ -218,5 +218,5 @@ def test_a_faulty_character_is_told_of(rig, fault):
     assert (read.byte, read.parity_wrong, read.framing_wrong) == (65, fault == "parity", fault == "framing")
 
 
-def test_a_byte_as_it_is_shown():
+def test_a_byte_in_the_displayed_form():
     assert [shown(byte) for byte in (65, 13, 32, 0, 200)] == ["A", "CR", "SP", "00", "C8"]

@@ -137,7 +137,7 @@ def test_marks_stop_at_the_last_letter():
     assert zoom.split()[1:] == ["-1", *map(str, range(26))]
 
 
-def test_they_stand_beside_the_file_and_name_it_without_its_folder(tmp_path):
+def test_they_are_next_to_the_file_and_name_it_without_its_folder(tmp_path):
     folder = tmp_path / "here"
     folder.mkdir()
     save_layouts(folder / "my.weld.vcd", VARIABLES, VIEW)

@@ -32,7 +32,7 @@ def test_instants_must_ascend():
         rates(at(1, 5, 5, 9))
 
 
-def test_runs_of_a_train_whose_period_is_no_whole_number_of_picoseconds():
+def test_runs_of_a_train_with_a_fractional_period_in_picoseconds():
     train = StepTrain(Clock(11_000_000), 3, [(137, 400), (100, 300), (137, 2)])
     first, count = runs(train.times(1, train.steps))
     assert first.tolist() == [0, 400, 700]
@@ -48,11 +48,11 @@ def test_pulse_widths_are_those_of_whole_pulses():
     assert pulse_widths(at(), levels()).tolist() == []
 
 
-def test_floating_is_no_pulse():
+def test_floating_is_not_a_pulse():
     assert pulse_widths(at(1, 4, 10), levels(0, -1, 1)).tolist() == [3]
 
 
-def test_glitches_are_shorter_than_asked():
+def test_glitches_are_shorter_than_requested():
     assert glitches(at(1, 4, 10, 12, 13), 3).tolist() == [2, 3]
     assert glitches(at(1, 4, 10, 12, 13), 4).tolist() == [0, 2, 3]
     assert glitches(at(3), 9).tolist() == []
@@ -84,6 +84,6 @@ def test_ramp_of_sampled_instants():
     assert ramp(rounded).plateau_steps == 2
 
 
-def test_ramp_wants_steps():
+def test_ramp_needs_steps():
     with pytest.raises(UsageError, match="two steps or more, not 1"):
         ramp(at(5))

@@ -93,7 +93,7 @@ def test_phases_of_a_pattern_show_alike(rig: Any) -> None:
         assert few == drawn(rig.recorder, net, 0, stop, whole=True)
 
 
-def test_what_floats_stays_floating(rig: Any) -> None:
+def test_floating_stays_floating(rig: Any) -> None:
     net = rig.net("x.open")
     rig.recorder.record(net)
     rig.on(5 * MS, x_open=1)

@@ -8,7 +8,7 @@ import pytest
 from slewline.core.motion.axis import Steps
 from slewline.errors import UsageError
 from slewline.record.measuring.intervals import SignalEdges
-from slewline.record.measuring.overlay import differing, fitting, marked, told
+from slewline.record.measuring.overlay import differences, differing, fitting, marked
 from slewline.record.pictures.diagram import Diagram, Lane
 from slewline.record.pictures.figures import Contents, description_of, figure
 from slewline.record.pictures.measured import position, track, velocity
@@ -54,7 +54,7 @@ def test_stretches_are_exact(measured, found):
     assert stretches(trace(20, 40, 60, 80), measured) == found
 
 
-def test_what_floats_in_the_model_can_be_measured_as_either_level():
+def test_a_floating_level_of_the_model_can_be_measured_as_either_level():
     assert stretches(trace(50, levels=[-1]), trace(30, 60)) == [[30, 50]]
 
 
@@ -89,18 +89,18 @@ def test_a_shift_moves_all_of_a_trace():
         (trace(20 * US, 40 * US, until=50 * US), "agrees"),  # an edge behind what is known is not missing
     ],
 )
-def test_the_greatest_difference_is_told(measured, says):
+def test_the_greatest_difference_is_reported(measured, says):
     model = trace(20 * US, 40 * US, 60 * US)
-    assert told([("a", model, measured), ("b", model, None)], 0, MS) == [f"Dashed: measured: a {says}"]
+    assert differences([("a", model, measured), ("b", model, None)], 0, MS) == [f"Dashed: measured: a {says}"]
 
 
-def test_pins_without_edges_and_pins_that_nothing_is_laid_over():
-    said = told([("a", trace(), trace(level=0)), ("b", trace(), trace())], 0, MS)
+def test_pins_without_edges_and_pins_without_overlay():
+    said = differences([("a", trace(), trace(level=0)), ("b", trace(), trace())], 0, MS)
     assert said == ["Dashed: measured: a differs; b agrees"]
-    assert told([("a", trace(5), None)], 0, MS) == []
+    assert differences([("a", trace(5), None)], 0, MS) == []
 
 
-def test_a_bus_is_not_laid_over_a_pin():
+def test_a_bus_is_not_overlaid_on_a_pin():
     with pytest.raises(UsageError, match=r"over: 'x.db' is a bus, 'slew' is one pin"):
         fitting("x.db", True, trace(name="slew"))
 
@@ -133,7 +133,7 @@ def test_a_lane_shows_both_and_where_they_differ():
     assert "slew up to 2 µs late." in description_of(picture)
 
 
-def test_what_agrees_has_no_ticks():
+def test_agreement_has_no_ticks():
     assert not [each for each in lanes(tolerance_ps=2 * US).axes[0].collections if each.get_gid()]
 
 

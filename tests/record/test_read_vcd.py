@@ -164,7 +164,7 @@ def test_wide_vectors(parse, width):
     assert wide.edges("a")[1].dtype == (np.int16 if width < 16 else np.int64)
 
 
-def test_a_vector_that_is_too_wide_is_refused_when_asked_for(parse):
+def test_a_vector_that_is_too_wide_is_refused_when_requested(parse):
     text = (
         f'{HEAD}$var wire 64 " a $end $var wire 1 ! b $end $upscope $end $enddefinitions $end\n#0 b{"1" * 64} "\n1!\n'
     )
@@ -196,7 +196,7 @@ def test_femtoseconds_are_rounded_down(parse):
     assert edges(parse(text.replace("#1999", "#2000") + "\n"), "slew") == []  # over within its picosecond
 
 
-def test_a_file_without_timescale_is_asked_about(parse):
+def test_a_file_without_timescale_needs_one_as_an_argument(parse):
     text = SMALL.replace("$timescale 1 ns $end\n", "")
     with pytest.raises(UsageError, match=r"has no \$timescale; .*timescale='1 ns'"):
         parse(text)
@@ -211,7 +211,7 @@ def test_last_value_of_an_instant_counts(parse):
     assert edges(found, "slew", "10 ns") == [(20_000, 0)]
 
 
-def test_what_stands_before_the_first_time(parse):
+def test_values_before_the_first_time(parse):
     found = parse(HEAD + VARIABLES + '$dumpvars 0! b11 " $end\n#100\n1!\n')
     assert found.start_ps == 0 and found.level_at("slew", 0) == 0 and found.level_at("db", 0) == 3
     assert edges(found, "slew") == [(100_000, 1)]
@@ -546,7 +546,7 @@ def test_edges_of_sigrok(lively, tmp_path):
         ("$upscope $end", "$upscope x $end", 7, "expected $upscope $end"),
     ],
 )
-def test_damage_is_told_with_line_and_reason(parse, old, new, line, message, tmp_path, monkeypatch):
+def test_damage_is_reported_with_line_and_reason(parse, old, new, line, message, tmp_path, monkeypatch):
     assert old in SMALL
     text = SMALL.replace(old, new, 1).encode("latin-1")
     for block in (1 << 20, 11):
@@ -577,7 +577,7 @@ def test_damage_is_told_with_line_and_reason(parse, old, new, line, message, tmp
         (b"$date today $end\n#0\n#10\n", "declares no variable ($var)"),
     ],
 )
-def test_what_is_no_vcd_file(parse, begin, message):
+def test_invalid_vcd_files(parse, begin, message):
     with pytest.raises(WaveformError) as error:
         parse(begin)
     assert message in str(error.value)
@@ -628,7 +628,7 @@ def test_a_time_beyond_an_array_of_picoseconds(parse):
 
 @given(data=st.data(), count=st.integers(1, 4), block=st.sampled_from([13, 1 << 20]))
 @settings(max_examples=60, suppress_health_check=UNCHECKED)
-def test_damage_of_any_kind_is_an_error_of_ours_or_nothing(parse, data, count, block):
+def test_damage_of_any_kind_raises_our_error_or_is_harmless(parse, data, count, block):
     text = bytearray(data.draw(st.sampled_from([SMALL, SIGROK, VERILATOR, GTKWAVE])).encode())
     for _ in range(count):
         at = data.draw(st.integers(0, len(text) - 1))
@@ -714,7 +714,7 @@ def test_trace_for_a_picture(parse):
         ),
     ],
 )
-def test_a_sparse_file_is_not_read_to_its_end(tmp_path, monkeypatch, begin, says):
+def test_a_sparse_file_is_not_read_completely(tmp_path, monkeypatch, begin, says):
     monkeypatch.setattr(module, "LONGEST", 1 << 22)
     monkeypatch.setattr(module, "WORD", 1 << 22)
     path = tmp_path / "x.vcd"

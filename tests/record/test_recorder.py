@@ -45,7 +45,7 @@ def test_window_includes_both_ends(rig, start, stop, expected):
     assert rig.edges("x.slew", start, stop) == expected
 
 
-def test_what_is_undone_within_an_instant_is_no_edge(rig):
+def test_a_change_undone_within_an_instant_is_not_an_edge(rig):
     rig.recorder.record(rig.net("x.slew", pull=1))
     rig.on(5, x_slew=0)
     rig.on(5, x_slew=1)
@@ -144,7 +144,7 @@ def test_recording_that_begins_under_two_drivers(rig):
     assert rig.edges("x.pulse", 15_000_000) == [(19_000_000, 1)]
 
 
-def test_two_drivers_with_a_promise_of_which_nobody_is_told(rig):
+def test_two_drivers_with_an_unreported_promise(rig):
     net = rig.net("x.pulse", pull=1)
     second = Driver(net, "second")
     rig.on(0, x_pulse=rig.pulses(MHZ, 1, (10, 3), high=2))
@@ -156,7 +156,7 @@ def test_two_drivers_with_a_promise_of_which_nobody_is_told(rig):
     assert rig.edges("x.pulse", 2_000_000) == [(n * 1_000_000, n in (9, 19, 29)) for n in (9, 11, 19, 21, 29)]
 
 
-def test_recording_that_begins_while_a_promise_is_held_down(rig):
+def test_recording_that_begins_while_a_promise_is_overridden(rig):
     net = rig.net("x.pulse", pull=1)
     second = Driver(net, "second")
     rig.on(0, x_pulse=rig.pulses(MHZ, 1, (10, 3), high=2))
@@ -207,7 +207,7 @@ def test_bus_and_its_wires(rig):
 def test_recorder_agrees_with_an_observer(lively, seed):
     rig = lively(seed)
     watched = lively(seed)
-    told: dict[str, list[tuple[int, int]]] = {name: [] for name in watched.nets}
+    differences: dict[str, list[tuple[int, int]]] = {name: [] for name in watched.nets}
 
     def tell(net: Net) -> None:
         level = net.level
@@ -215,14 +215,14 @@ def test_recorder_agrees_with_an_observer(lively, seed):
             level = -1
         elif isinstance(level, tuple):
             level = (level[1] | ~level[0]) & 0xFF
-        told[net.name].append((net.kernel.now, level))
+        differences[net.name].append((net.kernel.now, level))
 
     for net in watched.nets.values():
         net.watch(tell)
     rig.kernel.run(80_000_000)
     watched.kernel.run(80_000_000)
-    assert sum(map(len, told.values())) > 30
-    for name, heard in told.items():
+    assert sum(map(len, differences.values())) > 30
+    for name, heard in differences.items():
         last = dict(heard)  # of each instant the last one
         first = rig.recorder.level(rig.nets[name], 0)
         real, before = [], first
@@ -280,7 +280,7 @@ def test_unwatched_promise_costs_the_kernel_nothing(rig):
 
 
 # ----------------------------------------------------------------------------------------------- keeping and forgetting
-def test_not_recorded_says_what_to_do(rig):
+def test_not_recorded_suggests_a_remedy(rig):
     net = rig.net("x.slew", pull=1)
     for question in (
         lambda: rig.edges("x.slew"),
@@ -320,7 +320,7 @@ def test_keep_forgets_to_the_picosecond_whenever_the_log_was_trimmed(rig):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_keep_changes_nothing_of_what_is_kept(lively, seed, monkeypatch):
+def test_keep_leaves_kept_data_unchanged(lively, seed, monkeypatch):
     monkeypatch.setattr("slewline.record.recording.recorder.TRIM_FROM", 4)
     whole, kept = lively(seed, events=300), lively(seed, events=300, keep=5_000_000)
     for now in range(1_000_000, 70_000_000, 1_000_000):

@@ -35,7 +35,7 @@ def test_the_period_is_found(tmp_path, mhz, comment):
     assert found.trace("STEP", tolerance="3 us").tolerance_ps == 3 * US
 
 
-def test_what_a_file_states():
+def test_facts_stated_by_a_file():
     stated = {
         "Acquisition with 2/8 channels at 12 MHz": 12 * MHZ,
         "Sample rate: 24 MHz": 24 * MHZ,
@@ -55,7 +55,7 @@ def test_a_conversion_states_its_unit_and_the_grid_counts(tmp_path):
     assert str(slewline.read_vcd(path).sampling) == "the sampling at 12 MHz"
 
 
-def test_chance_is_no_grid():
+def test_chance_is_not_a_grid():
     some = np.random.default_rng(2).integers(1, 10**6, 200).cumsum() * 1000
     assert grid(some, 1000).found == "unit"
     steady = np.arange(500) * 100 * US  # a wave of constant rate: on the grid of its own period
@@ -151,7 +151,7 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
     assert [volts_of(given) for given in ("700 mV", "1.4 v", 1.4, " 2V ")] == [0.7, 1.4, 1.4, 2.0]
 
 
-def test_what_columns_are_called(tmp_path, subtests):
+def test_names_of_columns(tmp_path, subtests):
     rows = "-0.5,0,1\n0.5,1,1\n1.5,0,1\n2.5,0,0\n"
     for head, (names, second) in {
         "Time [s],A,B": (("A", "B"), 1e12), "t / s,CH1 / V,CH2 / V": (("CH1", "CH2"), 1e12),
@@ -179,7 +179,7 @@ def test_a_table_of_numbers_alone_has_times_that_rise(tmp_path):
         assert whole.names == ("D0", "D1") and whole.edges("D1")[0].tolist() == [US, 2 * US, 3 * US]
 
 
-def test_a_head_beside_the_first_rows_loses_none_of_them(tmp_path):
+def test_a_header_next_to_the_first_rows_loses_none_of_them(tmp_path):
     seen = Sampled(wave(), MHZ)
     data = scope_csv(seen, "tektronix").decode()
     found = table(tmp_path, data)
@@ -219,7 +219,7 @@ def test_spikes_move_no_threshold(tmp_path, volts, high, spike):
     assert times[levels != rises].tolist() == [(1000 * n + high) * US for n in range(count)]
 
 
-def test_what_is_no_table_is_read_as_vcd(tmp_path):
+def test_an_invalid_table_is_read_as_vcd(tmp_path):
     for data, says in ((b"", "is empty"), (b"\x1f\x8b,,", "gunzip"), (b"hello", "no VCD file begins like this")):
         with pytest.raises(WaveformError, match=says):
             table(tmp_path, data)
@@ -240,7 +240,7 @@ def test_what_is_no_table_is_read_as_vcd(tmp_path):
         slewline.read_waveforms(tmp_path)
 
 
-def test_a_real_number_is_no_step(tmp_path):
+def test_a_real_number_is_not_a_step(tmp_path):
     path = tmp_path / "a.vcd"
     path.write_text("$timescale 1 us $end $var real 64 ! A0 $end $enddefinitions $end\n#0 r1.5 !\n#1 r2 !\n")
     with pytest.raises(UsageError, match="A0 is a real variable, which has no levels; name a wire"):

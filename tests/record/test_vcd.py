@@ -257,14 +257,14 @@ def test_stream_writes_the_same_bytes_whatever_the_calls(lively, tmp_path, seed,
     assert (tmp_path / "b.vcd").read_bytes() == (tmp_path / "a.vcd").read_bytes()
 
 
-def test_stream_that_is_closed_at_once_has_the_levels(rig, tmp_path):
+def test_stream_that_is_closed_immediately_has_the_levels(rig, tmp_path):
     rig.recorder.record(rig.net("x.slew", pull=1))
     rig.kernel.run(7_777)
     VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder).close()
     assert body(tmp_path / "a.vcd") == "#7\n$dumpvars\n1!\n$end\n"
 
 
-def test_stream_that_comes_too_late_says_so_and_leaves_nothing(rig, tmp_path):
+def test_stream_that_comes_too_late_is_refused_and_leaves_nothing(rig, tmp_path):
     net = rig.net("x.slew", pull=1)
     rig.recorder.record(net, 1_000_000)
     with (
@@ -278,7 +278,7 @@ def test_stream_that_comes_too_late_says_so_and_leaves_nothing(rig, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_stream_may_be_closed_twice_and_asks_at_once(rig, tmp_path):
+def test_stream_may_be_closed_twice_and_checks_its_nets_immediately(rig, tmp_path):
     small(rig)
     with VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder, start=1_000, buses="whole") as stream:
         stream.write_until(12_000)

@@ -30,7 +30,7 @@ class Staircase:
         return np.append(start, self.times[inside]), np.append(now, self.heights[inside])
 
 
-def told(*texts: tuple[int, str]) -> TextSource:
+def differences(*texts: tuple[int, str]) -> TextSource:
     return TextSource("x.said", lambda start, stop: [each for each in texts if start <= each[0] <= stop])
 
 
@@ -45,7 +45,7 @@ def moving(rig):
 def test_reals_and_strings_to_the_byte(rig, tmp_path):
     moving(rig)
     curve = CurveSource("x.velocity", Staircase((5_000, SEVENTH), (9_000, np.nan), (9_400, -3.0), (12_000, np.nan)))
-    texts = told((2_000, "P 300"), (5_100, "a\\b"), (5_900, "zwölf µs"))
+    texts = differences((2_000, "P 300"), (5_100, "a\\b"), (5_900, "zwölf µs"))
     write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 1_000, 21_000, values=[curve, texts], comments=["x: CY525"])
     assert (
         (tmp_path / "a.vcd").read_text()
@@ -85,7 +85,9 @@ rnan "
 def test_pyvcd_reads_the_same(rig, tmp_path):
     moving(rig)
     curve = CurveSource("x.position", Staircase((5_000, SEVENTH), (9_000, 1.0), (9_400, -3.0), (9_900, 1e-9)))
-    write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 30_000, values=[curve, told((7_000, "go"), (7_000, "on"))])
+    write_vcd(
+        tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 30_000, values=[curve, differences((7_000, "go"), (7_000, "on"))]
+    )
     assert waveform.read(tmp_path / "a.vcd")[1] == {
         "x.slew": [(0, "1"), (5, "0"), (20, "1")],
         "x.position": [(0, 0.0), (5, SEVENTH), (9, 1e-9)],
@@ -100,7 +102,7 @@ def test_parts_and_streams_give_the_same_bytes(lively, tmp_path, monkeypatch, se
         random = np.random.default_rng(seed)
         times = np.unique(random.integers(1, 80_000_000, 150)).tolist()
         curve = Staircase(*zip(times, random.integers(-3, 3, len(times)) / 3, strict=True))
-        return [CurveSource("x.v", curve), told(*((ps, f"at {ps}") for ps in times[::7]))]
+        return [CurveSource("x.v", curve), differences(*((ps, f"at {ps}") for ps in times[::7]))]
 
     rig, other = lively(seed, events=60), lively(seed, events=60, keep=3_000_000)
     rig.kernel.run(80_000_000)
@@ -120,7 +122,7 @@ def test_parts_and_streams_give_the_same_bytes(lively, tmp_path, monkeypatch, se
     assert stream.lost == saved.lost
 
 
-def test_reals_may_stand_in_a_chunk_of_an_hour_of_picoseconds(rig, tmp_path, monkeypatch):
+def test_reals_may_be_in_a_chunk_of_an_hour_of_picoseconds(rig, tmp_path, monkeypatch):
     """Time and code of a change share 63 bits: times count from the first change of the chunk."""
     rig.recorder.record(rig.net("x.slew", pull=1))
     hour = 3600 * 10**12
@@ -142,7 +144,7 @@ def test_reals_may_stand_in_a_chunk_of_an_hour_of_picoseconds(rig, tmp_path, mon
     assert sum(line.startswith("r") for line in lines) == 9_997
 
 
-def test_strings_have_names_that_nobody_takes_for_a_change():
+def test_strings_have_names_that_are_not_mistaken_for_a_change():
     """A reader that skips a string goes on at its identifier: "1" would be a level, "#" the next instant."""
     kinds = ["wire", "real", "string"] * 2000
     names = identifiers([Variable(f"v{number}", kind) for number, kind in enumerate(kinds)])  # type: ignore[arg-type]

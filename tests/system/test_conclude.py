@@ -36,7 +36,7 @@ def bench():
     return found
 
 
-def test_a_run_until_idle_tells_it_once(bench):
+def test_a_run_until_idle_reports_it_once(bench):
     bench.run("1 ms")
     assert told(bench) == []
     bench.run_until_idle()
@@ -47,7 +47,7 @@ def test_a_run_until_idle_tells_it_once(bench):
     assert told(bench) == [("left", "line 1 is left", now)]
 
 
-def test_it_is_told_again_when_it_has_changed_or_was_not_left_in_between(bench):
+def test_it_is_reported_again_when_it_has_changed_or_was_not_left_in_between(bench):
     for bench["x"].said in (1, 2, 0, 2):
         bench.run_until_idle()
     assert [text for _, text, _ in told(bench)] == ["line 1 is left", "line 2 is left", "line 2 is left"]
@@ -68,7 +68,7 @@ def test_in_asyncio_too(bench):
     assert len(told(bench)) == 1
 
 
-def test_a_replay_tells_it_at_the_same_instants(tmp_path):
+def test_a_replay_reports_it_at_the_same_instants(tmp_path):
     path = tmp_path / "journal.jsonl"
     bench = slewline.Bench(journal=path)
     host = bench.host(bench.add(Forgetful, name="x", straps=STRAPS))
@@ -91,7 +91,7 @@ def test_a_program_that_hangs_up_has_left_it_over():
     assert len(told(module.bench)) == 1
 
 
-def test_a_module_of_a_test_tells_it_in_until_idle_and_in_the_report_of_a_failure():
+def test_a_module_of_a_test_reports_it_in_until_idle_and_in_the_report_of_a_failure():
     module = running(Forgetful)
     assert told(module.bench) == []
     module.until_idle()
@@ -103,7 +103,7 @@ def test_a_module_of_a_test_tells_it_in_until_idle_and_in_the_report_of_a_failur
 
 
 @pytest.mark.parametrize("pace", [Lockstep, Paced])
-def test_a_server_tells_it_when_a_host_has_left(pace):
+def test_a_server_reports_it_when_a_host_has_left(pace):
     bench = slewline.Bench()
     server = Server(bench, pace(bench))
     line = server.line(bench.add(Forgetful, name="x", straps=STRAPS))
@@ -118,7 +118,7 @@ def test_a_server_tells_it_when_a_host_has_left(pace):
     assert len(told(bench)) == 1
 
 
-def test_a_command_whose_end_does_not_come_is_told_unless_time_stands():
+def test_a_command_whose_end_does_not_come_is_reported_unless_time_is_stopped():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))
     line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
@@ -138,7 +138,7 @@ def test_a_command_whose_end_does_not_come_is_told_unless_time_stands():
     server.close()
 
 
-def test_a_line_that_has_just_begun_is_not_told_for_the_one_before_it_that_was_late():
+def test_a_line_that_has_just_begun_is_not_reported_for_the_late_one_before_it():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))
     line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
@@ -154,7 +154,7 @@ def test_a_line_that_has_just_begun_is_not_told_for_the_one_before_it_that_was_l
     server.close()
 
 
-def test_a_server_that_ends_tells_it():
+def test_a_server_that_ends_reports_it():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))
     bench.add(Forgetful, name="x", straps=STRAPS)
@@ -163,7 +163,7 @@ def test_a_server_that_ends_tells_it():
 
 
 @pytest.mark.parametrize("how", [(), ("--until", "50 ms"), ("--timeout", "50 ms")])
-def test_slewline_run_tells_it_however_it_ends(how, tmp_path, monkeypatch, capfd):
+def test_slewline_run_reports_it_however_it_ends(how, tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(Forgetful.__base__, "left_over", Forgetful.left_over)
     monkeypatch.setattr(Forgetful.__base__, "said", 1, raising=False)
     script = tmp_path / "script.txt"

@@ -148,7 +148,7 @@ def test_sources_lean_on_nothing_that_only_posix_has() -> None:
     assert not found
 
 
-def test_what_is_leant_on_is_found() -> None:
+def test_uses_of_the_operating_system_are_found() -> None:
     source = "import fcntl, os\nfrom pty import spawn\ndef f():\n    import tty\n    os.pipe(); os.path; signal.SIGHUP"
     assert set(leans(ast.parse(source))) == {"fcntl", "pty", "os.pipe", "signal.SIGHUP"}
 

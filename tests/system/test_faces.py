@@ -40,7 +40,7 @@ def ours(modules: set[str]) -> set[str]:
 
 
 @pytest.mark.system
-def test_what_is_asked_for_is_loaded_and_nothing_else() -> None:
+def test_only_requested_modules_are_loaded() -> None:
     light = {"slewline", "slewline.lazy", "slewline.version"}
     assert ours(loaded("import slewline")) == light
     assert ours(loaded("import slewline.build")) == {*light, "slewline.build"}
@@ -147,14 +147,14 @@ def everything() -> Iterator[object]:
         yield bench.part(kind, on=shaft if part_class(kind).sits == "must" else None, **GIVEN.get(kind, {}))
 
 
-def test_every_public_name_stands_on_a_page_and_they_are_few() -> None:
+def test_every_public_name_is_on_a_page_and_they_are_few() -> None:
     for thing in everything():
         names = public(thing)
         assert names <= written(*FOR_AUTHORS), thing
         assert len(names) <= next(most for cls, most in MOST.items() if isinstance(thing, cls)), thing
 
 
-def test_dir_lists_what_users_find_on_their_pages_and_nothing_that_authors_work_with() -> None:
+def test_dir_lists_names_on_pages_for_users_and_none_for_authors() -> None:
     for thing in everything():
         listed = {name for name in dir(thing) if not name.startswith("_")}
         assert listed <= public(thing) & written(*FOR_USERS), thing

@@ -33,7 +33,7 @@ def samples(tmp_path_factory):
 # ------------------------------------------------------------------------------------------------------ what is no file
 @pytest.mark.posix
 @pytest.mark.parametrize("kind", [kind for kind in READERS if kind != "tune log"])  # which is written to
-def test_what_is_no_regular_file_is_refused(samples, kind, tmp_path):
+def test_an_irregular_file_is_refused(samples, kind, tmp_path):
     """A FIFO would be waited for, a device may do anything, and a folder is none."""
     for path in samples.paths[kind]:
         target = tmp_path / path.name
@@ -149,7 +149,7 @@ def test_a_link_in_the_folder_or_below_is_made_there(folder):
 
 @pytest.mark.posix
 @pytest.mark.parametrize("name", ["out/x", "round/x", "round/deeper/x", "out/mine/x", "nowhere/x"])
-def test_no_link_on_the_way_to_a_link_is_followed(folder, name):
+def test_no_link_in_the_path_to_a_link_is_followed(folder, name):
     with pytest.raises(UsageError, match="name a link in a writable directory that is not itself a link"):
         DeviceLink(place(folder, name), "/dev/pts/99999")
     assert not [path for path in folder.parent.rglob("*") if path.name == "x"]
@@ -177,7 +177,7 @@ def test_a_link_is_removed_where_it_was_made_whatever_its_folder_is_called_then(
 
 
 @pytest.mark.posix
-def test_a_link_takes_the_place_of_nothing_but_an_old_link_of_ours(folder):
+def test_a_link_replaces_only_an_old_link_of_slewline(folder):
     (folder / "data").write_text("precious")
     (folder / "other").symlink_to("/etc/hostname")
     for name in ("data", "other", "below"):
@@ -337,7 +337,7 @@ def test_allow_code_is_for_a_dialogue(call, tmp_path):  # noqa: F811
     )
 
 
-def test_what_is_named_in_python_is_the_word_of_the_caller(tmp_path):
+def test_names_given_in_python_are_trusted(tmp_path):
     assert isinstance(place(tmp_path, "x"), LinkPlace)
     assert FileGate("b.toml").file("x") == Path("x")
 
@@ -358,7 +358,7 @@ ENTRY = '{"at_us":%s,"last_us":%s,"from":"host","text":%s}'
         ("[" * 100_000, r"line 2: .* is not an entry \(nested too deeply\)"),
     ],
 )
-def test_a_dialogue_of_no_sense_is_told(tmp_path, line, says):
+def test_a_malformed_dialogue_is_reported(tmp_path, line, says):
     path = tmp_path / "s.dialogue"
     path.write_text(f"{json.dumps(HEAD)}\n{line}\n")
     with pytest.raises(UsageError, match=says):
@@ -373,7 +373,7 @@ def test_a_dialogue_of_no_sense_is_told(tmp_path, line, says):
         {"straps": []}, {"straps": {"br0": "0"}}, {"straps": {"br0": True}},
     ],
 )  # fmt: skip
-def test_a_header_of_no_sense_is_told(tmp_path, wrong):
+def test_a_malformed_header_is_reported(tmp_path, wrong):
     path = tmp_path / "s.dialogue"
     path.write_text(json.dumps(HEAD | wrong) + "\n")
     (name,) = wrong

@@ -156,13 +156,13 @@ def test_an_entry_point_is_a_name_like_ours(installed, call):
         bench.add("mx11")
 
 
-def test_no_package_replaces_a_chip_of_ours(lab):
+def test_no_package_replaces_a_built_in_chip(lab):
     install(lab, chips=f"cy525 = {NAME}\nCY_525 = {NAME}\ngs_c200 = {NAME}")
     assert {chip_class(name).__module__.split(".")[0] for name in ("cy525", "gs-c200", "GS_C200")} == {"slewline"}
     assert CATALOGUE.names()[-1] == "cy-525"  # a name as ours are spelled
 
 
-def test_two_packages_that_bring_the_same_name_are_told_apart(lab):
+def test_two_packages_with_the_same_name_are_distinguished(lab):
     install(lab, "my-lab", chips=f"mx10 = {NAME}")
     install(lab, "other-lab", chips=f"mx10 = {NAME}")
     assert chip_class("mx10").__name__ == "Mx10"  # they mean the same
@@ -172,7 +172,7 @@ def test_two_packages_that_bring_the_same_name_are_told_apart(lab):
         chip_class("mx10")
 
 
-def test_an_entry_point_that_leads_nowhere_is_told_with_its_package(lab, call):
+def test_an_entry_point_that_leads_nowhere_is_reported_with_its_package(lab, call):
     install(lab, chips="mx10 = my_lab.mx11:Mx10\nnone = my_lab")
     status, out, err = call("chips")
     assert status == 1 and "gs-c200s" in out
@@ -205,9 +205,9 @@ NO_CHIPS = [
 ]
 
 
-def test_what_names_no_chip_is_told_with_the_remedy(lab, call, subtests):
+def test_an_unknown_chip_is_reported_with_the_remedy(lab, call, subtests):
     for name, says in NO_CHIPS:
-        with subtests.test(name=name, says=says):
+        with subtests.test(name=name, description=says):
             with pytest.raises(UsageError) as error:
                 slewline.Bench().add(name)
             assert says in str(error.value)
@@ -215,18 +215,18 @@ def test_what_names_no_chip_is_told_with_the_remedy(lab, call, subtests):
             assert (status, out) == (2, "") and err.startswith("slewline: ") and says in err
 
 
-def test_a_class_without_a_sheet_is_told_as_a_class_too(lab):
+def test_a_class_without_a_sheet_is_reported_as_a_class_too(lab):
     with pytest.raises(UsageError, match=r"my_lab.bare:Bare: has no sheet"):
         slewline.Bench().add(__import__("my_lab.bare").bare.Bare)
 
 
-def test_a_module_alone_is_unknown_and_the_remedy_says_how_it_is_named(lab):
+def test_a_bare_module_is_unknown_and_the_remedy_shows_its_proper_form(lab):
     with pytest.raises(UnknownName, match=r"a class of your own is module:Class, such as my_lab.mx10:Class"):
         slewline.Bench().add("my_lab.mx10")
 
 
 # ------------------------------------------------------------------------------------------------ on the command line
-def test_the_command_line_takes_a_guest_wherever_it_takes_a_chip(lab, call):
+def test_the_command_line_takes_a_plug_in_wherever_it_takes_a_chip(lab, call):
     written("feed.txt", FEED)
     status, out, _ = call("run", "feed.txt", "--chip", NAME)
     assert status == 0 and "P -> 40" in out and "mx10 (mx10): position 40, 40 steps" in out
@@ -241,7 +241,7 @@ def test_the_command_line_takes_a_guest_wherever_it_takes_a_chip(lab, call):
     assert "error: SPEED speed 0: allowed 1..20000" in call("lint", "long.txt", "--chip", NAME)[1]
 
 
-def test_what_a_class_names_beside_its_sheet_is_used(lab, call):
+def test_names_of_a_class_in_addition_to_its_sheet_are_used(lab, call):
     careful = "my_lab.careful:Careful"
     written("fast.txt", "V9001\n")
     assert "warning: faster than the motor" in call("lint", "fast.txt", "--chip", careful)[1]
@@ -257,14 +257,14 @@ def test_what_a_class_names_beside_its_sheet_is_used(lab, call):
         ramps_of("my_lab.careful:Wrong")
 
 
-def test_a_file_ending_names_what_is_installed(installed, call):
+def test_a_file_extension_names_an_installed_part(installed, call):
     written("feed.mx10", FEED)
     assert "mx10 (mx10): position 40" in call("run", "feed.mx10")[1]
     status, _, err = call("run", written("feed.mx11", FEED))
     assert status == 2 and "or a file name ending in .cy525, " in err and ".mx10; did you mean mx10?\n" in err
 
 
-def test_modules_are_found_in_the_current_directory_behind_all_others(lab, call, monkeypatch):
+def test_modules_are_found_in_the_current_directory_after_all_others(lab, call, monkeypatch):
     written("stranger.py", MX10)
     Path("my_lab").mkdir()
     written("my_lab/__init__.py", "raise RuntimeError('the wrong one')")
@@ -293,7 +293,7 @@ def test_a_bench_file_and_its_journal_are_run_and_replayed(lab, call):
     assert call("lint", "b.toml", "--allow-code")[0] == 0
 
 
-def test_what_is_installed_needs_no_leave_in_files(installed, call):
+def test_installed_parts_need_no_permission_in_files(installed, call):
     written("b.toml", BENCH.replace(NAME, "mx10").replace(LAMP, "lab-lamp"))
     assert call("run", "b.toml", "--journal", "j.jsonl")[0] == 0
     added = [line for line in Path("j.jsonl").read_text().splitlines() if '"do":"add"' in line]
@@ -309,7 +309,7 @@ def test_a_class_that_is_installed_is_kept_by_the_name_of_its_entry_point(instal
     assert set(slewline.replay("j.jsonl").chips) == {"x"}
 
 
-def test_a_class_made_of_ours_is_not_replayed_as_ours(lab):
+def test_a_class_derived_from_ours_is_not_replayed_as_ours(lab):
     bench = slewline.Bench(journal="j.jsonl")
     bench.add("my_lab.ours:Mine", "x")
     assert type(slewline.replay("j.jsonl", allow_code=True)["x"]).__name__ == "Mine"
@@ -326,7 +326,7 @@ def test_a_class_inside_a_function_is_not_found_again(lab):
         slewline.replay("j.jsonl", allow_code=True)
 
 
-def test_a_guest_that_behaves_otherwise_by_now_is_not_replayed(lab):
+def test_a_plug_in_whose_behaviour_has_changed_is_not_replayed(lab):
     bench = slewline.Bench(journal="j.jsonl")
     bench.add(NAME, "x")
     module = sys.modules["my_lab.mx10"]
@@ -346,7 +346,7 @@ def asked(port):
     return port.read_until(b"\r")
 
 
-def test_a_url_opens_a_guest_where_the_caller_allows_it(lab):
+def test_a_url_opens_a_plug_in_where_the_caller_allows_it(lab):
     with serial.serial_for_url(f"slewline://{NAME}?name=guest", 9600, timeout=1, allow_code=True) as port:
         assert asked(port) == b"40\r" and port.chip.sheet.part == "mx10"
         rig = NAMED["guest"]
@@ -365,7 +365,7 @@ def test_a_url_opens_what_is_installed(installed):
 
 
 @pytest.mark.parametrize("on", ["url", pytest.param("tcp", marks=pytest.mark.system)])
-def test_a_test_names_a_guest_or_its_class(lab, on):
+def test_a_test_names_a_plug_in_or_its_class(lab, on):
     for part in (NAME, chip_class(NAME)):
         module = running(part, on)
         try:
@@ -382,7 +382,7 @@ def test_a_test_names_a_guest_or_its_class(lab, on):
 
 
 @pytest.mark.system
-def test_a_guest_is_served(lab):
+def test_a_plug_in_is_served(lab):
     written("b.toml", f'[[chip]]\npart = "{NAME}"\n[[serve]]\ntcp = "127.0.0.1:0"\n')
     command = [sys.executable, "-W", "error", "-c", "from slewline.cli.main import main; main()", "serve"]
     environment = os.environ | {"PYTHONPATH": str(lab)}
@@ -468,7 +468,7 @@ def files(evil):
 
 
 @pytest.mark.parametrize("way", HOSTILE)
-def test_what_comes_from_anybody_runs_no_module(files, way):
+def test_untrusted_files_run_no_module(files, way):
     with pytest.raises(slewline.SlewlineError, match="'evil:X': names a module, and importing it would run its code; "):
         HOSTILE[way]()
     assert not files.exists()
@@ -482,7 +482,7 @@ def test_a_command_runs_a_module_of_a_file_only_where_it_may(files, call, words)
     assert status == 2 and "evil has no 'X'" in err and files.exists()
 
 
-def test_place_and_line_of_a_module_that_is_refused_are_told(files):
+def test_place_and_line_of_a_module_that_is_refused_are_reported(files):
     with pytest.raises(BenchFileError, match=r"^chip.toml, line 1: \[\[chip\]\] 1: chip 'evil:X': names a module"):
         slewline.load("chip.toml")
     with pytest.raises(BenchFileError, match=r"^journal part.jsonl, line 2: part 'evil:X': names a module"):

@@ -226,7 +226,7 @@ HOOKS: dict[str, Callable[[Path], Told]] = {
 
 
 @pytest.mark.parametrize("name", HOOKS)
-def test_two_hear_everything_and_a_third_is_removed_from_inside_a_call(name: str, tmp_path: Path) -> None:
+def test_two_receive_everything_and_a_third_is_removed_from_inside_a_call(name: str, tmp_path: Path) -> None:
     hook, happen = HOOKS[name](tmp_path)
     before, one, two, gone, once = len(hook.listeners), [], [], [], []
 
@@ -247,7 +247,7 @@ def test_two_hear_everything_and_a_third_is_removed_from_inside_a_call(name: str
     assert len(hook.listeners) == before + 2
 
 
-def test_every_hook_of_the_house_is_told_here_and_no_attribute_is_a_place_for_one_listener() -> None:
+def test_every_hook_of_the_house_is_listed_here_and_no_attribute_is_a_place_for_one_listener() -> None:
     """An instance attribute `on_...` is a Hook, or the truth of something (on_bus)."""
     hooks = set()
     for path in SOURCES.rglob("*.py"):

@@ -98,7 +98,7 @@ def test_a_journal_calls_no_method_but_inputs(subtests):
             assert "is not an input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
 
 
-def test_an_attribute_of_a_bench_is_no_part():
+def test_an_attribute_of_a_bench_is_not_a_part():
     for name in ("kernel", "outside", "__class__", "random"):
         with pytest.raises(BenchFileError, match=f"has no .*{name}"):
             replayed(ADD, told(name, "write", "x"))
@@ -120,13 +120,13 @@ OF_BEFORE = [
 ]
 
 
-def test_what_journals_of_before_call_is_a_list_too(subtests):
+def test_calls_in_earlier_journals_are_a_list_too(subtests):
     for entry in OF_BEFORE:
         with subtests.test(entry=entry), pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: "):
             replayed(ADD, HOST, MOTOR, entry)
 
 
-def test_what_a_list_of_inputs_allows_is_replayed():
+def test_inputs_allowed_by_a_list_are_replayed():
     bench = replayed(ADD, HOST, told("pc", "write", "x", [ord("A"), ord("\r")]), called("pc", "call", "verify", "x", 0))
     assert not bench["pc"].idle
 
@@ -176,7 +176,7 @@ class LoudBell(Bell):
         self.rung += 2 * times
 
 
-def test_a_part_of_ones_own_declares_its_inputs():
+def test_a_custom_part_declares_its_inputs():
     bench = slewline.Bench(journal="j.jsonl")
     bench.part(LoudBell, "bell").ring(2)
     again = slewline.replay("j.jsonl", allow_code=True)
@@ -291,7 +291,7 @@ def test_no_option_of_a_journal_imports_or_opens(mark):
     [b"cos\nsystem\n(S'touch it-ran'\ntR.", b"evil:X", b"#!/bin/sh\ntouch it-ran\n"],
     ids=["pickle", "name", "sh"],
 )
-def test_a_state_file_is_no_code_whatever_it_holds(content):
+def test_a_state_file_is_never_code_whatever_its_content(content):
     state = Path("x.eeprom")
     state.write_bytes(content)
     with pytest.raises(SlewlineError, match=r"x.eeprom: is not a memory of slewline"):
@@ -324,7 +324,7 @@ def entry_of_no_sense(entry, name, value):
         assert name in ("slewline", "round", "name", "args", "verb") or value in (None, True, {}, []), changed
 
 
-def test_an_entry_of_no_sense_is_told_with_its_line(subtests):
+def test_a_malformed_entry_is_reported_with_its_line(subtests):
     for number, entry in enumerate(KINDS_OF_ENTRY):
         for value in (None, "gone", [], {}, 1.5, True, -1, 10**30, "x" * 100_000):
             with subtests.test(number=number, do=entry["do"], value=str(value)[:6]):
@@ -345,14 +345,14 @@ NEEDS = [
 ]
 
 
-def test_an_entry_is_told_with_what_it_needs(subtests):
+def test_an_entry_is_reported_with_its_needs(subtests):
     for entry, says in NEEDS:
         place = re.escape(f"journal j.jsonl, {says}")
         with subtests.test(says), pytest.raises(BenchFileError, match=place):
             replayed(ADD, entry)
 
 
-def test_a_journal_entry_of_the_past_is_told():
+def test_a_journal_entry_of_the_past_is_reported():
     with pytest.raises(BenchFileError, match="line 4: run: t 3 is before 5, that of the entry above"):
         replayed(ADD, DRIVE, RUN | {"t": 3})
 
@@ -377,7 +377,7 @@ def test_an_endless_line_of_a_journal_is_not_read(monkeypatch, first):
 
 
 @pytest.mark.parametrize("line", ["[" * 100_000, '{"do": "run", "t": ' + "9" * 5000 + "}", "9" * 5000])
-def test_a_line_that_no_reader_takes_is_no_journal_entry(line):
+def test_a_line_beyond_every_reader_is_not_a_journal_entry(line):
     Path("j.jsonl").write_text(json.dumps(HEAD) + "\n" + line + "\n")
     with pytest.raises(BenchFileError, match=r"j.jsonl, line 2: not a journal entry: "):
         slewline.replay("j.jsonl")

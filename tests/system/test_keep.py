@@ -51,7 +51,7 @@ def asked(bench, x, start, stop):
             yield found.times_ps.tolist(), found.values.tolist()
 
 
-def test_what_is_kept_is_what_a_bench_without_a_bound_says(both):
+def test_kept_data_equal_those_of_a_bench_without_a_bound(both):
     (whole, x), (bounded, y) = both
     assert len(y.motor.past) < 0.5 * len(x.motor.past)
     for start in (SINCE, NOW - 10**10):
@@ -82,7 +82,7 @@ QUESTIONS = {
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
-def test_what_lies_before_is_refused_with_the_remedy(both, question):
+def test_earlier_times_are_refused_with_the_remedy(both, question):
     _, (bounded, y) = both
     with pytest.raises(NotRecorded) as raised:
         QUESTIONS[question](bounded, y, SINCE - 1)
@@ -92,7 +92,7 @@ def test_what_lies_before_is_refused_with_the_remedy(both, question):
     QUESTIONS[question](bounded, y, SINCE)
 
 
-def test_files_and_pictures_begin_with_what_is_kept(both, tmp_path):
+def test_files_and_pictures_begin_with_the_kept_data(both, tmp_path):
     _, (bounded, _) = both
     bounded.save_steps(tmp_path / "steps.csv")
     lines = (tmp_path / "steps.csv").read_text().splitlines()
@@ -103,7 +103,7 @@ def test_files_and_pictures_begin_with_what_is_kept(both, tmp_path):
             save(tmp_path / name, start="2.4 s")
 
 
-def test_a_vcd_file_with_values_begins_with_what_is_kept(tmp_path):
+def test_a_vcd_file_with_values_begins_with_the_kept_data(tmp_path):
     bench, x = shuttling(keep="100 ms")
     bench.record("x.step" if "step" in x.pins else "x.mov")
     bench.run("1 s")
@@ -139,7 +139,7 @@ def test_an_axis_of_cycles_forgets_in_the_midst_of_its_moves(part, monkeypatch):
     assert found[0] == found[1]
 
 
-def test_a_server_keeps_so_many_stretches_and_counts_all_steps(monkeypatch):
+def test_a_server_keeps_the_given_number_of_stretches_and_counts_all_steps(monkeypatch):
     monkeypatch.setattr(kept, "FEWEST", 8)
     monkeypatch.setattr(bench_exchange, "KEPT_STRETCHES", 30)
     bench, x = shuttling()
@@ -159,7 +159,7 @@ def shuttled(seconds):
     return len(x.steps())
 
 
-def test_a_journal_knows_nothing_of_it(tmp_path):
+def test_a_journal_does_not_record_it(tmp_path):
     path = tmp_path / "journal.jsonl"
     bench, x = shuttling(keep="10 ms", journal=path)
     bench.run("1 s")
@@ -169,6 +169,6 @@ def test_a_journal_knows_nothing_of_it(tmp_path):
     assert len(again["x"].steps()) == x.motor.made and again["x"].position == x.position
 
 
-def test_a_duration_is_asked_for():
+def test_a_duration_is_required():
     with pytest.raises(TimeError):
         slewline.Bench(keep=3)

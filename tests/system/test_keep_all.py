@@ -46,13 +46,13 @@ def both():
     return runs
 
 
-def test_one_long_run_forgets_on_the_way_what_parts_have_shown(both):
+def test_one_long_run_forgets_the_old_displays_of_parts(both):
     (_, motor, current), (_, bounded, brief) = both
     assert len(bounded.shaft.past) < len(motor.shaft.past) / 2
     assert len(brief.past) < len(current.past) / 2
 
 
-def test_what_parts_keep_is_what_they_say_without_a_bound(both):
+def test_data_kept_by_parts_equal_those_without_a_bound(both):
     (whole, motor, current), (bounded, same, brief) = both
     times = [2_500 * MS + n * 7_919 * 10**6 for n in range(60)]
     for name in ("motor.position", "current.current"):
@@ -71,7 +71,7 @@ PARTS = {
 
 
 @pytest.mark.parametrize("question", PARTS)
-def test_a_part_refuses_what_lies_before_with_the_remedy(both, question):
+def test_a_part_refuses_earlier_times_with_the_remedy(both, question):
     _, (bounded, _, current) = both
     name = "motor" if question.startswith("position") else "current"
     with pytest.raises(NotRecorded) as raised:
@@ -82,7 +82,7 @@ def test_a_part_refuses_what_lies_before_with_the_remedy(both, question):
     PARTS[question](bounded, current, 2_500 * MS)
 
 
-def test_the_instants_that_listeners_hear_of_are_the_same():
+def test_the_instants_reported_to_listeners_are_the_same():
     heard = []
     for options in ({}, {"keep": "70 ms"}):
         bench, *_ = shuttling(**options)
@@ -93,7 +93,7 @@ def test_the_instants_that_listeners_hear_of_are_the_same():
     assert heard[0] == heard[1]
 
 
-def test_a_wait_for_what_is_foreseen_forgets_on_the_way():
+def test_a_wait_for_a_foreseen_event_forgets_meanwhile():
     bench, motor, _ = shuttling(keep="0.1 s")
     other = bench.add("cy525", "y")
     longest = []
@@ -116,7 +116,7 @@ def test_a_wait_of_asyncio_forgets_when_it_begins():
     assert max(longest) < 200
 
 
-def test_a_picture_without_an_axis_begins_with_what_is_kept(tmp_path):
+def test_a_picture_without_an_axis_begins_with_the_kept_data(tmp_path):
     bench = slewline.Bench(keep="1 ms")
     master = bench.part("quadrature", "master")
     bench.record("master.a")
@@ -161,7 +161,7 @@ CYCLES = {
 
 
 @pytest.mark.parametrize("question", CYCLES)
-def test_cycles_and_what_is_made_of_them_are_refused_before_that(turned, question):
+def test_cycles_and_derived_values_are_refused_before_that(turned, question):
     bench, m = turned
     since = bench.now_ps - 10 * MS
     with pytest.raises(NotRecorded, match="the past is kept only from"):
@@ -169,7 +169,7 @@ def test_cycles_and_what_is_made_of_them_are_refused_before_that(turned, questio
     CYCLES[question](bench, m.axis(1), since)
 
 
-def test_by_default_cycles_begin_with_what_is_kept(turned):
+def test_by_default_cycles_begin_with_the_kept_data(turned):
     bench, m = turned
     assert m.axis(1).cycles().times_ps[0] >= bench.now_ps - 10 * MS
 
@@ -210,7 +210,7 @@ def test_without_keep_every_finding_stays():
 
 
 # ------------------------------------------------------------------------------------------------------- recorded pins
-def test_recorded_pins_and_commands_are_kept_as_long_as_the_bench_says():
+def test_recorded_pins_and_commands_are_kept_for_the_time_set_on_the_bench():
     bench, *_ = shuttling(keep="100 ms")
     bench.record("x.mov")
     bench.run("2 s")
@@ -265,7 +265,7 @@ def test_a_question_is_answered_although_much_has_been_forgotten_meanwhile():
     assert len(host.received) <= 33 < 40 * 11
 
 
-def test_answers_that_nobody_asks_for_are_forgotten():
+def test_answers_that_are_never_requested_are_forgotten():
     bench = slewline.Bench(keep="1 s")
     host = bench.host(bench.add("gs-c200s", "x", straps=STRAPS))
     for _ in range(100):
@@ -286,7 +286,7 @@ def test_results_of_a_script_are_forgotten():
 
 
 # ----------------------------------------------------------------------------------------------------------- by itself
-def test_what_came_before_the_last_mark_goes_when_the_mark_is_old():
+def test_data_before_the_last_mark_are_dropped_when_the_mark_is_old():
     what = bytearray(b"abc")
     recent = Recent(what)
     recent.forget(0, 10)  # a mark

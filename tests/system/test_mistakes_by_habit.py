@@ -296,7 +296,7 @@ def test_a_step_beyond_the_last_is_an_index_error_so_that_a_loop_over_steps_ends
     assert errors.NoSuchStep.__mro__.index(IndexError) and steps[np.int64(-1)] == steps[39]
 
 
-def test_registers_and_pins_are_dicts_in_all_other_ways():
+def test_registers_and_pins_otherwise_behave_like_dicts():
     x = World()["x"]
     registers = x.registers
     assert isinstance(registers, dict) and registers.get("R") is None and "R" not in registers
@@ -324,7 +324,7 @@ def test_whole_numbers_of_numpy_are_whole_numbers():
     assert world["h"].verify(np.int64(0)) == b"00040"
 
 
-def test_a_wait_for_an_instruction_names_those_that_there_are():
+def test_a_wait_for_an_instruction_lists_the_existing_ones():
     world = World()
     world["h"].send("E\rP 3\r0\r")
     world["b"].run_until_idle()
@@ -344,7 +344,7 @@ class Mine(slewline.Bench):
         self.motor = self.add("cy525")
 
 
-def test_benches_and_chips_of_ones_own_have_attributes_of_their_own():
+def test_custom_benches_and_chips_have_attributes_of_their_own():
     bench = Mine()
     bench.driver = "mine"
     assert (bench.motor.name, bench.driver) == ("cy525", "mine")
@@ -363,7 +363,7 @@ def test_waveforms_have_no_items(tmp_path):
         slewline.read_vcd(name)["x.pulse"]
 
 
-def test_a_function_is_no_coroutine():
+def test_a_function_is_not_a_coroutine():
     async def main():
         pass
 
@@ -388,7 +388,7 @@ def told(bench, code):
 @pytest.mark.parametrize(
     ("part", "enter", "ends"), [("gs-c200", "P", "E ends it"), ("gs-c200s", "Po", "E or Px ends it")]
 )
-def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part, enter, ends):
+def test_an_unended_program_is_reported_at_rest_unless_it_has_been_kept(part, enter, ends):
     bench = slewline.Bench()
     host = bench.host(bench.add(part, straps={"chs": 0}))
     for line in (enter, "S10", "T50"):
@@ -405,7 +405,7 @@ def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part
 
 
 @pytest.mark.parametrize("part", ["cy500", "cy512", "cy525", "cy545", "cy545b"])
-def test_a_program_without_its_q_is_told_at_rest_once(part):
+def test_a_program_without_its_q_is_reported_at_rest_once(part):
     bench = slewline.Bench()
     host = bench.host(bench.add(part))
     for line in ("R 80\r", "E\rP 300\r0\r", "P 0\r"):
@@ -424,7 +424,7 @@ def test_a_program_without_its_q_is_told_at_rest_once(part):
     assert told(bench, "unfinished") == [text] * 2 and not bench.chips[host.chip.name].left_over()
 
 
-def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():
+def test_a_p_of_a_cy500_that_waits_for_its_g_is_reported_at_rest():
     bench = slewline.Bench()
     host = bench.host(bench.add("cy500"))
     host.send("A\rR 100\rF 10\rP 300\r")
@@ -438,7 +438,7 @@ def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():
 
 
 @pytest.mark.parametrize("command", ["SET_RATIO 5", "GET_ACTL_POS"])
-def test_a_command_that_needs_an_encoder_is_told_once_of_a_part_without(command):
+def test_a_command_that_needs_an_encoder_is_reported_once_for_a_part_without(command):
     for part, codes in (("mc1451a", ["no-encoder"]), ("mc1451a-e", [])):
         bench = slewline.Bench()
         bench.host(bench.add(part)).send(f"{command}\n{command}\n")
@@ -453,7 +453,7 @@ def test_a_command_that_needs_an_encoder_is_told_once_of_a_part_without(command)
     ]
 
 
-def test_a_wait_that_ends_in_vain_says_what_has_no_update():
+def test_a_failed_wait_lists_the_settings_without_an_update():
     world = World()
     host = world["mh"]
     for command in ("SET_POS", "SET_VEL"):
@@ -472,7 +472,7 @@ def test_a_wait_that_ends_in_vain_says_what_has_no_update():
 
 
 @pytest.mark.parametrize("command", ["M", "X", "H+", "E", "S10"])
-def test_what_has_no_effect_on_a_busy_module_is_told_once_in_a_run(command):
+def test_commands_without_effect_on_a_busy_module_are_reported_once_in_a_run(command):
     bench = slewline.Bench()
     host = bench.host(bench.add("gs-c200s", straps={"chs": 0}))
     for line in ("Po", "S10", "T50", "R10", "+90000", "E"):
@@ -485,7 +485,7 @@ def test_what_has_no_effect_on_a_busy_module_is_told_once_in_a_run(command):
 def test_a_server_names_the_chip_whose_uart_only_receives():
     heard = []
     bench = slewline.Bench()
-    server = Server(bench, Lockstep(bench), tell=heard.append)
+    server = Server(bench, Lockstep(bench), report=heard.append)
     server.line(bench.add("cy525", name="feeder"))
     server.close()
     assert any("the UART of feeder only receives: commands are not answered" in text for text in heard)

@@ -581,7 +581,7 @@ def calls_with_keywords():
 
 
 @pytest.mark.parametrize("call", [pytest.param(call, id=name) for name, call in calls_with_keywords()])
-def test_a_keyword_that_there_is_not_is_answered_with_those_that_there_are(call):
+def test_an_unknown_keyword_is_answered_with_the_existing_ones(call):
     names = [
         name
         for name, of in inspect.signature(call).parameters.items()

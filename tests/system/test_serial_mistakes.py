@@ -129,7 +129,7 @@ def deaf() -> str:
 def start(part: str) -> str:
     """The words of a server at its start."""
     stand, said = slewline.Bench(), list[str]()
-    server = Server(stand, Lockstep(stand), tell=said.append)
+    server = Server(stand, Lockstep(stand), report=said.append)
     server.line(stand.add(part))
     server.close()
     return "\n".join(said)
@@ -315,7 +315,7 @@ def told_what_it_takes(mistake: Mistake) -> None:
     assert not missing, f"{missing} not in:\n{text}"
 
 
-def test_a_mistake_is_told_with_its_place_and_its_remedy(subtests: pytest.Subtests) -> None:
+def test_a_mistake_is_reported_with_its_place_and_its_remedy(subtests: pytest.Subtests) -> None:
     for mistake in MISTAKES:
         if mistake.surface not in SERVED and (mistake.surface not in ON_POSIX or hasattr(os, "openpty")):
             with subtests.test(f"{mistake.name}, {mistake.surface}"):
@@ -332,5 +332,5 @@ ROWS = [
 @pytest.mark.system
 @pytest.mark.parametrize("mistake", ROWS, ids=lambda mistake: f"{mistake.name}, {mistake.surface}".replace(" ", "_"))
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated:DeprecationWarning")
-def test_a_mistake_behind_a_port_is_told_with_its_place_and_its_remedy(mistake: Mistake) -> None:
+def test_a_mistake_through_a_port_is_reported_with_its_place_and_its_remedy(mistake: Mistake) -> None:
     told_what_it_takes(mistake)

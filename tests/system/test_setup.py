@@ -73,7 +73,7 @@ def machine(monkeypatch):
     return machine
 
 
-def test_an_old_python_is_told_what_to_install(setup, monkeypatch, capsys):
+def test_an_old_python_is_reported_with_the_version_to_install(setup, monkeypatch, capsys):
     monkeypatch.setattr(sys, "version_info", (3, 9, 18, "final", 0))
     assert setup.main(["dev"]) == 1
     message = capsys.readouterr().err
@@ -171,7 +171,7 @@ def test_without_any_maker_all_of_them_are_named(setup, monkeypatch, capsys):
 
 
 # ---------------------------------------------------------------------------------------------------------------- tasks
-def test_make_has_a_task_for_every_task_and_says_the_same_of_it(setup):
+def test_make_has_a_task_for_every_task_and_the_same_description(setup):
     told = re.findall(r"^([a-z-]+): ## (.*)$", MAKEFILE, re.MULTILINE)
     assert told == [(name, what) for name, _, what, _ in setup.TASKS if name not in ("run", "dev")]
     assert re.search(r"^TASKS := (.*)$", MAKEFILE, re.MULTILINE)[1].split() == [name for name, _ in told]
@@ -208,13 +208,13 @@ def test_the_core_is_compiled_again_when_a_source_file_has_changed(setup, machin
 
 
 @pytest.mark.parametrize("task, runs", [("test-compiled", [True]), ("test-long", [False, True])])
-def test_tasks_over_the_compiled_build_say_so_to_pytest(setup, machine, source, task, runs):
+def test_tasks_over_the_compiled_build_notify_pytest(setup, machine, source, task, runs):
     assert setup.main([task]) == 0
     assert machine.installed == [".venv", "dev.lock", "compiled.lock", "", ""]
     assert ["tests.compiled" in call for call in machine.ran] == runs
 
 
-def test_a_build_that_fails_says_that_there_is_another_one(setup, machine, source, capsys):
+def test_a_build_that_fails_mentions_the_alternative(setup, machine, source, capsys):
     assert setup.main(["dev"]) == 0
     machine.online = False
     (Path(setup.ROOT) / ".venv/stamp-compiled").touch()
@@ -239,7 +239,7 @@ def test_windows_has_scripts(setup, machine, monkeypatch):
     assert machine.ran == [["Scripts", "-m", "slewline", "demo"]]
 
 
-def test_windows_locks_a_byte_far_behind_the_end(setup, monkeypatch):
+def test_windows_locks_a_byte_far_beyond_the_end(setup, monkeypatch):
     locked = []
 
     def locking(file, mode, length):
@@ -296,7 +296,7 @@ def test_a_checkout_that_can_only_be_read_gets_its_environment_elsewhere(setup, 
     assert {path for path in frozen.rglob("*") if "caches" not in path.parts} == before
 
 
-def test_where_nothing_can_be_written_a_remedy_is_told(setup, frozen, monkeypatch, capsys):
+def test_without_a_writable_place_a_remedy_is_reported(setup, frozen, monkeypatch, capsys):
     (frozen / "file").touch()
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.setenv(name, str(frozen / "file"))

@@ -40,7 +40,7 @@ def test_a_folder_is_gone_when_it_is_left(place):
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_what_a_killed_process_has_left_is_removed_by_the_next_one_and_nothing_else(place):
+def test_leftovers_of_a_killed_process_and_nothing_else_are_removed_by_the_next_one(place):
     code = HOLDS.replace("PLACE", repr(str(place)))
     started = [
         subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)

@@ -66,7 +66,7 @@ def run(request):
 
 
 # -------------------------------------------------------------------------------------------------- two modules at once
-def test_one_host_runs_two_modules_at_once(run):
+def test_one_host_runs_two_modules_at_the_same_time(run):
     told = []
 
     async def main():
@@ -142,7 +142,7 @@ def test_sleeps_and_timeouts_are_virtual(run):
     run(main)
 
 
-def test_time_stands_still_while_a_task_has_work_to_do():
+def test_time_does_not_advance_while_a_task_has_work_to_do():
     async def main():
         bench = bench_of("x")
         await bench.wait("1 ms")
@@ -163,7 +163,7 @@ def test_time_stands_still_while_a_task_has_work_to_do():
     aio.run(main())
 
 
-def test_time_stands_still_while_a_thread_works():
+def test_time_does_not_advance_while_a_thread_works():
     async def main():
         bench = bench_of("x")
         other = asyncio.create_task(bench.wait("1 s"))
@@ -189,7 +189,7 @@ def test_a_call_that_is_not_awaited_lets_time_pass_for_all():
     aio.run(main())
 
 
-def test_a_bench_that_was_run_before_goes_on():
+def test_a_bench_that_was_run_before_continues():
     bench = bench_of("x")
     bench.run("250 ms")
 
@@ -213,7 +213,7 @@ def test_a_port_that_was_closed_is_forgotten_by_the_loop():
 
 
 @pytest.mark.system
-def test_the_real_world_is_heard():
+def test_real_world_events_are_received():
     """A thread outside of the loop's own calls in; a socket answers."""
 
     async def main():
@@ -242,7 +242,7 @@ def test_the_real_world_is_heard():
 
 
 # -------------------------------------------------------------------------------------------------- what does not come
-def test_what_does_not_come_about_says_who_waits_for_what(run):
+def test_an_unmet_condition_is_reported_with_the_waiting_task(run):
     async def main():
         bench = bench_of("x")
         bench["x_host"].send("U\r")
@@ -258,7 +258,7 @@ def test_what_does_not_come_about_says_who_waits_for_what(run):
     run(main)
 
 
-def test_a_wait_that_is_cancelled_leaves_nothing_behind():
+def test_a_wait_that_is_cancelled_leaves_no_trace():
     async def main():
         bench = bench_of("x")
         x = bench["x"]
@@ -275,7 +275,7 @@ def test_a_wait_that_is_cancelled_leaves_nothing_behind():
     aio.run(main())
 
 
-def test_a_loop_in_which_nothing_is_going_to_happen_ends(monkeypatch):
+def test_a_loop_in_a_deadlock_ends(monkeypatch):
     monkeypatch.setattr(aio, "GRACE_S", 0.05)
 
     async def main():
@@ -287,7 +287,7 @@ def test_a_loop_in_which_nothing_is_going_to_happen_ends(monkeypatch):
         aio.run(main())
 
 
-def test_what_is_no_condition_is_refused():
+def test_an_invalid_condition_is_refused():
     async def main():
         with pytest.raises(UsageError, match=r"until\(5\): expected a condition"):
             await bench_of("x").until(5)
@@ -296,7 +296,7 @@ def test_what_is_no_condition_is_refused():
 
 
 @pytest.mark.parametrize("runner", [asyncio.run, lambda main: anyio.run(lambda: main)], ids=["asyncio", "anyio"])
-def test_a_loop_of_the_wall_clock_is_told_what_to_do(runner):
+def test_a_loop_of_the_wall_clock_raises_with_a_remedy(runner):
     async def main():
         bench = bench_of("x")
         for wait in (bench.until(bench["x"].reaches(1)), bench.until_idle(), bench.wait("1 ms")):

@@ -264,7 +264,7 @@ class Host:
             assert self.tries < 1000
 
 
-def test_a_host_that_survives_an_unplugged_adapter_goes_on(slewline_module):
+def test_a_host_that_survives_an_unplugged_adapter_continues(slewline_module):
     module = slewline_module("gs-c200s", straps={"chs": 0})
     host = Host(module.url, **SETTINGS)
     module.faults.unplugged(at=module.now + 20 * 10**9, lasting="1 s")
@@ -293,6 +293,6 @@ def test_so_it_does_on_a_port_of_the_machine(slewline_module, on):
     host.port.close()
 
 
-def test_what_is_on_a_bus_has_no_port_to_be_unplugged(cy525):
+def test_a_part_on_a_bus_has_no_port_to_be_unplugged(cy525):
     with pytest.raises(slewline.errors.UsageError, match=r"has no port; it is on a bus"):
         cy525.faults.unplugged()

@@ -35,7 +35,7 @@ def differs(says, assertion, *arguments, **more):
 
 
 # ---------------------------------------------------------------------------------------------------------------- time
-def test_time_passes_as_the_test_says_and_no_further(gs_c200s):
+def test_time_advances_by_the_steps_of_the_test_and_no_further(gs_c200s):
     began = gs_c200s.now
     gs_c200s.advance("250 ms")
     assert gs_c200s.now - began == 250 * 10**9
@@ -58,7 +58,7 @@ def test_until_a_level_a_condition_or_a_function(moving):
     moving.until_idle()
 
 
-def test_what_never_comes_says_who_waits_for_what(gs_c200s):
+def test_a_timeout_names_the_awaited_level_and_the_waiting_chip(gs_c200s):
     start(gs_c200s, "W1")
     gs_c200s.pin("ui1").drive(0)
     start_again = gs_c200s.ask("K"), gs_c200s.ask("E")
@@ -164,7 +164,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
 
 
 @pytest.mark.parametrize("what", [None, "200", 200.0], ids=repr)
-def test_what_steps_cannot_be_compared_with(gs_c200s, what):
+def test_objects_that_steps_cannot_be_compared_with(gs_c200s, what):
     with pytest.raises(UsageError, match="expected a number, instants, or the steps of another run"):
         gs_c200s.assert_steps(what)
     with pytest.raises(UsageError, match=r"assert_steps\(<gs-c200s on url: .*such as other\.chip\.steps\(\)"):
@@ -243,7 +243,7 @@ def test_a_wrong_parity(gs_c200s):
 
 
 @pytest.mark.parametrize("to", ["module", "host"])
-def test_a_late_byte_and_what_is_behind_it(gs_c200s, to):
+def test_a_late_byte_and_those_after_it(gs_c200s, to):
     gs_c200s.ask("F")
     began = gs_c200s.now
     gs_c200s.ask("F")
@@ -295,7 +295,7 @@ def test_a_limit_that_bounces_at_instants_of_the_seed(slewline_module):
     assert edges(1) == edges(1) != edges(2)
 
 
-def test_enable_held_low_at_an_instant_for_a_time(moving):
+def test_enable_kept_low_at_an_instant_for_a_time(moving):
     begin = moving.now + 50 * 10**9
     moving.faults.enable_held_low(at=begin, lasting="200 ms")
     moving.until_idle()
@@ -345,7 +345,7 @@ def test_a_face_that_is_not_there():
         running("gs-c200s", on="usb")
 
 
-def test_a_server_that_has_ended_is_what_the_report_tells(slewline_module):
+def test_the_report_names_a_server_that_has_ended(slewline_module):
     module = slewline_module("gs-c200s", on="tcp")
     module.rig.server.stop()
     module.rig.thread.join()

@@ -18,7 +18,7 @@ def changed(n, event):
     return [*STEPS[: n - 1], event, *STEPS[n:]]
 
 
-def test_no_difference_is_no_text():
+def test_equality_gives_an_empty_text():
     assert told(list(STEPS)) == ""
     assert told([], []) == ""
 
@@ -38,7 +38,7 @@ def test_one_that_is_late_or_early():
         (90_000, "90 ns late"),
     ],
 )
-def test_whole_ticks_of_a_crystal_are_told_as_ticks(late_ps, said):
+def test_whole_ticks_of_a_crystal_are_reported_as_ticks(late_ps, said):
     assert told(changed(4, (4 * 10**9 + late_ps, 1)), hz=11_000_000).startswith(f"step 4 is {said}: ")
 
 
@@ -57,7 +57,7 @@ def test_how_many_more_there_are():
     assert told(found[:4]).endswith("; 1 more are wrong; 4 steps found, expected 5")
 
 
-def test_what_is_missing_at_the_end():
+def test_missing_steps_at_the_end():
     assert told(STEPS[:3]) == "2 steps missing at the end: 3 found, expected 5; the first is cw at 4 ms"
     assert told(STEPS[:4]) == "1 step missing at the end: 4 found, expected 5; the first is cw at 5 ms"
     assert told(STEPS, STEPS[:2]) == "3 steps too many at the end: 5 found, expected 2; the first is cw at 3 ms"

@@ -63,7 +63,7 @@ def test_a_part_on_a_bus_is_spoken_to_by_its_host(module, request):
 
 
 @pytest.mark.parametrize("module", CHIPSETS, indirect=True)
-def test_each_axis_of_a_chipset_is_asked_for_its_steps(module):
+def test_each_axis_of_a_chipset_is_queried_for_its_steps(module):
     assert module.ask("GET_VRSN") > 0
     last = module.chip.sheet.axes
     axis = module.host.axis(last)

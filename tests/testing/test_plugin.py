@@ -106,7 +106,7 @@ def test_it_works(run):
     run(GOOD, "--strict-markers").assert_outcomes(passed=6)
 
 
-def test_what_goes_wrong_is_told(run):
+def test_failures_are_reported(run):
     result = run(BAD + "def test_that_passes(gs_c200s):\n    gs_c200s.ask('F')\n", "-rA")
     result.assert_outcomes(passed=1, failed=1, errors=1)
     result.stdout.fnmatch_lines(REPORT)
@@ -134,7 +134,7 @@ def test_fixtures_have_the_names_of_their_parts(run):
 
 
 @pytest.mark.system
-def test_a_run_that_does_not_use_it_loads_nothing_of_the_simulator(run):
+def test_a_run_that_does_not_use_it_never_loads_the_simulator(run):
     code = """
 import sys
 

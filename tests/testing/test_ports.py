@@ -37,7 +37,7 @@ def test_text_is_refused_as_a_real_port_does(ports):
         port.write("V1\r")
 
 
-def test_every_way_to_open_it(ports):
+def test_every_form_of_opening_it(ports):
     with serial.Serial(NAME, **SETTINGS) as port:
         assert ask(port) == b"V+0\r" and isinstance(port, serial.Serial)
     with serial.serial_for_url(NAME, **SETTINGS) as port:
@@ -77,7 +77,7 @@ def test_settings_lines_breaks_and_buffers_are_those_of_the_module(ports):
             port.fileno()
 
 
-def test_what_only_ports_of_another_system_have(ports):
+def test_attributes_of_ports_of_another_system(ports):
     """A program for Windows sets the size of buffers; for other ports of this system that stays an error."""
     with serial.Serial(NAME) as port:
         port.set_buffer_size(rx_size=65536)
@@ -142,7 +142,7 @@ def test_a_module_without_a_line_in_this_process_is_refused(slewline_ports, slew
         slewline_ports({"COM3": slewline_module(part, on=face)})
 
 
-def test_serialx_finds_it_by_every_way(ports):
+def test_serialx_finds_it_by_every_method(ports):
     settings = {"baudrate": 9600, "byte_size": 7, "parity": "O", "stopbits": 2}
     for make in (SerialOfSerialx, serialx.Serial, serialx.serial_for_url):
         with make(NAME, read_timeout=1, **settings) as port:
@@ -167,7 +167,7 @@ def test_serialx_finds_it_by_every_way(ports):
     assert ports[NAME].rig.line.host is None
 
 
-def test_nothing_of_serialx_is_touched_afterwards():
+def test_serialx_is_not_touched_afterwards():
     assert "_found" not in vars(serialx.Serial)
     with pytest.raises(NOBODY):
         SerialOfSerialx(NAME).open()
@@ -176,7 +176,7 @@ def test_nothing_of_serialx_is_touched_afterwards():
 
 
 @pytest.mark.parametrize("make", [serial.Serial, SerialOfSerialx])
-def test_what_a_program_leaves_open_is_closed_at_the_end(slewline_module, make):
+def test_ports_left_open_by_a_program_are_closed_at_the_end(slewline_module, make):
     from slewline.testing.ports import named_ports
 
     module = slewline_module("gs-c200s", straps={"chs": 0})

@@ -49,7 +49,7 @@ def test_an_exchange_takes_the_time_of_the_line_and_no_other():
         assert port.bench.now_ps - began == pytest.approx(4 * CHARACTER_PS + 10**9, abs=10)
 
 
-def test_a_read_returns_what_is_there_and_waits_for_the_first():
+def test_a_read_returns_the_available_bytes_and_waits_for_the_first():
     with opened() as port:
         port.write(b"V1\rF\r")
         assert port.read(100) == b"V"
@@ -62,7 +62,7 @@ def test_a_read_returns_what_is_there_and_waits_for_the_first():
         assert port.readinto(bytearray(1), timeout=0) == 0
 
 
-def test_a_read_without_timeout_says_that_nothing_is_coming():
+def test_a_read_without_timeout_reports_that_nothing_is_coming():
     with opened(read_timeout=None) as port, pytest.raises(Timeout, match="no more can arrive"):
         port.read(1)
 
@@ -119,7 +119,7 @@ def test_a_module_of_a_name_is_the_same_for_both_libraries():
         ("slewline://tests.testing.guest:Guest", {}, UsageError, "allow_code"),
     ],
 )
-def test_a_mistake_is_told_and_nothing_is_open(url, changes, error, says):
+def test_a_mistake_is_reported_and_nothing_is_open(url, changes, error, says):
     port = opened(url, **changes)
     with pytest.raises(error, match=says):
         port.open()
@@ -173,7 +173,7 @@ def in_anyio(main):
 
 
 @pytest.mark.parametrize("run", [aio.run, in_anyio], ids=["asyncio", "anyio"])
-def test_one_host_runs_two_modules_at_once_in_virtual_time(run):
+def test_one_host_runs_two_modules_at_the_same_time_in_virtual_time(run):
     """The polls are 50 ms of virtual time apart, and both modules keep one time: the same in every run."""
     ((far, near), times), again = run(two_at_once()), run(two_at_once())
     assert (far, near) == ((17, "V+800"), (4, "V+100"))
@@ -298,7 +298,7 @@ def test_a_hundred_openings_in_a_row(run):
     assert rig.NAMED["left"].line.host is None
 
 
-def test_a_mistake_in_async_is_told_and_nothing_is_open():
+def test_a_mistake_in_async_is_reported_and_nothing_is_open():
     async def main():
         host = await Host.open(f"{URL}&name=left")
         with pytest.raises(serialx.SerialException, match="another program has it open"):

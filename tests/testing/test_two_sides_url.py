@@ -28,7 +28,7 @@ def test_a_program_finds_the_chip_by_its_url_at_its_own_rate(part, baud):
         assert port.bench.findings == []
 
 
-def test_a_program_that_says_nothing_first_is_told():
+def test_a_program_that_sends_nothing_first_is_reported():
     with opened() as port:
         port.write(b"? R\r")
         assert port.read_until(b"\r") == b""
@@ -41,7 +41,7 @@ def test_options_of_the_part_are_in_the_url():
         assert port.read_until(b"\r") == b"S=00220\r"
 
 
-def test_cts_is_seen_and_obeyed_by_a_program_that_asks_for_it():
+def test_cts_is_seen_and_obeyed_by_a_program_that_requests_it():
     with opened(rtscts=True) as port:
         assert not port.cts  # user bit 6 is high
         port.write(b"\r\rO 0A0H\r")
@@ -56,7 +56,7 @@ def test_cts_is_seen_and_obeyed_by_a_program_that_asks_for_it():
         assert port.bench.findings == []
 
 
-def test_a_program_that_does_not_ask_for_it_loses_characters():
+def test_a_program_that_does_not_request_it_loses_characters():
     with opened() as port:
         port.write(b"\r\rO 0A0H\rD 500\rR 1\rR 2\r")
         port.sleep(1)
@@ -72,7 +72,7 @@ def test_a_module_without_cts_has_it_bridged():
 
 # ------------------------------------------------------------------------------------------ fixtures
 @pytest.mark.parametrize("on", ["url", "tcp", pytest.param("pty", marks=pytest.mark.system), "rfc2217"])
-def test_a_controller_asks_and_asserts(on):
+def test_a_controller_queries_and_asserts(on):
     module = running("cy545b", on=on)
     try:
         assert module.ask("? R") == "R=00100"
@@ -85,7 +85,7 @@ def test_a_controller_asks_and_asserts(on):
         module.close()
 
 
-def test_characters_can_be_lost_on_the_way():
+def test_characters_can_be_lost_in_transit():
     module = running("cy545b")
     module.faults.lost_byte(count=1)
     with serial.serial_for_url(module.url, timeout=1) as port:
@@ -97,7 +97,7 @@ def test_characters_can_be_lost_on_the_way():
 
 # ------------------------------------------------------------------------------------------ scripts
 @pytest.mark.parametrize("over", ["parallel", "serial"])
-def test_a_script_speaks_over_either_side_and_tells_the_answers(over):
+def test_a_script_uses_either_side_and_prints_the_answers(over):
     bench = slewline.Bench()
     x = bench.add("cy545b", name="x")
     host = bench.host(x, over=over)
@@ -146,14 +146,14 @@ def test_a_program_file_goes_over_either_side(tmp_path, capsys, over):
     assert "? R -> R=00099" in capsys.readouterr().out
 
 
-def test_a_side_that_there_is_not_is_told(tmp_path, capsys):
+def test_an_unknown_side_is_reported(tmp_path, capsys):
     path = tmp_path / "shuttle.cy545b"
     path.write_text("R 99\n")
     assert invoke(["run", str(path), "--over", "bus"]) != 0
     assert "has these channels: parallel, serial" in capsys.readouterr().err
 
 
-def test_a_bench_file_says_itself_over_which_side(tmp_path, capsys):
+def test_a_bench_file_selects_its_side(tmp_path, capsys):
     path = tmp_path / "both.toml"
     lines = [
         "[[chip]]",

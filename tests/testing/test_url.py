@@ -165,7 +165,7 @@ def test_the_url_that_is_advised_is_one_that_opens(opened):
         ("chs=2", "gs_c200s"),
     ],
 )
-def test_what_is_wrong_in_a_url_names_the_url(opened, query, says):
+def test_mistakes_in_a_url_are_reported_with_the_url(opened, query, says):
     with pytest.raises(UsageError) as refused:
         opened(f"slewline://gs-c200s?{query}")
     assert str(refused.value).startswith(f"slewline://gs-c200s?{query}: {says}")
@@ -270,7 +270,7 @@ def test_a_break_is_a_character_without_stop_bit(opened):
     assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing error: this module is set to 9600")
 
 
-def test_a_break_comes_behind_what_was_written(opened):
+def test_a_break_follows_the_written_bytes(opened):
     port = opened()
     port.write(framed("F"))
     port.send_break()
@@ -331,7 +331,7 @@ def test_time_between_characters(opened):
     assert port.bench.now_ps < 100 * 10**9
 
 
-def test_timeout_zero_reads_what_is_there_and_polling_gets_on(opened):
+def test_timeout_zero_reads_the_available_bytes_and_polling_progresses(opened):
     port = opened(timeout=0)
     port.write(framed("F"))
     got, polls = b"", 0
@@ -355,7 +355,7 @@ def test_a_read_without_timeout_waits_as_long_as_something_is_coming(opened):
     assert port.bench.now_ps > 30 * 10**12
 
 
-def test_a_read_without_timeout_says_that_nothing_is_coming(opened):
+def test_a_read_without_timeout_reports_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
     with pytest.raises(
@@ -380,7 +380,7 @@ def test_buffers_can_be_emptied(opened):
     assert 0 < port.in_waiting < 30
 
 
-def test_what_was_written_goes_out_before_the_port_is_closed(opened):
+def test_written_bytes_are_sent_before_the_port_is_closed(opened):
     port = opened()
     for command in (*PROGRAM, "E"):
         ask(port, command)
@@ -438,7 +438,7 @@ def read_beside(port, size):
 
 @pytest.mark.system
 @pytest.mark.parametrize("timeout", [3600, None])
-def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
+def test_a_read_notices_immediately_a_request_of_another_thread(opened, timeout):
     port = opened("slewline://gs-c200s?rate=0.02", timeout=timeout)  # nothing would happen for 50 s of the wall clock
     reader, got = read_beside(port, 3)
     port.write(framed("F"))
@@ -576,7 +576,7 @@ NOT_OPENED = [
 ]
 
 
-def test_what_cannot_be_opened_says_why(opened, subtests):
+def test_a_failed_open_is_reported_with_the_reason(opened, subtests):
     for url, changes, says in NOT_OPENED:
         with subtests.test(url=url, changes=changes):
             with pytest.raises(UsageError, match=says) as refused:
@@ -592,7 +592,7 @@ def test_settings_that_cannot_be_make_no_module(opened, tmp_path, changes):
     assert rig.NAMED == {}
 
 
-def test_a_str_is_no_bytes(opened):
+def test_a_str_is_not_bytes(opened):
     with pytest.raises(TypeError):
         opened().write("F\r")
 
@@ -627,7 +627,7 @@ def methods_of_pyserial():
                 yield from (one.name for one in each.body if isinstance(one, ast.FunctionDef) and one.name[0] != "_")
 
 
-def test_a_port_has_what_ports_of_any_system_have_and_is_closed_as_they_are(opened, subtests):
+def test_a_port_has_the_methods_of_every_system_and_is_closed_alike(opened, subtests):
     arguments = {"read": (1,), "write": (b"F\r",), "set_low_latency_mode": (True,)}
     names = set(methods_of_pyserial()) - ELSEWHERE.keys()
     assert {"set_buffer_size", "set_low_latency_mode", "set_output_flow_control", "cts", "out_waiting"} <= names

@@ -54,7 +54,7 @@ def test_a_program_is_entered_run_and_polled(manager):
     assert not port.is_open
 
 
-def test_a_chip_that_finds_the_rate_is_asked(manager):
+def test_a_chip_that_finds_the_rate_is_queried(manager):
     with manager.open_resource("ASRLslewline://cy545::INSTR", baud_rate=19200, **ADAPTIVE) as session:
         session.write_raw(b"\r\r")
         session.write("+")
@@ -88,7 +88,7 @@ def test_a_timeout_is_that_of_the_whole_message(manager):
         assert session.read().endswith("00")  # the rest
 
 
-def test_a_timeout_of_nothing_polls(manager):
+def test_a_timeout_of_0_polls(manager):
     with manager.open_resource(MODULE, timeout=0, **LINE) as session:
         with pytest.raises(pyvisa.VisaIOError):
             session.read()
@@ -100,7 +100,7 @@ def test_no_timeout_raises_where_nothing_can_come(manager):
         session.read()
 
 
-def test_so_many_bytes_are_read(manager):
+def test_the_given_number_of_bytes_is_read(manager):
     with manager.open_resource(MODULE, **LINE) as session:
         session.write("V1")
         assert session.read_bytes(2) == b"V+"
@@ -178,7 +178,7 @@ def test_a_name_that_means_nothing_is_refused_as_always(manager):
     ],
     ids=["line end", "no line end", "rate", "read end", "read end and parity", "no read end"],
 )
-def test_a_timeout_says_what_the_module_knows(manager, settings, why):
+def test_a_timeout_reports_the_reason_known_to_the_module(manager, settings, why):
     usual = {key: value for key, value in LINE.items() if settings or not key.endswith("termination")}
     with manager.open_resource(MODULE, timeout=500, **{**usual, **settings}) as session:
         for _ in range(2):
@@ -188,7 +188,7 @@ def test_a_timeout_says_what_the_module_knows(manager, settings, why):
         assert str(pickle.loads(pickle.dumps(raised.value))) == str(raised.value)  # as xdist does
 
 
-def test_a_timeout_after_an_answer_says_where_the_module_is(manager):
+def test_a_timeout_after_an_answer_reports_the_state_of_the_module(manager):
     with manager.open_resource(MODULE, timeout=100, **{**LINE}) as session:
         assert session.query("?") == "E4"
         assert session.query("F") == "R"

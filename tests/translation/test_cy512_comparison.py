@@ -83,7 +83,7 @@ def test_a_factor_divides_the_rate() -> None:
         ("O 9", "above 3: phases off"),
     ],
 )
-def test_what_is_new_in_the_cy525_the_cy512_has_not(written: str, limit: str) -> None:
+def test_new_features_of_the_cy525_are_missing_in_the_cy512(written: str, limit: str) -> None:
     kind, cited = kind_of(f"{written}\nN 9\nG\n", written, "cy525", "cy512")
     assert kind is LineKind.IMPOSSIBLE and limit in cited
 

@@ -26,7 +26,7 @@ def check(done: Translation, text: str) -> None:
     for line in done.report.lines:
         for verdict in line.verdicts:
             assert verdict.kind is not LineKind.IMPOSSIBLE or verdict.limit, (line.code, verdict)
-            assert verdict.kind is not LineKind.NEARLY or (verdict.says and verdict.off), (line.code, verdict)
+            assert verdict.kind is not LineKind.NEARLY or (verdict.description and verdict.off), (line.code, verdict)
     comments = [line.partition(";")[2].strip() for line in text.splitlines() if ";" in line]
     kept = [line.partition(";")[2].strip() for line in done.text.splitlines()]
     assert [comment for comment in comments if comment and comment not in kept] == []
@@ -68,7 +68,7 @@ def bare(text: str) -> list[str]:
     return [part for part in plain if part]
 
 
-def test_comments_stay_in_their_order_beside_what_they_were_beside() -> None:
+def test_comments_keep_their_order_and_neighbours() -> None:
     path = next(path for path in PRINTED if path.name == "bar.gs-c200")
     text = translate(path, to="gs-c200s").text
     beside = {line.partition(";")[2].strip(): line.partition(";")[0].strip() for line in text.splitlines()}

@@ -69,7 +69,7 @@ def test_a_move_of_a_host_becomes_a_program_of_a_module() -> None:
     assert found[0] == "Po" and found[-3:] == ["+9", "E", "@until ready"]
 
 
-def test_what_a_part_needs_for_its_first_motion_is_set() -> None:
+def test_registers_needed_for_the_first_motion_of_a_part_are_set() -> None:
     assert result("P 40\n", "cy525", "gs-c200s")[:5] == ["Po", "S30", "T30", "R999", "G+40"]
     found = result("N 4\nG\n", "cy525", "cy545b")
     assert found.index("+") < found.index("G")  # the part begins counter-clockwise

@@ -44,7 +44,7 @@ def test_one_pause_for_each_run_but_the_first_is_that_of_the_host() -> None:
     assert not found(MOVE, later(HIGH, 300), later(NEXT, 900), bounds=replace(BOUNDS, runs=2)).proven
 
 
-def test_delays_of_what_is_read_back_are_its_pauses() -> None:
+def test_delays_read_back_become_pauses() -> None:
     moves = [replace(each, time_ps=None, first_ps=None, lasts_ps=None) for each in (MOVE, HIGH, NEXT)]
     waits = [Happened("delay", 1, 98 * MS), Happened("delay", 1, 200 * MS), Happened("delay", 1, 102 * MS)]
     assert found(moves[0], waits[0], moves[1], *waits[1:], moves[2]).proven

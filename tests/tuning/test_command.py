@@ -35,7 +35,7 @@ def call(capsys: pytest.CaptureFixture[str]) -> Any:
 
 
 @pytest.mark.system
-def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
+def test_printed_and_written_output(call: Any, tmp_path: Path) -> None:
     status, out, _ = call("cy525", *QUICK, "--bench", "found.toml", "--plot", "found.svg", "--store", "log.jsonl")
     lines = dict(line.split(None, 1) for line in out.splitlines() if not line.startswith((" ", "cy525", "wrote")))
     assert status == 0 and out.startswith("cy525, QSH4218-51-10-049: 24 steps, F=4,30 R=8,14,40 S=200 Z=1\n")
@@ -114,7 +114,7 @@ def test_mistakes(call: Any, arguments: tuple[str, ...], says: str) -> None:
     assert status == 2 and not out and err.startswith("slewline: ") and says in err
 
 
-def test_parameters_beside_the_options_are_the_grid(call: Any) -> None:
+def test_parameters_outside_the_grid_are_refused(call: Any) -> None:
     status, _, err = call("cy525", *QUICK, "F=6", "R=8")
     assert status == 2 and "F=6 R=8: write --grid 'F=6 R=8'" in err
 
@@ -128,7 +128,7 @@ def test_a_bench_file_of_the_user_is_not_replaced(call: Any) -> None:
         assert call("cy525", *QUICK, "--bench", "new.toml")[0] == 0
 
 
-def test_more_than_the_rated_current_is_said(call: Any) -> None:
+def test_more_than_the_rated_current_is_reported(call: Any) -> None:
     _, out, _ = call("cy525", *QUICK, "--driver", "24 V, 10 A averaged")
     assert "note          10 A per phase, but QSH4218-51-10-049 is rated 1 A: it gets hot" in out
     _, out, _ = call("cy525", *QUICK, "--driver", "24 V, 1 A averaged")
@@ -157,7 +157,7 @@ def test_where_nothing_holds(call: Any) -> None:
     assert "commands" not in out and not Path("none.svg").exists()
 
 
-def test_an_interrupt_while_the_picture_is_drawn_says_that_all_runs_are_kept(
+def test_an_interrupt_while_the_picture_is_drawn_reports_that_all_runs_are_kept(
     call: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupt(*_: Any) -> None:

@@ -71,7 +71,7 @@ def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pyt
 
 
 @pytest.mark.long
-def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
+def test_a_cluster_that_dies_costs_no_run_of_the_log(tmp_path: Path) -> None:
     made, path = task("gs-c200s"), tmp_path / "tune.jsonl"
     cluster = Cluster(tmp_path)
     killed: list[float] = []
@@ -98,7 +98,7 @@ def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("address", few([NOBODY, "nonsense://x", "tcp://"], 1))
 def test_where_there_is_no_cluster(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
+    monkeypatch.setattr("slewline.tuning.executors.ANSWER_TIMEOUT", "500 ms")
     with pytest.raises(UsageError) as caught, dask(address):
         pass
     says = str(caught.value)
@@ -106,8 +106,8 @@ def test_where_there_is_no_cluster(address: str, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.long
-def test_the_command_says_it_too(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
+def test_the_command_reports_it_too(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("slewline.tuning.executors.ANSWER_TIMEOUT", "500 ms")
     motor = ["--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V"]
     status = invoke(["tune", "cy525", *motor, "--steps", "100", "--dask", NOBODY])
     assert status == 2 and f"slewline: Dask cluster '{NOBODY}': " in capsys.readouterr().err

@@ -35,7 +35,7 @@ def values(part: str, given: Any, name: str) -> tuple[Any, ...]:
     ("4..4/3", (4,)),
     ("4..9/1", (4,)),
 ])  # fmt: skip
-def test_what_a_text_means(text: str, found: tuple[int, ...]) -> None:
+def test_meaning_of_a_text(text: str, found: tuple[int, ...]) -> None:
     assert values("cy525", f"F={text} R=10 S=1", "F") == found
 
 

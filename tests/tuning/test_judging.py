@@ -53,13 +53,13 @@ def test_where_steps_are_lost_the_rotor_stops_early() -> None:
     assert fast.lost and 3.9 < fast.worst < 5.2  # the run ends at the limit
 
 
-def test_what_rings_is_watched_until_it_rests() -> None:
+def test_ringing_is_watched_until_it_rests() -> None:
     free = replace(LOAD, friction=0.0)
     found = verdict(150, ways(load=free)[0], 2)
     assert not found.lost and abs(found.error) < 0.6
 
 
-def test_what_never_stops_ringing_is_watched_for_600_ms_after_the_last_step_and_is_lost() -> None:
+def test_endless_ringing_is_watched_for_600_ms_after_the_last_step_and_is_lost() -> None:
     law, stops = judging.law_of(ways()[0]), []
 
     class Ringing:
@@ -82,7 +82,7 @@ def test_what_never_stops_ringing_is_watched_for_600_ms_after_the_last_step_and_
 
 
 @pytest.mark.parametrize(("off", "lost"), [(0.55, False), (0.65, True)])
-def test_a_rotor_that_rests_more_than_0_6_steps_beside_its_command_is_lost(off: float, lost: bool) -> None:
+def test_a_rotor_that_rests_more_than_0_6_steps_from_its_command_is_lost(off: float, lost: bool) -> None:
     stuck = replace(LOAD, friction=1e-3, stiction=0.45, torque=0.0)  # nothing takes it further
     law = judging.law_of(ways(load=stuck)[0])
     there = law.at_rest(0)

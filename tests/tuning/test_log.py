@@ -77,7 +77,7 @@ def test_a_finished_sweep_judges_nothing_again(path: Path) -> None:
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_a_sweep_that_was_killed_goes_on(path: Path, tmp_path: Path) -> None:
+def test_a_sweep_that_was_killed_continues(path: Path, tmp_path: Path) -> None:
     counts, after = tmp_path / "counts", 100
     environment = os.environ | {"STAND_IN_COUNTS": str(counts), "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
     process = subprocess.Popen([sys.executable, "-c", SWEEP, str(path)], env=environment, cwd=ROOT)
@@ -102,7 +102,7 @@ def test_a_sweep_that_was_killed_goes_on(path: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("stored", [True, False])
-def test_an_interrupt_says_what_is_kept(path: Path, stored: bool) -> None:
+def test_an_interrupt_reports_the_kept_runs(path: Path, stored: bool) -> None:
     made, left = task("cy500"), iter(range(30))
     most = sweep(path.with_name("whole.jsonl")).exhaustive
 
@@ -124,7 +124,9 @@ def test_an_interrupt_says_what_is_kept(path: Path, stored: bool) -> None:
     assert str(caught.value) == says
 
 
-def test_an_interrupt_while_the_moves_are_listed_says_what_is_kept(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_while_the_moves_are_listed_reports_the_kept_runs(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     runs = sweep(path).runs
 
     def interrupt(*_: Any) -> None:
@@ -154,7 +156,7 @@ def test_a_torn_last_line_is_cut_off(path: Path) -> None:
     ({"grid": task("cy500", "R=20,240 S=1").grid}, "is now [20, 240]; grid.S was"),
     ({"perturbations": ()}, r"perturbations.all that is bad was {"),
 ])  # fmt: skip
-def test_the_log_of_another_task_is_refused_with_what_differs(path: Path, change: dict[str, Any], says: str) -> None:
+def test_the_log_of_another_task_is_refused_with_the_differences(path: Path, change: dict[str, Any], says: str) -> None:
     sweep(path)
     data = path.read_bytes()
     with pytest.raises(UsageError) as caught:
@@ -171,14 +173,14 @@ def test_the_log_of_another_version_is_refused(path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize("content", [b"a text\n", b"notes", b"{}\n", b"[1]\n", b'{"do":"journal"}\n', b"\x00\xff\n"])
-def test_what_is_no_log_is_left_alone(path: Path, content: bytes) -> None:
+def test_a_file_other_than_a_log_is_left_unchanged(path: Path, content: bytes) -> None:
     path.write_bytes(content)
     with pytest.raises(UsageError, match=r"tune.jsonl: is no log of a sweep; name a new file"):
         sweep(path)
     assert path.read_bytes() == content
 
 
-def test_a_line_that_is_no_run_is_named(path: Path) -> None:
+def test_a_line_that_is_not_a_run_is_named(path: Path) -> None:
     sweep(path)
     rows = path.read_bytes().splitlines(keepends=True)
     for wrong in (b"{}\n", b"nonsense\n", b'{"move": "a", "run": "b", "lost": 0, "error": "x", "worst": 1}\n'):
@@ -200,7 +202,7 @@ def test_places_where_no_log_can_be(tmp_path: Path) -> None:
 
 @pytest.mark.system
 @pytest.mark.posix
-def test_a_full_disk_ends_the_sweep_and_what_was_judged_is_kept(path: Path) -> None:
+def test_a_full_disk_ends_the_sweep_and_judged_runs_are_kept(path: Path) -> None:
     limited = "import resource as r, signal as s; s.signal(s.SIGXFSZ, s.SIG_IGN)\n"
     limited += "r.setrlimit(r.RLIMIT_FSIZE, (9000, 9000))\n"
     environment = os.environ | {"STAND_IN_COUNTS": os.devnull, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
@@ -218,7 +220,7 @@ def test_a_full_disk_ends_the_sweep_and_what_was_judged_is_kept(path: Path) -> N
     assert kept > 20 and again.runs_here == again.runs - kept
 
 
-def test_what_a_failing_judge_has_done_before_is_kept(path: Path) -> None:
+def test_runs_before_a_failing_judge_are_kept(path: Path) -> None:
     judged = 0
 
     def fails(run: Trial) -> Verdict:
@@ -252,7 +254,7 @@ sys.stdin.read()
 
 
 @pytest.mark.system
-def test_two_sweeps_at_once_are_refused(path: Path) -> None:
+def test_two_sweeps_together_are_refused(path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
     process = subprocess.Popen(
         [sys.executable, "-c", HOLDS, str(path)],

@@ -47,7 +47,7 @@ def test_where_resistors_set_the_current_they_change() -> None:
     ("load +20%, supply -10%", ["all that is bad", "load +20 %", "supply -10 %", "nominal"]),
     ("Drag -30%, inertia -20%", ["drag -30 %", "inertia -20 %", "nominal"]),
 ])  # fmt: skip
-def test_what_a_text_means(text: str, names: list[str]) -> None:
+def test_meaning_of_a_text(text: str, names: list[str]) -> None:
     assert [row.name for row in read_perturbations(text)] == names
 
 
@@ -68,7 +68,7 @@ def test_mistakes(text: str, error: type[Exception], says: str) -> None:
     assert says in str(caught.value)
 
 
-def test_the_usual_ways_are_both_directions_of_ten_rows() -> None:
+def test_the_usual_perturbations_are_both_directions_of_ten_rows() -> None:
     found = scenarios(SYSTEM, USUAL, "full", 5)
     assert len(found) == 20 == len({each.name for each in found})
     assert found[0].name == "all that is bad, forward" and found[0].load.torque == pytest.approx(36e-3)

@@ -28,7 +28,7 @@ def test_pull_out_is_that_of_the_closed_form() -> None:
     assert held == pytest.approx(0.9 * MOTOR.torque)
 
 
-def test_the_resonance_is_that_of_a_held_rotor() -> None:
+def test_the_resonance_is_that_of_a_rotor_at_standstill() -> None:
     assert resonance((MOTOR, DriverData(kind="current", current=1.0), LoadData())) == pytest.approx(302.1, abs=0.1)
 
 
@@ -46,7 +46,7 @@ def test_the_outline_keeps_every_extreme() -> None:
     assert len(shown) <= 1002 and values[shown].max() == values.max() and list(shown[[0, -1]]) == [0, 49_999]
 
 
-def test_what_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_content_of_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slewline.tuning.tuning_picture.engine", lambda: "python")
     made = task("cy525", "F=3,6,9 R=4..40/6 S=1..250/4", steps=30)
     found = perform(made, ramps_of("cy525"), judge=hits, full_map=True, switching=False)

@@ -55,7 +55,7 @@ def test_every_part_is_here() -> None:
 
 
 @pytest.mark.parametrize(("part", "values"), [(part, each) for part, of in VALUES.items() for each in of])
-def test_the_chip_makes_the_steps_that_were_judged(part: str, values: dict[str, Any], tmp_path: Path) -> None:
+def test_the_chip_outputs_the_judged_steps(part: str, values: dict[str, Any], tmp_path: Path) -> None:
     calculator = ramps_of(part)
     text = bench_file(found(part, values, steps=400), calculator)
     assert ("straps" in text) == bool(calculator.sheet.fastest)
@@ -72,7 +72,7 @@ def test_the_chip_makes_the_steps_that_were_judged(part: str, values: dict[str, 
 
 def test_a_bench_file_has_the_motor_as_it_was_given() -> None:
     said = {"motor": "QSH4218-51-10-049", "driver": 'L/4R "20 V"', "load": {"inertia": 6.8e-6, "hard stop": True}}
-    one = found("cy525", VALUES["cy525"][1], crystal_hz=10_000_000, stepping="half", said=said)
+    one = found("cy525", VALUES["cy525"][1], crystal_hz=10_000_000, stepping="half", given=said)
     text = bench_file(one, ramps_of("cy525"))
     assert text.startswith("# the recommended ramp: 1000 steps in 1 s, worst lag 1.50 full steps\n")
     tables = tomllib.loads(text)
@@ -81,10 +81,10 @@ def test_a_bench_file_has_the_motor_as_it_was_given() -> None:
     assert tables["host"] == [{"chips": ["x"], "script": ["A 0", "F 5", "R 20", "S 9", "Z 3", "N 1000", "G"]}]
 
 
-def test_data_become_tables_of_what_is_no_default() -> None:
+def test_non_default_data_become_tables() -> None:
     made = task("cy525")
     said = {"motor": made.motor, "driver": made.driver, "load": made.load}
-    tables = tomllib.loads(bench_file(found("cy525", VALUES["cy525"][0], said=said), ramps_of("cy525")))
+    tables = tomllib.loads(bench_file(found("cy525", VALUES["cy525"][0], given=said), ramps_of("cy525")))
     assert tables["part"][0]["driver"] == {"kind": "averaged", "supply": 24.0, "current": 1.0}
     assert tables["part"][0]["load"] == {"inertia": 6.8e-6, "friction": 0.005, "torque": 0.03}
     assert tables["part"][0]["motor"]["inertia"] == 6.8e-6 and "source" not in tables["part"][0]["motor"]
@@ -97,7 +97,7 @@ def test_values_survive_toml(value: Any) -> None:
     assert tomllib.loads(f"x = {toml(value)}") == {"x": value}
 
 
-def test_a_calculator_without_a_script_says_so() -> None:
+def test_a_calculator_without_a_script_reports_it() -> None:
     class Silent(type(ramps_of("cy525"))):  # type: ignore[misc]
         script = Calculator.script
 

@@ -108,7 +108,7 @@ def test_the_map_has_every_place_with_its_killer() -> None:
     assert (found.best, found.recommended) == (alone.best, alone.recommended)
 
 
-def test_what_has_killed_most_is_met_first() -> None:
+def test_the_scenario_that_has_killed_most_is_tried_first() -> None:
     def only_one_kills(run: Trial) -> Verdict:
         lost = run.scenario.name == "drag -30 %, backward" and run.times[-1] < 0.7e12
         return Verdict(lost, 0.0, 1.0)
@@ -173,7 +173,7 @@ def shuffled() -> Iterator[Workers]:
 
 @pytest.mark.parametrize("full_map", few([True, False], 1))
 @pytest.mark.parametrize("begun", [threads, shuffled, pytest.param(spawned, marks=pytest.mark.system)])
-def test_the_result_is_the_same_whoever_computes(
+def test_the_result_does_not_depend_on_the_computing_process(
     begun: Callable[[], AbstractContextManager[Workers]], full_map: bool
 ) -> None:
     made = task("mc1151a")
@@ -224,7 +224,7 @@ def dies(run: Trial) -> Verdict:
 
 
 @pytest.mark.system
-def test_a_process_that_dies_is_said() -> None:
+def test_a_process_that_dies_is_reported() -> None:
     with processes(2) as workers, pytest.raises(UsageError, match="a process of the pool has died; try fewer jobs"):
         search(task(), workers, judge=dies)
 
@@ -300,7 +300,7 @@ def test_where_nothing_holds_the_killer_of_the_slowest_is_named() -> None:
         _ = found.chosen
 
 
-def test_a_part_that_refuses_every_move_says_so() -> None:
+def test_a_part_that_refuses_every_move_is_reported() -> None:
     with pytest.raises(
         UsageError, match=r"none of 2 grid points has a move; the first: .*a move of 99999999 steps; allowed"
     ):

@@ -94,7 +94,7 @@ class Circuit:
         with self.outside.nested():  # it may switch its supply on
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         if self.outside.on_input or self.outside.write:
-            self.outside.tell(
+            self.outside.record(
                 "add",
                 part=CHIPS.name_of(cls),
                 behaviour=cls.sheet.behaviour,
@@ -162,7 +162,7 @@ class Circuit:
         pairs = [] if neighbour is None else joints(kind, part, neighbour)
         lists = (bytes, bytearray, set, frozenset)
         plain = {key: list(value) if isinstance(value, lists) else value for key, value in options.items()}
-        self.outside.tell(
+        self.outside.record(
             "part",
             kind=kind,
             name=name,
@@ -189,11 +189,11 @@ class Circuit:
         if store is None or not (self.outside.on_input or self.outside.write):
             return dict
         if self.outside.write is not None:
-            options["store"] = store = JournaledStore(store, partial(self._tell_journal, name))
+            options["store"] = store = JournaledStore(store, partial(self._record_journal, name))
             return lambda: {"store": list(store.begin())}
         return lambda: {"store": list(store.read())}
 
-    def _tell_journal(self, name: str, **what: Any) -> None:
+    def _record_journal(self, name: str, **what: Any) -> None:
         """Record a fault of a store in the present journal."""
         if self.outside.write is not None:
             self.outside.write("store", {"of": name} | what)
@@ -308,7 +308,7 @@ class Circuit:
             raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
-        self.outside.tell("wire", a=a, b=b, invert=invert)
+        self.outside.record("wire", a=a, b=b, invert=invert)
         if invert:
             from ..parts.logic.gates import WireInverter
 
@@ -324,10 +324,8 @@ class Circuit:
             if name == f"{chip.name}.{chip.sheet.bus}":
                 return chip.bus
         terminal = self.pin(name)
-        if terminal.row.way in ("power", "none"):
-            raise WiringError(
-                f"{name} (pin {terminal.row.number}: {terminal.row.says}) carries no signal and stays unconnected"
-            )
+        if (row := terminal.row).in_out in ("power", "none"):
+            raise WiringError(f"{name} (pin {row.number}: {row.description}) carries no signal and stays unconnected")
         return terminal.net
 
     @property

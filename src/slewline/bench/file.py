@@ -133,11 +133,11 @@ class BenchFile:
             raise self.explained(str(error)) from None
 
     # --------------------------------------------------------------------------------------------------------- errors
-    def error(self, place: Place, says: str) -> BenchFileError:
+    def error(self, place: Place, message: str) -> BenchFileError:
         """Return an error with file, line and key."""
         line = self.line_of(place)
         at = f"{self.path}, line {line}" if line else str(self.path)
-        return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{says}")
+        return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{message}")
 
     def line_of(self, place: Place) -> int | None:
         """Return the line of a key, or of its table; None if the text writes it in another form."""
@@ -159,10 +159,10 @@ class BenchFile:
 
     def explained(self, message: str) -> BenchFileError:
         """Return an error of msgspec in our words."""
-        says, _, path = message.partition(" - at `")
+        reason, _, path = message.partition(" - at `")
         place = [int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
-        unknown = re.match(r"Object contains unknown field `(.*)`", says)
-        missing = re.match(r"Object missing required field `(.*)`", says)
+        unknown = re.match(r"Object contains unknown field `(.*)`", reason)
+        missing = re.match(r"Object missing required field `(.*)`", reason)
         if unknown:
             keys = keys_of(place)
             remedy = hint(unknown[1], keys) or self.as_option(place, unknown[1])
@@ -173,8 +173,10 @@ class BenchFile:
         if len(place) == 1 and key != "bench":
             single = "a single table" if isinstance(found, dict) else repr(found)
             return self.error(place, f"found {single}; write [[{key}]], with two brackets")
-        expected = re.findall(r"\w+", (re.match(r"Expected `(.*?)`", says) or [""])[0])[1:]
-        allowed = self.allowed(place, key) or " or ".join(ALLOWED[kind] for kind in expected if kind in ALLOWED) or says
+        expected = re.findall(r"\w+", (re.match(r"Expected `(.*?)`", reason) or [""])[0])[1:]
+        allowed = (
+            self.allowed(place, key) or " or ".join(ALLOWED[kind] for kind in expected if kind in ALLOWED) or reason
+        )
         return self.error(place, f"found {found!r}; allowed {allowed}")
 
     def allowed(self, place: Place, key: str) -> str:
@@ -197,7 +199,7 @@ class BenchFile:
         if part not in CHIPS.ours:
             return []
         sheet = sheet_of(part)
-        inputs = [row.name for row in sheet.pins if row.way in ("in", "both")]
+        inputs = [row.name for row in sheet.pins if row.in_out in ("in", "both")]
         return list(dict.fromkeys([*sheet.plain, *sheet.fastest, *inputs]))
 
     def value(self, place: Place) -> Any:
@@ -290,8 +292,8 @@ class BenchFile:
             with self.at("part", number):
                 bench.part(part["kind"], **self.part_options(made[number], part) | {"name": names[number]})
 
-    def _part_error(self, number: int, key: str, says: str) -> BenchFileError:
-        return self.error(("part", number, key), says)
+    def _part_error(self, number: int, key: str, message: str) -> BenchFileError:
+        return self.error(("part", number, key), message)
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
         """Return the options of a [[part]]; `file` names the image of a part with an image."""

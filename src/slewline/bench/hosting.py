@@ -72,10 +72,10 @@ class HostRequest(NamedTuple):
             raise UsageError(f"host: {names} over one {kind.__name__}; give each chip a host of its own")
         self.refuse_second(kind)
 
-    def tell(self, name: str, **what: Any) -> None:
+    def record_host(self, name: str, **what: Any) -> None:
         """Report the host as an input from outside."""
         asked = {} if self.over is None else {"over": self.over}  # journals of a part with one channel are unchanged
-        self.circuit.outside.tell("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
+        self.circuit.outside.record("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
 
     def place(self, host: Host, pairs: Sequence[tuple[Terminal, Terminal]]) -> None:
         """Put a host on the bench, joined to some pins."""
@@ -123,7 +123,7 @@ def host(
                 meant = ", one argument each: bench.host(*chips)"
             raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench{meant}")
     channels = [channel_over(chip, over) for chip in chips]
-    kinds = sorted({channel.says for channel in channels})
+    kinds = sorted({channel.description for channel in channels})
     if len(kinds) > 1:
         raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; use one host for each kind")
     channel = channels[0]
@@ -168,7 +168,7 @@ def _on_bus(request: HostRequest, kind: type[OnBus]) -> OnBus:
     for chip in request.chips[1:]:
         request.chips[0].bus.join(chip.bus)
     host = kind(request.circuit.kernel, name, request.connections(), delay_ps)
-    request.tell(name, delay_ps=delay_ps)  # only now: the host can be made
+    request.record_host(name, delay_ps=delay_ps)  # only now: the host can be made
     request.circuit.place(host)
     request.circuit.kernel.settle()
     return host
@@ -190,7 +190,7 @@ def _adaptive_host(request: HostRequest) -> AdaptiveHost:
     host = AdaptiveHost(request.circuit.kernel, name, request.connections(), baud=baud, strapped=strapped)
     request.follow_power(host.uart.switched_on)
     pairs = joints("serial_port", host, chip)
-    request.tell(name, delay_ps=0, baud=baud, line=None)
+    request.record_host(name, delay_ps=0, baud=baud, line=None)
     request.place(host, pairs)
     request.circuit.kernel.settle()
     return host
@@ -212,7 +212,7 @@ def _serial_host(request: HostRequest) -> SerialHost:
     host = SerialHost(request.circuit.kernel, name, request.connections(), baud=request.baud)
     request.follow_power(host.uart.switched_on)
     pairs = [] if line is None else joints("rs232_line", line, host)
-    request.tell(name, delay_ps=0, baud=request.baud, line=line and line.name)
+    request.record_host(name, delay_ps=0, baud=request.baud, line=line and line.name)
     request.place(host, pairs)
     _connect(request.circuit, host if line is None else line, request.chips)
     return host
@@ -240,7 +240,7 @@ def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
     if not isinstance(connector, Part) or not all(isinstance(chip, Chip) for chip in chips):
         pins = f"; pins are joined by bench.wire({connector!r}, {chips!r})" if isinstance(connector, str) else ""
         raise UsageError(f"connect({connector!r}, {chips!r}): expected a part and a list of chips, [x, y]{pins}")
-    circuit.outside.tell("connect", part=connector.name, chips=[chip.name for chip in chips])
+    circuit.outside.record("connect", part=connector.name, chips=[chip.name for chip in chips])
     _connect(circuit, connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 
 
@@ -254,7 +254,7 @@ def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
         out.join(in_role(chip, "serial_in").net)
         rxd.join(in_role(chip, "serial_out").net)
     if isinstance(connector, SerialPort | SerialHost):
-        connector.uart.far.ears = {
+        connector.uart.far.receivers = {
             chip.name: straps_of(connection(chip, chip.sheet.channel(SerialLine))) for chip in chips
         }
     addresses = [chip.strapped_address() for chip in chips]

@@ -112,7 +112,7 @@ class ShadowBench:
 
     def _kept(self, bench: Bench, name: str, memory: ReplayedStore) -> JournaledStore:
         faults = self.known.faults.setdefault(name, {})
-        return JournaledStore(ReplayedStore(memory.data, faults), partial(bench._circuit._tell_journal, name))
+        return JournaledStore(ReplayedStore(memory.data, faults), partial(bench._circuit._record_journal, name))
 
 
 class Past:

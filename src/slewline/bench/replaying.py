@@ -68,7 +68,7 @@ def survey(found: Entries, gate: FileGate) -> Survey:
                 gate.code(part_class, entry["kind"])
             elif do == "store":
                 known.faults.setdefault(entry["of"], {})[entry["call"]] = entry
-                held(entry.get("content", []))
+                as_bytes(entry.get("content", []))
         except (UnknownName, UsageError) as error:
             raise found.error(number, str(error)) from error
     return known._replace(end=entry["t"])
@@ -247,7 +247,7 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
     return bench
 
 
-def held(content: Any) -> bytes:
+def as_bytes(content: Any) -> bytes:
     """Return the content of a memory, from an entry: one number per byte.
 
     Raises:
@@ -271,8 +271,8 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     except BenchFileError:
         raise  # with its line
     except STRANGE as error:
-        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be executed: {error!r}"
-        raise found.error(number, says) from error
+        message = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be executed: {error!r}"
+        raise found.error(number, message) from error
 
 
 def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None:
@@ -308,7 +308,7 @@ def apply(
         name, options = entry["name"], dict(entry["options"])
         memory = options.get("store")
         if memory is not None:
-            options["store"] = memory = kept(name, ReplayedStore(held(memory), known.faults.get(name, {})))
+            options["store"] = memory = kept(name, ReplayedStore(as_bytes(memory), known.faults.get(name, {})))
         if do == "add":
             cls = known.chips[entry["part"]]
             bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)
@@ -342,11 +342,11 @@ def apply(
     elif do == "conclude":
         bench.conclude()
     elif "host" in entry:
-        tell(bench, entry["host"], do, entry["args"])
+        apply_input(bench, entry["host"], do, entry["args"])
     return None
 
 
-def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
+def apply_input(bench: Bench, name: str, do: str, args: list[Any]) -> None:
     """Repeat a call of a host: a script, or, up to 0.1.0, any other."""
     host: Any = bench[name]
     if not isinstance(host, Host):

@@ -177,7 +177,7 @@ class Runner:
     def _run_to(self, ps: int) -> None:
         self._begin()
         self._advance(ps)
-        self.outside.tell("run", to=self.kernel.now)
+        self.outside.record("run", to=self.kernel.now)
 
     def _start(self) -> None:
         self._begin()
@@ -256,7 +256,7 @@ class Runner:
         if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
             [chip.conclude() for chip in self.chips.values()]  # no short circuit
         ):
-            self.outside.tell("conclude")
+            self.outside.record("conclude")
 
     def _all_idle(self) -> bool:
         if self._busy is not None and not self._busy.idle:  # check it first
@@ -305,7 +305,7 @@ class Runner:
             dead = kernel.next_time() is None
             self._advance(wait.limit_ps)
             reached = wait.met()
-        self.outside.tell("run", to=kernel.now)
+        self.outside.record("run", to=kernel.now)
         if not reached:
             raise self._timeout(condition, timeout, dead)
 

@@ -57,10 +57,10 @@ def _elsewhere(role: str) -> str:
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
     """Return the pin in a role to which a pin of a part is connected; None: there is none."""
-    way = own.row.way
+    in_out = own.row.in_out
     found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
-    found = [pin for pin in found if (way, pin.row.way) != ("out", "out")]
-    return min(found, key=lambda pin: pin.row.way == way, default=None)
+    found = [pin for pin in found if (in_out, pin.row.in_out) != ("out", "out")]
+    return min(found, key=lambda pin: pin.row.in_out == in_out, default=None)
 
 
 def as_needed(row: Pin) -> Pin:

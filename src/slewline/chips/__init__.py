@@ -62,7 +62,7 @@ class ListedChip:
     and returns the sheet for the tools to use.
     """
 
-    says: str
+    description: str
     folder: str
     chip: str
     sheet: str
@@ -74,19 +74,19 @@ class ListedChip:
 
 # fmt: off
 PARTS = {
-    "cy525": ListedChip(folder="cy525", chip="firmware:Cy525", sheet="sheet:SHEET", says="CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
-    "cy500": ListedChip(folder="cy500", chip="firmware:Cy500", sheet="sheet:SHEET", says="CY500 stored program stepper motor controller (Cybernetic, 1979)"),
-    "cy512": ListedChip(folder="cy512", chip="firmware:Cy512", sheet="sheet:SHEET", says="CY512 intelligent positioning stepper motor controller (Cybernetic, 1981)"),
-    "cy545": ListedChip(folder="cy545", chip="firmware:Cy545", sheet="sheet:CY545", fitted="sheet:fitted", says="CY545 stepper system controller (Cybernetic, 1999)"),
-    "cy545b": ListedChip(folder="cy545", chip="firmware:Cy545B", sheet="sheet:CY545B", fitted="sheet:fitted", says="CY545B stepper system controller (Cybernetic, 1999)"),
-    "gs-c200": ListedChip(folder="gs_c200", chip="firmware:GsC200", sheet="sheet:GS_C200", says="GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
-    "gs-c200s": ListedChip(folder="gs_c200", chip="firmware:GsC200S", sheet="sheet:GS_C200S", says="GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
-    "mc1151a": ListedChip(folder="mc1451a", chip="firmware:Mc1151A", sheet="sheet:MC1151A", says="MC1151A step motor control chipset, 1 axis (PMD, 1997)"),
-    "mc1251a": ListedChip(folder="mc1451a", chip="firmware:Mc1251A", sheet="sheet:MC1251A", says="MC1251A step motor control chipset, 2 axes (PMD, 1997)"),
-    "mc1451a": ListedChip(folder="mc1451a", chip="firmware:Mc1451A", sheet="sheet:MC1451A", says="MC1451A step motor control chipset, 4 axes (PMD, 1997)"),
-    "mc1151a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1151AE", sheet="sheet:MC1151A_E", says="MC1151A-E: MC1151A with encoder input (PMD, 1997)"),
-    "mc1251a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1251AE", sheet="sheet:MC1251A_E", says="MC1251A-E: MC1251A with encoder inputs (PMD, 1997)"),
-    "mc1451a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1451AE", sheet="sheet:MC1451A_E", says="MC1451A-E: MC1451A with encoder inputs (PMD, 1997)"),
+    "cy525": ListedChip(folder="cy525", chip="firmware:Cy525", sheet="sheet:SHEET", description="CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
+    "cy500": ListedChip(folder="cy500", chip="firmware:Cy500", sheet="sheet:SHEET", description="CY500 stored program stepper motor controller (Cybernetic, 1979)"),
+    "cy512": ListedChip(folder="cy512", chip="firmware:Cy512", sheet="sheet:SHEET", description="CY512 intelligent positioning stepper motor controller (Cybernetic, 1981)"),
+    "cy545": ListedChip(folder="cy545", chip="firmware:Cy545", sheet="sheet:CY545", fitted="sheet:fitted", description="CY545 stepper system controller (Cybernetic, 1999)"),
+    "cy545b": ListedChip(folder="cy545", chip="firmware:Cy545B", sheet="sheet:CY545B", fitted="sheet:fitted", description="CY545B stepper system controller (Cybernetic, 1999)"),
+    "gs-c200": ListedChip(folder="gs_c200", chip="firmware:GsC200", sheet="sheet:GS_C200", description="GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
+    "gs-c200s": ListedChip(folder="gs_c200", chip="firmware:GsC200S", sheet="sheet:GS_C200S", description="GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
+    "mc1151a": ListedChip(folder="mc1451a", chip="firmware:Mc1151A", sheet="sheet:MC1151A", description="MC1151A step motor control chipset, 1 axis (PMD, 1997)"),
+    "mc1251a": ListedChip(folder="mc1451a", chip="firmware:Mc1251A", sheet="sheet:MC1251A", description="MC1251A step motor control chipset, 2 axes (PMD, 1997)"),
+    "mc1451a": ListedChip(folder="mc1451a", chip="firmware:Mc1451A", sheet="sheet:MC1451A", description="MC1451A step motor control chipset, 4 axes (PMD, 1997)"),
+    "mc1151a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1151AE", sheet="sheet:MC1151A_E", description="MC1151A-E: MC1151A with encoder input (PMD, 1997)"),
+    "mc1251a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1251AE", sheet="sheet:MC1251A_E", description="MC1251A-E: MC1251A with encoder inputs (PMD, 1997)"),
+    "mc1451a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1451AE", sheet="sheet:MC1451A_E", description="MC1451A-E: MC1451A with encoder inputs (PMD, 1997)"),
 }
 # fmt: on
 

@@ -227,8 +227,8 @@ class LineInterface:
             item = self.work[0]
             if isinstance(item, Line):
                 owner.busy(True)
-                if owner.on_command and (said := owner.meant(item)) is not None:
-                    owner.on_command(said.decode("latin-1"))
+                if owner.on_command and (data := owner.meant(item)) is not None:
+                    owner.on_command(data.decode("latin-1"))
                 await owner.at_tick(owner.clock.ticks_from(item.end_ps + self.turnround_ps))
                 await next_round(self.kernel)  # a line acts after all timed work of its instant
                 owner.sync()

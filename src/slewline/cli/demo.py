@@ -27,7 +27,7 @@ MACHINE, PROGRAM = "weld.toml", "weld.cy525"
 TITLE = "CY525: six welds on each of two workpieces"
 AROUND_PS = 10**11  # shown in the plot before the first workpiece and after the end
 TIMESCALE = "1 us"  # no pulse is shorter; PulseView stores one sample per unit
-SAYS = (
+DESCRIPTIONS = (
     "the bench file",
     "the program",
     "velocity, position and pins",
@@ -65,7 +65,7 @@ def demo(output: str) -> int:
         outputs.save(str(picture), lambda path: bench.plot(path, TITLE, PINS, start=show.started - AROUND_PS))
     outputs.save(str(waveform), lambda path: bench.save_vcd(path, timescale=TIMESCALE, values=True, layout=True))
     outputs.written += [str(layout) for layout in layouts]
-    for name, text in zip(outputs.written, SAYS, strict=True):
+    for name, text in zip(outputs.written, DESCRIPTIONS, strict=True):
         click.echo(f"{name:<{len(str(folder)) + 12}}  {text}")
     machine = word(folder / MACHINE)
     click.echo(f"\nChange the machine or the program, then: {called_as()} run {machine}")
@@ -78,8 +78,8 @@ def made(output: str) -> Path:
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        says = f"{output}: cannot create this folder ({error.strerror})"
-        raise UsageError(f"{says}; give another one with --output") from None
+        message = f"{output}: cannot create this folder ({error.strerror})"
+        raise UsageError(f"{message}; give another one with --output") from None
     return Path(output)
 
 
@@ -112,16 +112,16 @@ class Show:
         click.secho("The welding machine of the CY525 manual: six spots on each of two workpieces\n", bold=True)
         click.echo(f"{'seconds':>10}   {'position':>8}")
 
-    def say(self, text: str, **style: Any) -> None:
+    def print_line(self, text: str, **style: Any) -> None:
         """Print a line with the time and the pin."""
         click.echo(f"{seconds(self.bench.now_ps)[:-3]:>10}   {self.chip.position:>8}   {click.style(text, **style)}")
 
     def ran(self, net: Net) -> None:
         """Report RUN: the program starts or ends."""
         if net.level == 0:
-            self.say(f"the program, {len(self.chip.program)} bytes, runs and waits for a workpiece")
+            self.print_line(f"the program, {len(self.chip.program)} bytes, runs and waits for a workpiece")
         else:
-            self.say("no other workpiece: the program ends")
+            self.print_line("no other workpiece: the program ends")
 
     def placed(self, net: Net) -> None:
         """Report WAIT: a workpiece arrives or leaves."""
@@ -129,7 +129,7 @@ class Show:
             self.started = self.started or self.bench.now_ps
             self.piece += 1
             self.spot = 0
-            self.say(f"workpiece {self.piece} is in place", fg="cyan")
+            self.print_line(f"workpiece {self.piece} is in place", fg="cyan")
 
     def welded(self, net: Net) -> None:
         """Report PROGRAMMABLE OUTPUT: the torch."""
@@ -139,7 +139,7 @@ class Show:
         elif self.spot:
             self.spots += 1
             burnt = readable(self.bench.now_ps - self.lit)
-            self.say(f"  spot {self.spot}  {'*' * self.spot:<6}  {burnt}", fg="yellow")
+            self.print_line(f"  spot {self.spot}  {'*' * self.spot:<6}  {burnt}", fg="yellow")
 
     def end(self, took: float) -> None:
         """Print the results."""

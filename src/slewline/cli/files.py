@@ -89,8 +89,8 @@ def read_program(path: str, source: bool = False) -> str:
             found = f"{path}, line {number}: {len(line)} characters"
             raise BenchFileError(f"{found}; allowed {LONGEST}; check the file name")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
-        if (ending := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
-            raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[ending]}")
+        if (extension := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
+            raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[extension]}")
         raise BenchFileError(f"{path}: has no commands; write one command per line, such as R 100")
     kind = next((kind for beginning, kind in BEGINNINGS.items() if text.lstrip().startswith(beginning)), None)
     if kind is not None:
@@ -127,9 +127,9 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
         )
     if fits is not None:
         names = [name for name in names if _fits(name, fits)]
-    endings = ", ".join(f".{name}" for name in names)
+    extensions = ", ".join(f".{name}" for name in names)
     near = hint(part, names) if part else ""
-    raise UsageError(f"{path}: no chip given; give --chip {names[0]}, or a file name ending in {endings}{near}")
+    raise UsageError(f"{path}: no chip given; give --chip {names[0]}, or a file name ending in {extensions}{near}")
 
 
 def is_bench(path: str) -> bool:
@@ -172,7 +172,7 @@ def sheet_for(path: str, chip: str | None, fits: Callable[[Sheet], object] | Non
     return sheet_of(chip_of(path, chip, fits))
 
 
-def say_replaced(journal: str | None) -> None:
+def report_replaced(journal: str | None) -> None:
     """Warn on the standard error that a journal will be replaced.
 
     Raises:
@@ -197,7 +197,7 @@ class Outputs:
         self._growing: WholeFile | None = None
 
     def claim(
-        self, path: str | None, endings: tuple[str, ...] = (), bare: bool = False, own: bool = False
+        self, path: str | None, extensions: tuple[str, ...] = (), bare: bool = False, own: bool = False
     ) -> str | None:
         """Check that a file can be written, and that its name has one of these extensions; `bare`: or none.
 
@@ -211,8 +211,8 @@ class Outputs:
 
         if path is None or path == STDIN:
             return path
-        if endings:
-            check_suffix(path, endings, bare=bare)
+        if extensions:
+            check_suffix(path, extensions, bare=bare)
         real = os.path.realpath(path)
         if real in self.taken:
             raise UsageError(f"{path}: this command already uses the file; give each file a different name")

@@ -166,7 +166,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
         error.show()
         return error.exit_code
     except click.Abort as error:
-        return _told(error.__cause__)
+        return _report_interrupt(error.__cause__)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "rich":
             raise
@@ -178,16 +178,16 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     except Exception as error:  # Python or a library may have replaced the interrupt by another exception
         if not any(isinstance(each, KeyboardInterrupt) for each in _before(error)):
             raise
-        return _told()
+        return _report_interrupt()
 
 
-def _told(interrupt: BaseException | None = None) -> int:
+def _report_interrupt(interrupt: BaseException | None = None) -> int:
     """Report that the command was interrupted, with the text of the interrupt if there is one; return its status."""
     import click
 
     sys.unraisablehook = lambda _failed: None  # half-built objects cannot be finalised
-    says = str(interrupt) if isinstance(interrupt, KeyboardInterrupt) else ""
-    click.echo(f"slewline: {says or INTERRUPTED}", err=True)
+    message = str(interrupt) if isinstance(interrupt, KeyboardInterrupt) else ""
+    click.echo(f"slewline: {message or INTERRUPTED}", err=True)
     return FOUND
 
 

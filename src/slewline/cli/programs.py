@@ -54,7 +54,7 @@ def asm(
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
     for problem in assembly.findings:
-        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
+        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.message}", err=True)
     if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
@@ -62,8 +62,8 @@ def asm(
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
-        ending = Path(output or "").suffix.lower()
-        form = form or FORMS.get(ending, "listing")
+        extension = Path(output or "").suffix.lower()
+        form = form or FORMS.get(extension, "listing")
         data = formatted(assembly, form, checksum)
         if assembly.base and form in ("hex", "bin"):
             remedy = "--format image, or a name that ends in .ihx, keeps the address, for --memory"
@@ -134,18 +134,20 @@ def dis(
         remedy = "for host data, give --stream" if dialect_of(sheet).streams else "check the file name"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
-        said, notes = commands(data, sheet)
+        command_lines, notes = commands(data, sheet)
         for note in notes:
             click.echo(f"slewline: {note.code}: {note.text}", err=True)
-        found: Any = {"chip": sheet.part, "commands": said}
-        text = "".join(f"{command}\n" for command in said)
+        found: Any = {"chip": sheet.part, "commands": command_lines}
+        text = "".join(f"{command}\n" for command in command_lines)
     else:
         lines = list(instructions(data, sheet))
         found = {"chip": sheet.part, "lines": [line_object(line) for line in lines]}
         unknown = sum(line.row is None for line in lines)
         if 2 * unknown > len(lines):
-            says = f"{unknown} of {len(lines)} instructions are not commands of the {sheet.part}; check FILE and --chip"
-            click.echo(f"slewline: {file}: {says}", err=True)
+            message = (
+                f"{unknown} of {len(lines)} instructions are not commands of the {sheet.part}; check FILE and --chip"
+            )
+            click.echo(f"slewline: {file}: {message}", err=True)
         text = disassemble(data, sheet, labels=labels)
     put((json.dumps(found, indent=2) + "\n" if as_json else text).encode(), output, outputs)
     return 0
@@ -168,8 +170,8 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
         raise BenchFileError(f"{file}: is empty")
     if form == "bin":
         return raw
-    if form is None and (says := no_bytes(file, raw)):
-        raise BenchFileError(f"{file}: has no program bytes: it is {says}")
+    if form is None and (message := no_bytes(file, raw)):
+        raise BenchFileError(f"{file}: has no program bytes: it is {message}")
     if form is None and not is_named_hex(file):
         text = raw.removeprefix(BOM)  # a binary file may begin with these by chance
         digits = b"".join(re.sub(rb";[^\r\n]*", b"", text).split())
@@ -189,10 +191,10 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 def no_bytes(file: str, raw: bytes) -> str:
     """Return the kind of a file without program bytes, by its name or its first line; empty if unknown."""
-    ending = Path(file).suffix[1:].lower()
+    extension = Path(file).suffix[1:].lower()
     if LISTING.match(raw.decode("latin-1")):
         return NO_PROGRAMS["listing"]
-    return "" if ending in HOLD_BYTES else NO_PROGRAMS.get(ending, "")
+    return "" if extension in HOLD_BYTES else NO_PROGRAMS.get(extension, "")
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
@@ -235,8 +237,8 @@ def lint(
                 head, _, rest = picture(problem, text, where).partition("\n")
                 click.echo(f"{click.style(head, fg=COLOURS[problem.severity])}\n{rest}\n")
             click.echo(f"{where}: {tally(problems)}")
-        for says in filter(None, (each.foreign for each in found)):
-            click.echo(says)
+        for message in filter(None, (each.foreign for each in found)):
+            click.echo(message)
     bad = ("error", "warning") if strict else ("error",)
     return int(any(problem.severity in bad for each in found for problem in each.problems))
 
@@ -334,6 +336,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """Return a data sheet as data; only the one command if a command is named."""
     from ..core.datasheet.command_rows import row_object
+    from ..core.messages.former_names import published
     from ..language.dialect import dialect_of
     from ..language.lookup import find
 
@@ -343,16 +346,16 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     rows = find(sheet, command) if command is not None else list(sheet.commands)
     found["commands"] = [row_object(row) for row in rows]
     if command is None:
-        found["pins"] = [dataclasses.asdict(pin) for pin in sheet.pins]
-        found["registers"] = [dataclasses.asdict(register) for register in sheet.registers]
+        found["pins"] = [published(pin) for pin in sheet.pins]
+        found["registers"] = [published(register) for register in sheet.registers]
         found["options"] = [option.data() for option in sheet.options]
-        found["times"] = {name: dataclasses.asdict(time) for name, time in sheet.times.items()}
+        found["times"] = {name: published(time) for name, time in sheet.times.items()}
     return found
 
 
 def chips(as_json: bool) -> int:
     """Print the parts."""
-    found, failed = {part: row.says for part, row in PARTS.items()}, False
+    found, failed = {part: row.description for part, row in PARTS.items()}, False
     for part in CATALOGUE.brought():
         try:
             found[part] = sheet_of(part).title

@@ -156,8 +156,8 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
         name, equals, value = (part.strip() for part in parameter.partition("="))
         if "=" in value or "=" in parameters:
             parted = re.sub(r"\s*=\s*", "=", " ".join(parameters)).replace(",", " ").split()
-            says = f"{parameter!r}: a parameter is NAME=VALUE without blanks; separate parameters by blanks"
-            raise UsageError(f"{says}; write {' '.join(parted)}")
+            message = f"{parameter!r}: a parameter is NAME=VALUE without blanks; separate parameters by blanks"
+            raise UsageError(f"{message}; write {' '.join(parted)}")
         if not (name and equals and value):
             raise UsageError(f"{parameter!r}: give a parameter and its value, such as R=100")
         known = calculator.quantity(name).name
@@ -170,8 +170,8 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
 # ----------------------------------------------------------------------------------------------------------------- text
 def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
     """Yield the lines that describe a ramp."""
-    told = calculator.told(ramp.values)
-    yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in told.items())}"
+    shown_values = calculator.without_defaults(ramp.values)
+    yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in shown_values.items())}"
     yield f"rates         {number(ramp.start)} to {number(ramp.top)} steps/s"
     if not ramp.time_ps:
         why = calculator.level(ramp)
@@ -201,7 +201,9 @@ def move_line(move: Move | None) -> Iterator[str]:
 
 def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) -> Iterator[str]:
     """Yield the nearest ramps, one line each."""
-    fixed = ", ".join(f"{name} {value}" for name, value in calculator.told(found[0].values).items() if name not in free)
+    fixed = ", ".join(
+        f"{name} {value}" for name, value in calculator.without_defaults(found[0].values).items() if name not in free
+    )
     yield f"{head(calculator, found[0])}: {fixed}; {number(found[0].start)} to {number(found[0].top)} steps/s"
     rows = (
         [
@@ -291,10 +293,12 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
     if len(ramps) > 1 and None not in reached:  # compared ramps make moves of the same distance
         moves = [ramp.move(longest) if move is None else move for ramp, move in zip(ramps, moves, strict=True)]
     drawn = [drawable(path, ramp, move) for ramp, move in zip(ramps, moves, strict=False)]
-    told = [{name: grouped(value) for name, value in calculator.told(ramp.values).items()} for ramp in ramps]
-    alike = [name for name, value in told[0].items() if all(each.get(name) == value for each in told)]
-    note = ", ".join(f"{name} = {told[0][name]}" for name in alike)
-    names = [", ".join(f"{name} = {each[name]}" for name in each if name not in alike) for each in told]
+    shown_values = [
+        {name: grouped(value) for name, value in calculator.without_defaults(ramp.values).items()} for ramp in ramps
+    ]
+    alike = [name for name, value in shown_values[0].items() if all(each.get(name) == value for each in shown_values)]
+    note = ", ".join(f"{name} = {shown_values[0][name]}" for name in alike)
+    names = [", ".join(f"{name} = {each[name]}" for name in each if name not in alike) for each in shown_values]
     steps = ", ".join(dict.fromkeys(grouped(move.steps) for move in drawn))
     title = f"{head(calculator, ramps[0])}: {steps} step{'s' * (steps != '1')}"
     called = zip(names, ramps, drawn, strict=True)

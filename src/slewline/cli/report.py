@@ -38,7 +38,7 @@ def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
         "ended": ended,
         "position": chip.position,
         "registers": dict(chip.registers),
-        "pins": {row.name: chip.pin(row.name).level for row in chip.sheet.pins if row.way not in ("power", "none")},
+        "pins": {row.name: chip.pin(row.name).level for row in chip.sheet.pins if row.in_out not in ("power", "none")},
         "program": chip.program.hex(),
         "steps": steps_object(bench, chip),
         "received": b"".join(received(host) for host in hosts).hex(),
@@ -99,10 +99,10 @@ def summary(bench: Bench, ended: str) -> Iterator[str]:
         for number in range(1, chip.sheet.axes + 1):
             axis = chip.axis(number)
             steps = steps_object(bench, axis)
-            says = [f"position {axis.position}", counted(steps["count"], "step")]
+            items = [f"position {axis.position}", counted(steps["count"], "step")]
             if steps["min_interval_ps"]:
-                says.append(f"up to {round(PS_PER_S / steps['min_interval_ps'])} steps/s")
+                items.append(f"up to {round(PS_PER_S / steps['min_interval_ps'])} steps/s")
             if number == 1:
-                says.append(counted(len(chip.findings), "finding"))
+                items.append(counted(len(chip.findings), "finding"))
             which = f", axis {number}" if chip.sheet.axes > 1 else ""
-            yield f"{chip.name} ({chip.sheet.part}){which}: {', '.join(says)}"
+            yield f"{chip.name} ({chip.sheet.part}){which}: {', '.join(items)}"

@@ -19,7 +19,7 @@ from ..errors import ProgramError, Timeout, TornJournal, UsageError
 from ..record.pictures.picture_files import SUFFIXES
 from ..record.waveforms.vcd import unit_of
 from ..record.waveforms.viewer_layouts import layout_paths
-from .files import STDIN, Outputs, Refused, chip_of, is_bench, is_program, read_options, read_program, say_replaced
+from .files import STDIN, Outputs, Refused, chip_of, is_bench, is_program, read_options, read_program, report_replaced
 from .single import BenchOptions, single
 from .transcript import Transcript, seconds
 
@@ -85,7 +85,7 @@ class RunCommand(BenchOptions):
             for path in self.layouts:
                 outputs.claim(path, own=True)
             outputs.claim(self.plot, SUFFIXES)
-            say_replaced(self.journal)
+            report_replaced(self.journal)
             try:
                 bench = self.replayed(self.replay) if self.replay else self.new_bench(outputs.partial(self.journal))
                 ended = self.ended(bench)
@@ -310,12 +310,12 @@ class RunCommand(BenchOptions):
 
         chips = bench.chips if bench.findings else {}
         found = [
-            says
+            message
             for name, text, place in self.scripts
-            if name in chips and (says := foreign(text, place, type(chips[name]), chips[name].sheet))
+            if name in chips and (message := foreign(text, place, type(chips[name]), chips[name].sheet))
         ]
-        for says in found:
-            click.echo(f"slewline: {says}", err=True)
+        for message in found:
+            click.echo(f"slewline: {message}", err=True)
         return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
@@ -323,7 +323,7 @@ class RunCommand(BenchOptions):
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
-def check_input(bench: Bench, name: str, said: str) -> None:
+def check_input(bench: Bench, name: str, option_text: str) -> None:
     """Refuse a pin that its chip drives.
 
     Raises:
@@ -331,10 +331,10 @@ def check_input(bench: Bench, name: str, said: str) -> None:
     """
     owner, _, pin = name.partition(".")
     chip = bench.chips.get(owner)
-    if chip is None or pin not in chip.pins or chip.sheet.pin(pin).way != "out":
+    if chip is None or pin not in chip.pins or chip.sheet.pin(pin).in_out != "out":
         return
-    inputs = ", ".join(row.name for row in chip.sheet.pins if row.way in ("in", "both"))
-    raise UsageError(f"{said}: {pin} is an output; the inputs of the {chip.sheet.part}: {inputs}")
+    inputs = ", ".join(row.name for row in chip.sheet.pins if row.in_out in ("in", "both"))
+    raise UsageError(f"{option_text}: {pin} is an output; the inputs of the {chip.sheet.part}: {inputs}")
 
 
 def memory_of(bench: Bench, path: str) -> Eeprom | Ram:

@@ -27,7 +27,7 @@ from ..parts.hosts.host import Host
 STAYS_PS = 20 * 10**9  # a display must be unchanged for this time
 MOST = 100  # lines about the same pin; the report of an endless program would never end
 
-Say = Callable[[int, str, str, str], object]  # picoseconds, source, kind of event, text
+Emit = Callable[[int, str, str, str], object]  # picoseconds, source, kind of event, text
 
 
 def seconds(ps: int) -> str:
@@ -36,10 +36,10 @@ def seconds(ps: int) -> str:
 
 
 class Transcript:
-    """Observer that reports the events of a bench to `say`; attach it when the bench is complete, before time runs."""
+    """Observer that reports the events of a bench to `emit`; attach it when the bench is complete, before time runs."""
 
-    def __init__(self, bench: Bench, say: Say) -> None:
-        self.bench, self.say = bench, say
+    def __init__(self, bench: Bench, emit: Emit) -> None:
+        self.bench, self.emit = bench, emit
         self.lines: Counter[str] = Counter()
 
     def attach(self) -> None:
@@ -49,13 +49,13 @@ class Transcript:
         self.bench.on_finding.add(self.finding)
         for part in self.bench.parts.values():
             if isinstance(part, Host):
-                part.on_event.add(partial(self.tell, part.name, "host"))
+                part.on_event.add(partial(self.report, part.name, "host"))
             if isinstance(part, HpDisplay | Lcd):
                 part.on_change.add(DisplayReports(self, part).changed)
         for chip in self.bench.chips.values():
             for row in chip.sheet.pins:
-                if row.told is not None:
-                    self.watch(chip, row, row.told)
+                if row.transcript is not None:
+                    self.watch(chip, row, row.transcript)
             for number in range(1, chip.sheet.axes + 1):
                 MotionReports(self, chip, number).attach()
 
@@ -64,13 +64,13 @@ class Transcript:
         """Virtual time, picoseconds."""
         return self.bench.now_ps
 
-    def tell(self, who: str, kind: str, text: str) -> None:
+    def report(self, who: str, kind: str, text: str) -> None:
         """Print an event of this instant."""
-        self.say(self.now, who, kind, text)
+        self.emit(self.now, who, kind, text)
 
     def finding(self, found: Finding) -> None:
         """Print a finding."""
-        self.say(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
+        self.emit(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
 
     def watch(self, chip: Chip, row: Pin, meanings: tuple[str, str]) -> None:
         """Report the changes of a pin."""
@@ -93,9 +93,9 @@ class Transcript:
         """Report an event, but only a limited number of times."""
         self.lines[about] += 1
         if self.lines[about] <= MOST:
-            self.tell(who, kind, text)
+            self.report(who, kind, text)
         elif self.lines[about] == MOST + 1:
-            self.tell(who, kind, f"{about} continues like this; further lines are not shown")
+            self.report(who, kind, f"{about} continues like this; further lines are not shown")
 
 
 class DisplayReports:
@@ -111,12 +111,12 @@ class DisplayReports:
         self.since = self.kernel.now
         if not self.waits:
             self.waits = True
-            self.kernel.call_at(self.since + STAYS_PS, self.tell)
+            self.kernel.call_at(self.since + STAYS_PS, self.report)
 
-    def tell(self) -> None:
+    def report(self) -> None:
         """Print the text of the display, if it has not changed since."""
         if self.kernel.now < self.since + STAYS_PS:
-            self.kernel.call_at(self.since + STAYS_PS, self.tell)
+            self.kernel.call_at(self.since + STAYS_PS, self.report)
             return
         self.waits = False
         name = self.display.name
@@ -167,7 +167,7 @@ class MotionReports:
     def moves(self, verb: str, motion: MotionStart) -> None:
         """Print that the axis is moving."""
         self.begun, self.steps = self.transcript.now, 0
-        self.tell(f"{verb}{way(motion.direction)} from {motion.position}")
+        self.report(f"{verb}{direction_text(motion.direction)} from {motion.position}")
 
     def end(self, motion: MotionEnd) -> None:
         """Print that a motion ends."""
@@ -180,10 +180,10 @@ class MotionReports:
         taken = readable(motion.time_ps - self.begun)
         self.begun = None
         ended = "cut off" if motion.why == "cut" else self.over
-        steps = counted(abs(self.steps), "step") + (way(self.steps) if self.step is not None else "")
-        self.tell(f"{ended} at {motion.position}: {steps} in {taken}")
+        steps = counted(abs(self.steps), "step") + (direction_text(self.steps) if self.step is not None else "")
+        self.report(f"{ended} at {motion.position}: {steps} in {taken}")
 
-    def tell(self, text: str) -> None:
+    def report(self, text: str) -> None:
         """Print an event of this instant."""
         self.transcript.seldom(self.chip.name, "motion", self.who + text, self.about)
 
@@ -193,6 +193,6 @@ def spoken(row: Pin) -> str:
     return row.name.upper().replace("_", " ")
 
 
-def way(direction: int) -> str:
+def direction_text(direction: int) -> str:
     """Return a direction as a word, after a blank; empty for 0."""
     return "" if not direction else " cw" if direction > 0 else " ccw"

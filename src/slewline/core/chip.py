@@ -109,7 +109,7 @@ class Chip(Component, OneAxis):
             to_drive, to_load, same = (TO_DRIVE, TO_LOAD, "") if cls.__module__.startswith(OURS) else (None,) * 3
             missing(cls, same, **OF_CHIPS)
             for row in sheet.pins:
-                if row.way not in ("power", "none"):
+                if row.in_out not in ("power", "none"):
                     drive = to_drive and to_drive.replace("PIN", row.name)
                     missing(cls, drive, **{row.name: f'it is a pin: {{it}}.pin("{row.name}")'})
             missing(
@@ -150,7 +150,7 @@ class Chip(Component, OneAxis):
     @property
     def _strap(self) -> str:
         """Name of an input, as an example of a strap."""
-        inputs = (row.name for row in self.sheet.pins if row.way == "in")
+        inputs = (row.name for row in self.sheet.pins if row.in_out == "in")
         return next(iter([*self.sheet.plain, *self.sheet.fastest]), next(inputs, "pin"))
 
     @classmethod
@@ -173,7 +173,7 @@ class Chip(Component, OneAxis):
         return ChipCard(
             repr(self)[1:-1],
             self.sheet,
-            {name: pin.level for name, pin in self.pins.items() if pin.row.way in SIGNALS},
+            {name: pin.level for name, pin in self.pins.items() if pin.row.in_out in SIGNALS},
             [self.registers_of(n) for n in range(1, len(self.axes) + 1)] if several else [self.registers],
             self.program_rows(),
             self.program_counter,
@@ -185,8 +185,8 @@ class Chip(Component, OneAxis):
         """Name of the chip, with its part number."""
         return f"{self.name} ({self.sheet.part})"
 
-    def _pins_told(self, _pins: object) -> NameHelp:
-        names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
+    def _pin_help(self, _pins: object) -> NameHelp:
+        names = [row.name for row in self.sheet.pins if row.in_out not in ("power", "none")]
         to_drive = f'a pin is driven: {self.name}.pin("{self._strap}").drive(0)'
         roles = {row.role: row.name for row in reversed(self.sheet.pins) if row.role and row.role not in self.pins}
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
@@ -194,10 +194,10 @@ class Chip(Component, OneAxis):
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
         """Return registers for users to read, those of one axis if there are several."""
         found = Known(registers)
-        found.name_help = partial(self._registers_told, axis=axis) if axis else self._registers_told
+        found.name_help = partial(self._register_help, axis=axis) if axis else self._register_help
         return found
 
-    def _registers_told(self, registers: Mapping[str, int], axis: int = 0) -> NameHelp:
+    def _register_help(self, registers: Mapping[str, int], axis: int = 0) -> NameHelp:
         to_load = f"a host sends the command that loads one: bench.host({self.name}).send(...)"
         return NameHelp(self._of_part + (f" axis {axis}" if axis else ""), "register", to_load, list(registers))
 
@@ -213,22 +213,24 @@ class Chip(Component, OneAxis):
                 terminal = Terminal(self.name, row, self.bus)
                 terminal.bit = int(line)
             else:
-                open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
+                open_input = (
+                    row.in_out == "in" and row.pull is None
+                )  # an input without pull-up reads low when left open
                 pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
                 net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie, row.active)
                 terminal = Terminal(self.name, row, net)
                 net.on_conflict.add(self._conflict)
-                if row.way in ("out", "both"):
+                if row.in_out in ("out", "both"):
                     self.drivers[row.name] = Driver(net, self.name)
             pins[row.name] = terminal
         self.pins = Known(pins)
-        self.pins.name_help = self._pins_told
+        self.pins.name_help = self._pin_help
         if not isinstance(straps, Mapping):
             like = f'{{"{self._strap}": 0}}'
             raise UsageError(f"{self.name}: straps {straps!r}; expected pins with levels, such as {like}")
         for strap, strap_level in straps.items():
             terminal = self.pin(strap)
-            if strap_level not in (0, 1) or terminal.row.way not in ("in", "both"):
+            if strap_level not in (0, 1) or terminal.row.in_out not in ("in", "both"):
                 raise UsageError(f"{self.name}: strap {strap}={strap_level!r}; a strap sets an input to 0 or 1")
             terminal.net.tie = strap_level
             terminal.net.rest()
@@ -337,7 +339,7 @@ class Chip(Component, OneAxis):
         """Report undriven inputs without pull-up, which read low, as findings.  Called before time passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
-            if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:
+            if row.in_out == "in" and row.pull is None and net.tie is None and not net.drivers:
                 self.finding("open-pin", f"pin {row.number} ({row.name}) is open and has no pull-up: it reads low")
 
     @property
@@ -419,7 +421,7 @@ class Chip(Component, OneAxis):
 
     def switched(self, on: bool) -> None:
         """Report that the supply is switched on or off."""
-        self.kernel.outside.tell("power", chip=self.name, on=on)
+        self.kernel.outside.record("power", chip=self.name, on=on)
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:

@@ -102,9 +102,9 @@ class Component:
         """
         input_of(self, verb)
         outside = self.kernel.outside
-        if outside.heard:
+        if outside.has_listeners:
             plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
-            outside.tell("input", part=self.name, verb=verb, args=plain)
+            outside.record("input", part=self.name, verb=verb, args=plain)
 
 
 def input_of(owner: Component, verb: str) -> Callable[..., Any]:

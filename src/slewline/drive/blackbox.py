@@ -131,9 +131,9 @@ class BlackBox:
         return getattr(self.port, "name", "board")
 
     @property
-    def heard(self) -> bytes:
+    def received(self) -> bytes:
         """Last bytes received, as far as the port stores them."""
-        return bytes(getattr(self.port, "heard", b""))
+        return bytes(getattr(self.port, "received", b""))
 
     def _begin(self, mode: str = "w") -> None:
         self._let_go()
@@ -158,11 +158,11 @@ class BlackBox:
                     self.failure or f"black box {self.folder}: {error.strerror or error}; the record ends here"
                 )
 
-    def _note(self, way: str, data: bytes) -> None:
+    def _note(self, direction: str, data: bytes) -> None:
         if self._file is None:
             return
         now = self._clock()
-        entry = {"ns": now - self._began_ns, "tick": self._tick(now), "way": way, "data": data.hex()}
+        entry = {"ns": now - self._began_ns, "tick": self._tick(now), "way": direction, "data": data.hex()}
         line = json.dumps(entry, separators=(",", ":")) + "\n"
         try:
             self._file.write(line)
@@ -237,9 +237,9 @@ def _exchanged(path: Path, number: int, line: bytes) -> tuple[int, int, str, byt
     """Return one entry of the record: ns, tick, direction and bytes."""
     try:
         entry = from_json(line)
-        ns, tick, way, data = (entry[name] for name in ("ns", "tick", "way", "data"))
-        if type(ns) is int and type(tick) is int and way in (">", "<"):
-            return ns, tick, way, bytes.fromhex(data)
+        ns, tick, direction, data = (entry[name] for name in ("ns", "tick", "way", "data"))
+        if type(ns) is int and type(tick) is int and direction in (">", "<"):
+            return ns, tick, direction, bytes.fromhex(data)
     except (ValueError, KeyError, TypeError):
         pass
     raise UsageError(

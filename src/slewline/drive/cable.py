@@ -28,7 +28,7 @@ class Cable:
         self._calls: deque[tuple[int, Callable[[], object]]] = deque()
 
     @property
-    def under_way(self) -> bool:
+    def in_progress(self) -> bool:
         """Whether steps of the motor or calls are pending."""
         return bool(self._calls) or self._moving()
 
@@ -37,14 +37,14 @@ class Cable:
 
     def send(self, call: Callable[[], object]) -> None:
         """Make a call: now if nothing is pending, else a horizon later."""
-        if self.under_way:
+        if self.in_progress:
             self._calls.append((self._present() + self.horizon, call))
         else:
             call()
 
     def send_at(self, tick: int, call: Callable[[], object]) -> None:
         """Make a call that was due at a tick, in order: immediately if nothing is pending."""
-        if not self.under_way:
+        if not self.in_progress:
             call()
             return
         later = []

@@ -229,8 +229,8 @@ class Check:
         """Make ten steps up, and ten back; return whether the board has come to rest after them."""
         hz = self.state.board.hz
         interval, pause = hz // JOG_RATE, hz // 2
-        ways = Record(0, JOG, interval), Record(DOWN, JOG, interval)
-        self.link.push([ways[0], Record(PAUSE, 0, pause), ways[1], Record(PAUSE | REST, 0, pause)])
+        moves = Record(0, JOG, interval), Record(DOWN, JOG, interval)
+        self.link.push([moves[0], Record(PAUSE, 0, pause), moves[1], Record(PAUSE | REST, 0, pause)])
         self.link.start(self.clock.ticks(self.wall()) + self.state.horizon)
         return self._awaited(Happening.REST, JOG_S) is not None
 

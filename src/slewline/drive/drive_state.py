@@ -17,7 +17,7 @@ from ..core.time.timebase import PS_PER_S
 from .board.board_link import Link
 from .board.clock import BoardClock
 from .cable import Cable
-from .feeder import Feeder, LaidOutput
+from .feeder import Feeder, PlannedOutput
 from .ticks import TickMap
 
 if TYPE_CHECKING:
@@ -134,9 +134,9 @@ class DrivePath:
         self.ticks = ticks = TickMap(board.hz)
         of = state.axis, state.kernel, self.link, ticks, horizon, board.shortest
         self.feeder = Feeder(*of, self._put, state.half_steps)
-        self.cable = Cable(horizon, lambda: ticks.at(state.kernel.now) >> 16, self._under_way)
+        self.cable = Cable(horizon, lambda: ticks.at(state.kernel.now) >> 16, self._in_motion)
 
-    def _under_way(self) -> bool:
+    def _in_motion(self) -> bool:
         """Return whether steps are pending, or the rest position of the motor is undecided."""
         return self.feeder.busy or self.state.undecided
 
@@ -144,7 +144,7 @@ class DrivePath:
         """Make a call of the model's instant (ps): a horizon later while output is pending."""
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
-    def _put(self, output: LaidOutput) -> None:
+    def _put(self, output: PlannedOutput) -> None:
         """Change outputs by a frame: immediately while the motor is at rest and nothing is pending."""
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 

@@ -51,16 +51,16 @@ class RecordSink(Protocol):
         """Start the queued records, ahead of the records that wait for slots."""
 
 
-class LaidSteps(NamedTuple):
+class PlannedSteps(NamedTuple):
     """Steps of one direction: ticks, in 1/65536 tick; stop ramp from the first (-1: unknown), and its slope."""
 
     flags: int
     ticks16: NDArray[np.int64]
-    way: int
+    ramp_left: int
     slope: int
 
 
-class LaidOutput(NamedTuple):
+class PlannedOutput(NamedTuple):
     """Outputs that change at a tick, in 1/65536 tick: a mask, and their levels."""
 
     tick16: int
@@ -80,7 +80,7 @@ class Feeder:
         shortest: the least interval between two steps, in ticks.
         put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
-        ways: yields the steps of a stretch in pieces (`WayPiece`): first, end, stop ramp, its change per step.
+        ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per step.
         wake: called before a motion is started.
     """
 
@@ -92,15 +92,15 @@ class Feeder:
         ticks: TickMap,
         horizon: int,
         shortest: int,
-        put: Callable[[LaidOutput], object] = lambda _output: None,
+        put: Callable[[PlannedOutput], object] = lambda _output: None,
         half: Callable[[], bool] = lambda: False,
-        ways: Callable[[Segment, int, int], Iterable[tuple[int, int, int, int]]] = lambda _, a, b: [(a, b, -1, 0)],
+        ramps: Callable[[Segment, int, int], Iterable[tuple[int, int, int, int]]] = lambda _, a, b: [(a, b, -1, 0)],
         wake: Callable[[], object] = lambda: None,
     ) -> None:
         import numpy as np
 
         self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
-        self._put, self._half, self.ways, self.wake, self.shortest = put, half, ways, wake, shortest
+        self._put, self._half, self.ramps, self.wake, self.shortest = put, half, ramps, wake, shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # there are queued steps after which the board has not come to rest
@@ -116,10 +116,10 @@ class Feeder:
         self.base16 = 0
         self.running = self._rested = False  # the last record queued is REST
         self._flags = 0
-        self._items: deque[LaidSteps | LaidOutput] = deque()
+        self._items: deque[PlannedSteps | PlannedOutput] = deque()
         self._open, self._record = self._none, Record(0, 0, 0, 0, 0)
         self._interval16 = self._add = 0  # continuation of the last record; 0: unknown
-        self._way, self._slope = -1, 0  # of the first open step
+        self._ramp_left, self._slope = -1, 0  # of the first open step
         self._rests: deque[int] = deque()
         self._batch: list[Record] = []
         self._start: int | None = None
@@ -185,7 +185,7 @@ class Feeder:
         self._start = None if self._start is None else self._start + ticks
         self._items = deque(
             item._replace(ticks16=item.ticks16 + more)
-            if isinstance(item, LaidSteps)
+            if isinstance(item, PlannedSteps)
             else item._replace(tick16=item.tick16 + more)
             for item in self._items
         )
@@ -226,21 +226,21 @@ class Feeder:
         self.taken_ps = now
         changes, self._changes = self._changes, []
         horizon16, half = self.horizon << 16, HALF if self._half() else 0
-        outputs = deque(LaidOutput(self.ticks.at(ps) + horizon16, mask, value) for ps, mask, value in changes)
+        outputs = deque(PlannedOutput(self.ticks.at(ps) + horizon16, mask, value) for ps, mask, value in changes)
         for stretch, train, a, b in self.axis.played(start, now - 1):
             if self.stopped:
                 self.lost += stretch.sign * (b - a)  # the model continues, the motor does not
                 continue
             flags = half | (DOWN if stretch.sign < 0 else 0)
-            for first, end, way, slope in self.ways(stretch, a, b):
+            for first, end, ramp_left, slope in self.ramps(stretch, a, b):
                 ticks16 = self.ticks.many(train.times(first + 1, end)) + horizon16
                 while outputs and outputs[0].tick16 < ticks16[-1]:
                     before = int(ticks16.searchsorted(outputs[0].tick16, "right"))
                     if before:
-                        self._items.append(LaidSteps(flags, ticks16[:before], way, slope))
+                        self._items.append(PlannedSteps(flags, ticks16[:before], ramp_left, slope))
                     self._items.append(outputs.popleft())
-                    ticks16, way = ticks16[before:], way + before * slope
-                self._items.append(LaidSteps(flags, ticks16, way, slope))
+                    ticks16, ramp_left = ticks16[before:], ramp_left + before * slope
+                self._items.append(PlannedSteps(flags, ticks16, ramp_left, slope))
         self._items.extend(outputs)
 
     # -------------------------------------------------------------------------------------------------- to the board
@@ -253,18 +253,18 @@ class Feeder:
         items = self._items
         while items:
             item = items.popleft()
-            if isinstance(item, LaidSteps):
-                self._lay_steps(*item)
-            elif not self._lay_output(item):
+            if isinstance(item, PlannedSteps):
+                self._queue_steps(*item)
+            elif not self._queue_output(item):
                 items.appendleft(item)
                 break
 
-    def _lay_steps(self, flags: int, ticks16: NDArray[np.int64], way: int, slope: int) -> None:
-        goes_on = self._way + self._slope * len(self._open), self._slope
-        if flags != self._flags or (way, slope) != goes_on:
+    def _queue_steps(self, flags: int, ticks16: NDArray[np.int64], ramp_left: int, slope: int) -> None:
+        goes_on = self._ramp_left + self._slope * len(self._open), self._slope
+        if flags != self._flags or (ramp_left, slope) != goes_on:
             self._close()
             self._interval16 = 0
-            self._way, self._slope = way, slope
+            self._ramp_left, self._slope = ramp_left, slope
         self._flags = flags
         if self._rested or not self.running:
             self._begin(ticks16)
@@ -320,17 +320,17 @@ class Feeder:
 
         steps = np.concatenate((self._open, ticks16))
         limits = {"tolerance": TOLERANCE_TICKS << 16, "shortest": self.shortest}
-        *whole, self._record = fit(steps, self.base16, **limits, flags=self._flags, even=self._way >= 0)
+        *whole, self._record = fit(steps, self.base16, **limits, flags=self._flags, even=self._ramp_left >= 0)
         for record in whole:
             self._push(record)
         self._open = steps[len(steps) - self._record.count :]
 
-    def _lay_output(self, output: LaidOutput) -> bool:
+    def _queue_output(self, output: PlannedOutput) -> bool:
         """Change outputs in a pause; return False if it is too early to know where."""
         if not self.running:
             self._put(output)
             return True
-        following = next((int(item.ticks16[0]) for item in self._items if isinstance(item, LaidSteps)), None)
+        following = next((int(item.ticks16[0]) for item in self._items if isinstance(item, PlannedSteps)), None)
         if following is None and self._present16 < output.tick16:
             return False
         self._close()
@@ -378,12 +378,12 @@ class Feeder:
 
     def _push(self, record: Record) -> None:
         """Push a record that is a fit to steps."""
-        if self._way < 0:
+        if self._ramp_left < 0:
             self._batch.append(record)
         else:  # at fast steps a brake makes one more of them, so the ramp is one shorter
             more = 1 + self._slope if record.interval < FAST_TICKS else 0
-            self._batch.append(record.with_way(max(self._way - more, 0), self._slope))
-            self._way += self._slope * record.count
+            self._batch.append(record.with_ramp_left(max(self._ramp_left - more, 0), self._slope))
+            self._ramp_left += self._slope * record.count
         self.base16 += record.length
         self._interval16, self._add = record.last + record.add, record.add
 

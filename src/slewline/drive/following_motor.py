@@ -44,7 +44,7 @@ class Alignment:
 
     def catch_up(self) -> None:
         """Align the model if, at rest, the program has done other work meanwhile."""
-        if self.state.phase == "ok" and not self.cable.under_way:
+        if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
                 self.align()
@@ -54,7 +54,7 @@ class Alignment:
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)
         self.near = abs(self._off) <= self.state.horizon // 4
-        if self.near or self.cable.under_way:
+        if self.near or self.cable.in_progress:
             self._steady = 0
             return
         self._steady = self._steady + 1 if abs(self._off - before) < self.state.horizon // 50 else 0
@@ -162,7 +162,7 @@ class Following:
         chip, axis = self.state.chip, self.state.axis
         self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)
         self.stop_chip()
-        self.talk.say(self.path.wall())
+        self.talk.send(self.path.wall())
 
     def stop_chip(self) -> None:
         """Stop the chip too if the board has nothing to stop: before a motion, between two, or in a hold."""

@@ -11,15 +11,15 @@ from ..core.wires.pin import Condition
 from ..errors import Timeout, UsageError
 from .board.wire import BoardState
 from .stopping.findings import signed
-from .talk import WAY_DOWN_S
+from .talk import RAMP_DOWN_S
 
 if TYPE_CHECKING:
     from .drive_state import DrivePath, DriveState
     from .following_motor import Alignment, Following
     from .power import Power
     from .stopping.rewind import Rewind
+    from .stopping.stop_ramps import StopRamps
     from .stopping.troubles import Troubles
-    from .stopping.ways import WaysDown
     from .talk import Talk
 
 LEAST_WAIT_S = 0.0005
@@ -37,13 +37,13 @@ class Live:
         state: DriveState,
         path: DrivePath,
         power: Power,
-        ways: WaysDown,
+        stop_ramps: StopRamps,
         watch: Troubles,
         talk: Talk,
         alignment: Alignment,
         motor: Following,
     ) -> None:
-        self.state, self.power, self.ways, self.watch, self.talk = state, power, ways, watch, talk
+        self.state, self.power, self.stop_ramps, self.watch, self.talk = state, power, stop_ramps, watch, talk
         self.alignment, self.motor = alignment, motor
         self.rewind: Rewind | None = None
         self.wall, self.clock, self.link = path.wall, path.clock, path.link
@@ -58,7 +58,7 @@ class Live:
         state, rewind, watch, now = self.state, self.rewind, self.watch, self.wall()
         if rewind is not None:
             rewind.before_turn()
-        self.talk.hear(now)
+        self.talk.receive(now)
         if self.clock.jumps != self.alignment.jumps:
             watch.clock_jumped()
             self.alignment.align()
@@ -77,13 +77,13 @@ class Live:
         until = rewind.going_back_to if rewind is not None and state.undecided else None
         self.cable.turn(tick if until is None else min(tick, until))
         self.link.at_rest = self._rests()
-        self.talk.say(now)
+        self.talk.send(now)
 
     def _feed(self, now: int) -> int:
         """Feed the steps of the model to the board; return the model's present, as a tick."""
         feeder, tick = self.feeder, self.clock.ticks(now)
         self.alignment.turn(tick)
-        self.ways.turn(feeder)
+        self.stop_ramps.turn(feeder)
         try:
             feeder.turn(tick)
         except UsageError as error:  # too fast for the board
@@ -96,7 +96,7 @@ class Live:
     def _rests(self) -> bool:
         """Return whether the drive is idle until an input comes from outside."""
         state = self.state
-        if state.phase != "ok" or state.axis.moving or self.cable.under_way or not self.alignment.near:
+        if state.phase != "ok" or state.axis.moving or self.cable.in_progress or not self.alignment.near:
             return False
         answer = self.link.answer
         if answer is None or answer.state != BoardState.IDLE or not (self.link.idle and self.power.bears_silence):
@@ -218,7 +218,7 @@ class Live:
         state, wall = self.state, self.wall
         if state.phase == "ok" and self.feeder.busy and not (state.chip.idle and not state.axis.moving):
             self.stop()
-        limit = wall() + 2 * state.horizon_ps // 1000 + int(WAY_DOWN_S * 10**9)
+        limit = wall() + 2 * state.horizon_ps // 1000 + int(RAMP_DOWN_S * 10**9)
         self._pass_while(self._motor_moves, limit)
         if not self._motor_moves():
             self.power.switch_off()
@@ -227,7 +227,7 @@ class Live:
     def _motor_moves(self) -> bool:
         """Return whether the board may still output steps."""
         state = self.state
-        return self.cable.under_way if state.phase == "ok" else state.phase == "halted" and not state.final
+        return self.cable.in_progress if state.phase == "ok" else state.phase == "halted" and not state.final
 
     def _pass_while(self, goes_on: Callable[[], bool], limit: int) -> None:
         """Let time run while `goes_on` returns True, up to a limit on the wall clock (ns)."""

@@ -38,8 +38,8 @@ from .stopping.findings import DriveFindings
 from .stopping.halting import StopChip, stop_mode
 from .stopping.reflexes import configured, inputs_of
 from .stopping.rewind import Rewind
+from .stopping.stop_ramps import StopRamps
 from .stopping.troubles import Troubles
-from .stopping.ways import WaysDown
 from .talk import Talk, identified
 
 if TYPE_CHECKING:
@@ -176,15 +176,15 @@ class Drive:
         """Make the pieces that let the board follow the model; each receives only the objects that it needs."""
         state, path = self._state, self._path
         self.power = Power(state, path.link, path.cable, off)
-        ways = WaysDown(state, path.link, path.send_tail)
-        path.feeder.ways, path.feeder.wake = ways.pieces, self.power.before_start
+        stop_ramps = StopRamps(state, path.link, path.send_tail)
+        path.feeder.ramps, path.feeder.wake = stop_ramps.pieces, self.power.before_start
         self._findings = DriveFindings(state, path.feeder)
         self.troubles = self._findings.reported
         self._watch = Troubles(state, path, self._findings, StopChip(state, self._findings, how), self.on_event)
         self._talk = Talk(state, path, self.port, self.power, self._watch, wait)
         alignment = self._alignment = Alignment(state, path)
         self._motor = Following(state, path, self._talk, self._watch, alignment, self_start, self.on_wake)
-        self._live = Live(state, path, self.power, ways, self._watch, self._talk, alignment, self._motor)
+        self._live = Live(state, path, self.power, stop_ramps, self._watch, self._talk, alignment, self._motor)
 
     def __repr__(self) -> str:
         state, dry = self._state, "" if self._state.enable else ", a dry run"
@@ -354,7 +354,7 @@ class Drive:
         state, cable = self._state, self._path.cable
         self.run_until(
             FunctionCondition(
-                lambda: not state.axis.moving and state.chip.idle and not cable.under_way, "the motor at rest"
+                lambda: not state.axis.moving and state.chip.idle and not cable.in_progress, "the motor at rest"
             ),
             timeout,
         )

@@ -81,7 +81,7 @@ class Power:
         axis, (homing, offset) = self.state.axis, self._homed_from
         if axis.homing:
             self._homed_from = axis.homing, offset
-        elif not self.cable.under_way and not axis.moving:
+        elif not self.cable.in_progress and not axis.moving:
             seen = self._seen()
             if axis.position == 0 if homing else seen[1] != offset:  # a register need not count a homing
                 self.state.trust()

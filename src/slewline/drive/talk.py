@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
 UNANSWERED = "; check the port, and the firmware of the board (make boards builds it, avrdude writes it)"
-WAY_DOWN_S = 20.0  # for a motion whose host is gone
+RAMP_DOWN_S = 20.0  # for a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is trusted
 SILENT_NS = 500_000_000
 HELLO_NS = 250_000_000  # between attempts to identify a board: its boot loader takes 1.6 s
@@ -58,7 +58,7 @@ class Talk:
         """Record that the board has just answered."""
         self._since_ns, self._silent = self.wall(), False
 
-    def hear(self, now: int) -> None:
+    def receive(self, now: int) -> None:
         """Receive bytes from the board; report once if it is silent."""
         try:
             data = b"" if self._gone else self.port.read()
@@ -68,7 +68,7 @@ class Talk:
         if data:
             self._silent = False
             self.link.receive(data, now)
-            self.watch.heard()
+            self.watch.note_message()
         elif self.state.phase != "closed" and not (self._silent or self._gone) and self._unanswered(now):
             self._silent = True
             self.watch.silent(readable(SILENT_NS * 1000))
@@ -76,7 +76,7 @@ class Talk:
     def _unanswered(self, now: int) -> bool:
         return min(self.link.unanswered_ns(now), now - self._since_ns) > SILENT_NS
 
-    def say(self, now: int) -> None:
+    def send(self, now: int) -> None:
         """Send pending bytes."""
         data = self.link.outgoing(now)
         if data and not self._gone:
@@ -123,13 +123,13 @@ class Talk:
         limit = self.wall() + int(seconds * 10**9)
         while not self._comes(met):
             if self.wall() > limit:
-                raise UsageError(f"{what} within {seconds:g} s; {_heard(self.port)}{remedy}")
+                raise UsageError(f"{what} within {seconds:g} s; {_received_text(self.port)}{remedy}")
             self.wait(POLL_S)
 
     def _comes(self, met: Callable[[], bool]) -> bool:
         now = self.wall()
-        self.hear(now)
-        self.say(now)
+        self.receive(now)
+        self.send(now)
         return met()
 
     def finish(self) -> None:
@@ -178,7 +178,7 @@ class Talk:
             self._check(link.ident)
         if moving := self._state() in MOVING:
             link.stop(1)
-            self.until(lambda: self._state() not in MOVING, WAY_DOWN_S, "the board does not stop")
+            self.until(lambda: self._state() not in MOVING, RAMP_DOWN_S, "the board does not stop")
             self._open()
         counted, flags = (0, 0) if link.answer is None else (link.answer.position, link.answer.flags)
         return FoundBoard(self._state(), counted, moving, bool(flags & PowerFlag.UNSURE) and not known)
@@ -255,12 +255,12 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
             if isinstance(found, Ident):
                 return board_of(found)
         wait(POLL_S)
-    raise UsageError(f"no board answers within {SET_UP_S:g} s; {_heard(port)}{UNANSWERED}")
+    raise UsageError(f"no board answers within {SET_UP_S:g} s; {_received_text(port)}{UNANSWERED}")
 
 
-def _heard(port: BoardPort) -> str:
+def _received_text(port: BoardPort) -> str:
     """Return a text with the received bytes and the expected ones."""
-    data = bytes(getattr(port, "heard", b""))
+    data = bytes(getattr(port, "received", b""))
     received = f"received {len(data)} bytes, {data[:16].hex(' ')}" if data else "received nothing"
     titles = " or ".join(f"an {board.title}" for board in BOARDS.values())
     return f"{received}; expected the firmware of slewline on {titles}, at {BAUD} baud"

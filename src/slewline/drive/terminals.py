@@ -36,8 +36,8 @@ def steps_a_second(rate: str | int) -> int:
     text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
     found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
     if found is None or not int(found[1]):
-        says = f"rate {rate!r}: {other_kind(rate, 'steps/s')}expected steps per second with their unit"
-        raise UsageError(f"{says}, such as '500 steps/s'{without_comma(rate)}")
+        message = f"rate {rate!r}: {other_kind(rate, 'steps/s')}expected steps per second with their unit"
+        raise UsageError(f"{message}, such as '500 steps/s'{without_comma(rate)}")
     return int(found[1])
 
 
@@ -96,7 +96,7 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
         UsageError: there is no such output of the board, or no such output of the chip.
     """
     printed = [pin.printed for pin in board.outputs]
-    rows = {row.name: row for row in chip.sheet.pins if row.way in ("out", "both")}
+    rows = {row.name: row for row in chip.sheet.pins if row.in_out in ("out", "both")}
     if wiring is None:
         roles = {row.role: row.name for row in rows.values()}
         return {
@@ -110,7 +110,7 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
             )
         if printed.index(name.upper()) in found:
             raise UsageError(f"output {name}: is given twice; leave one out")
-        if any(row.name == pin for row in chip.sheet.pins if row.way == "in"):
+        if any(row.name == pin for row in chip.sheet.pins if row.in_out == "in"):
             raise UsageError(
                 f"output {name}: {pin} is an input of {chip.name}; an input of the board can set it: "
                 f"inputs={{'A1': '{pin}'}} (--input A1={pin})"

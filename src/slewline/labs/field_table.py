@@ -38,7 +38,7 @@ class FieldRow(NamedTuple):
     Attributes:
         name: the name of the field; one that begins with "_" is a record of its own next to the motor record.
         kind: the type of the value, as in Channel Access: double, float, long, short, string or enum.
-        says: the meaning of the field and of a put, for the page.
+        description: the meaning of the field and of a put, for the page.
         put: the method of `Effects` that handles a put; "" for none.
         fixed: True if the field has one value, which may be put.
         value: the initial value; not used if the state computes the field.
@@ -48,7 +48,7 @@ class FieldRow(NamedTuple):
 
     name: str
     kind: str
-    says: str
+    description: str
     put: str = ""
     fixed: bool = False
     value: Any = 0
@@ -61,16 +61,16 @@ class FieldRow(NamedTuple):
         return "put" if self.put else "fixed" if self.fixed else "read"
 
 
-def _read(name: str, kind: str, says: str, **more: Any) -> FieldRow:
-    return FieldRow(name, kind, says, **more)
+def _read(name: str, kind: str, description: str, **more: Any) -> FieldRow:
+    return FieldRow(name, kind, description, **more)
 
 
-def _put(name: str, kind: str, put: str, says: str, **more: Any) -> FieldRow:
-    return FieldRow(name, kind, says, put, **more)
+def _put(name: str, kind: str, put: str, description: str, **more: Any) -> FieldRow:
+    return FieldRow(name, kind, description, put, **more)
 
 
-def _fixed(name: str, kind: str, value: Any, says: str, **more: Any) -> FieldRow:
-    return FieldRow(name, kind, says, fixed=True, value=value, **more)
+def _fixed(name: str, kind: str, value: Any, description: str, **more: Any) -> FieldRow:
+    return FieldRow(name, kind, description, fixed=True, value=value, **more)
 
 
 RATE, SPEED, TIME, ACCELERATION, NONE = "{}/sec", "rev/sec", "sec", "{}/s/s", ""

@@ -246,7 +246,7 @@ class ModuleMotor:
             self.look()
         except NoAnswer:
             question, _ = self.module.speech.questions["position"]
-            self.left_s -= TRIES * self.module.speech.patience(question)
+            self.left_s -= TRIES * self.module.speech.answer_timeout(question)
             if self.left_s < -self.late_s:
                 raise
             return False

@@ -142,7 +142,7 @@ class MotorRecord:
         same = math.isclose(value, has, rel_tol=1e-6) if row.kind in NUMBERS else value == has
         if not same:
             allowed = row.words[has] if row.words else f"{has:g}" if row.kind in NUMBERS else repr(has)
-            raise UsageError(f"allowed {allowed}: {row.says}")
+            raise UsageError(f"allowed {allowed}: {row.description}")
 
     async def publish(self) -> None:
         """Post the fields that have changed, limits first, in the order of the state."""

@@ -60,7 +60,7 @@ def _head(sheet: Sheet) -> str:
     if sheet.labels:
         labels = ", ".join(f"`{dialect_of(sheet).label(letter)}`" for letter in sheet.labels)
         text.append(f"- labels: {labels}, in ASCII programs")
-    text += [f"- {name}: {says}" for name, says in sheet.notes.items()]
+    text += [f"- {name}: {description}" for name, description in sheet.notes.items()]
     return "\n".join(text)
 
 
@@ -75,7 +75,11 @@ def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
             rows = [(*levels, value or "none: a dedicated line") for levels, value in entries.items()]
             parts.append(table((*(f"`{name}`" for name in names), what), rows))
     if dialect.answers:
-        parts.append(table(("answer", "meaning"), ((f"`{answer}`", says) for answer, says in dialect.answers.items())))
+        parts.append(
+            table(
+                ("answer", "meaning"), ((f"`{answer}`", description) for answer, description in dialect.answers.items())
+            )
+        )
     return "\n\n".join(parts)
 
 
@@ -121,8 +125,8 @@ def _pins(sheet: Sheet) -> str:
         (
             pin.number or "",
             f"`{pin.name}`",
-            pin.way,
-            pin.says,
+            pin.in_out,
+            pin.description,
             _role(pin, sheet),
             LEVEL[pin.active],
             LEVEL[pin.pull],
@@ -166,7 +170,7 @@ def _wires(sheet: Sheet) -> str:
 def _registers(sheet: Sheet) -> str:
     heads = ("register", "content", "loaded by", "bits", "unit", "power-up value of the model", "manual")
     rows = [
-        (f"`{r.name}`", r.says, f"`{r.letter}`" if r.letter else "", r.bits, r.unit, r.default, r.where)
+        (f"`{r.name}`", r.description, f"`{r.letter}`" if r.letter else "", r.bits, r.unit, r.default, r.where)
         for r in sheet.registers
     ]
     return f"## Registers\n\n{table(heads, rows)}" if rows else ""
@@ -178,7 +182,7 @@ def _times(sheet: Sheet) -> str:
     rows = [
         (
             f"`{name}`",
-            time.says,
+            time.description,
             f"{time.us:.10g}",
             *((f"{time.mhz:g}", time.ticks) if clocks else ()),
             time.where,
@@ -197,7 +201,7 @@ def _printed(sheet: Sheet) -> str:
     heads = ("", "time", "from", "to", "min. µs", "typ. µs", "max. µs", *clocks, "kept by", "manual", "trust")
     rows = [
         (
-            *(limit.symbol, limit.says, f"`{limit.start}`", f"`{limit.end}`"),
+            *(limit.symbol, limit.description, f"`{limit.start}`", f"`{limit.end}`"),
             *("" if ps is None else f"{ps / 10**6:.10g}" for ps in (limit.least, limit.typical, limit.most)),
             *(*(limit.mhz or "any" for _ in clocks), limit.keeper, limit.where, limit.trust),
         )
@@ -211,12 +215,14 @@ def _printed(sheet: Sheet) -> str:
 
 def _rates(sheet: Sheet) -> str:
     rows = ((f"**{first}**", *sheet.rates[first : first + 8]) for first in range(0, len(sheet.rates), 8))
-    says = f"Steps per second at {mhz(sheet.crystal_hz)} MHz for every rate parameter; they scale with the crystal."
-    return f"## Rates\n\n{says}\n\n{table(('', *(f'+{n}' for n in range(8))), rows)}" if sheet.rates else ""
+    description = (
+        f"Steps per second at {mhz(sheet.crystal_hz)} MHz for every rate parameter; they scale with the crystal."
+    )
+    return f"## Rates\n\n{description}\n\n{table(('', *(f'+{n}' for n in range(8))), rows)}" if sheet.rates else ""
 
 
 def _options(sheet: Sheet) -> str:
-    says = (
+    description = (
         "Of `bench.add`, `options` in a bench file, `serve --option name=value`"
         + (", `slewline://` URLs" if sheet.channel(SerialLine) is not None else "")
         + (
@@ -225,7 +231,7 @@ def _options(sheet: Sheet) -> str:
             else "."
         )
     )
-    return f"## Options\n\n{says}\n\n{option_table(sheet.options)}" if sheet.options else ""
+    return f"## Options\n\n{description}\n\n{option_table(sheet.options)}" if sheet.options else ""
 
 
 def option_table(options: Iterable[Option]) -> str:
@@ -236,7 +242,7 @@ def option_table(options: Iterable[Option]) -> str:
             f"`{name}`",
             "required" if row.required else row.shown and f"`{row.shown}`",
             row.allowed,
-            f"{row.says}{row.where and f' ({row.where})'}",
+            f"{row.description}{row.where and f' ({row.where})'}",
         )
         for name, row in flat(options)
     ]

@@ -113,7 +113,7 @@ class Dialect(Generic[R]):
         """
         raise NotImplementedError
 
-    def said(self, answer: str) -> str:
+    def meaning_of(self, answer: str) -> str:
         """Return the sheet's text about an answer; empty if the answer needs none."""
         return self.answers.get(answer, "")
 
@@ -122,7 +122,7 @@ class Dialect(Generic[R]):
         """Return an instruction as stored in the program buffer, or as a host writes it if none is stored."""
         return statement.row.pack(statement.values)
 
-    def start(self, said: Sequence[Statement]) -> int:
+    def start(self, statements: Sequence[Statement]) -> int:
         """Return the start address of a program that is entered after these statements."""
         return 0
 

@@ -70,7 +70,7 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
     A program is read as the chip stores it: counts do not matter there, and one count may cover the whole program.
     """
     decoder = dialect_of(sheet).decoder(sheet)
-    said: list[str] = []
+    texts: list[str] = []
     stored: bytes | None = None  # of the program being entered
     begun = 0  # of the command being read: index of the byte in the stream
     for place, byte in enumerate(stream, 1):
@@ -83,8 +83,8 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
             stored += found.stored
             continue
         if stored is not None:
-            said += _entered(stored, sheet)
-        said.append(found.text)
+            texts += _entered(stored, sheet)
+        texts.append(found.text)
         stored = b"" if found.row.role == "enter" else None
     notes = decoder.take_notes()
     if not decoder.at_letter:
@@ -92,7 +92,7 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
         more = "" if len(rest) <= 8 else " ..."
         where = f"from byte {begun} on, {_hex(rest[:8])}{more}"
         notes.append(Note("cut-short", f"the stream ends inside a command, which is omitted: {where}"))
-    return said + _entered(stored or b"", sheet), notes
+    return texts + _entered(stored or b"", sheet), notes
 
 
 def _entered(stored: bytes, sheet: Sheet) -> list[str]:

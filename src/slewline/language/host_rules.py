@@ -16,9 +16,9 @@ def directives(source: Source) -> list[Directive]:
 
 def driven(source: Source) -> None:
     """Report directives that drive an output: two outputs on one net are a conflict."""
-    outputs = {pin.name: pin for pin in source.sheet.pins if pin.way == "out"}
+    outputs = {pin.name: pin for pin in source.sheet.pins if pin.in_out == "out"}
     for item in directives(source):
         found = DRIVEN.match(item.text)
         if found and found[1] in outputs:
-            says, where = f"{found[1]} is an output of the {source.sheet.part.upper()}", outputs[found[1]].where
-            source.report(item, "driven-output", "warning", says, section=where, remedy="drive an input")
+            message, where = f"{found[1]} is an output of the {source.sheet.part.upper()}", outputs[found[1]].where
+            source.report(item, "driven-output", "warning", message, section=where, remedy="drive an input")

@@ -49,13 +49,13 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
 def steps_on(block: Block, statement: Statement) -> list[int]:
     """Return the addresses at which a program may continue after an instruction, including the end of the program."""
     target = statement.target
-    ways = {
+    successors = {
         "n": statement.end,
         "0": 0,
         "l": block.loop_start(statement),
         "t": None if target is None else block.address_of(target),
     }
-    found = [ways[way] for way in statement.row.flow]
+    found = [successors[flow] for flow in statement.row.flow]
     return [address for address in found if address is not None]
 
 
@@ -78,10 +78,10 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
         if statement is None:
             ends[state] = None
             continue
-        behind = step(statement, state)
+        after = step(statement, state)
         if not statement.row.flow:
-            ends[behind] = None
-        ahead = [(there, behind) for there in steps_on(block, statement) if (there, behind) not in seen]
+            ends[after] = None
+        ahead = [(there, after) for there in steps_on(block, statement) if (there, after) not in seen]
         seen |= dict.fromkeys(ahead)
         todo += ahead
     return list(ends) or list(dict.fromkeys(state for _, state in seen))

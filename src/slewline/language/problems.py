@@ -13,6 +13,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
+from ..core.messages.former_names import formerly
+
 Severity = Literal["error", "warning", "note"]
 
 
@@ -40,6 +42,7 @@ class Place(NamedTuple):
     length: int
 
 
+@formerly(message="says")
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
     """A problem of a text: its place, the text found, the allowed values, the manual's section, the remedy."""
@@ -55,7 +58,7 @@ class Problem:
     remedy: str = ""
 
     @property
-    def says(self) -> str:
+    def message(self) -> str:
         """The text found, the allowed values, and their source, in one line."""
         allowed = f": allowed {self.allowed}" if self.allowed else ""
         where = f" ({self.where})" if self.where else ""
@@ -69,7 +72,7 @@ def picture(problem: Problem, text: str, name: str, severity: bool = True) -> st
     blank = re.sub(r"[^\t]", " ", line[: problem.column - 1].ljust(problem.column - 1))  # keeps tabs
     prefix = f"{problem.severity}: " if severity else ""
     shown = [
-        f"{name}, line {problem.line}, column {problem.column}: {prefix}{problem.says}",
+        f"{name}, line {problem.line}, column {problem.column}: {prefix}{problem.message}",
         f"    {line}",
         f"    {blank}{'^' * max(problem.length, 1)}",
     ]

@@ -53,7 +53,7 @@ class RampParameter:
     """
 
     name: str
-    says: str
+    description: str
     arg: Arg | None = None
     choices: tuple[str, ...] = ()
     default: Value | None = None
@@ -210,9 +210,9 @@ class Ramp(ABC):
         Raises:
             UsageError: not a whole number, or a move that the part cannot make.
         """
-        number, (least, most, says) = whole(distance), self.distances
+        number, (least, most, remark) = whole(distance), self.distances
         if number is None or not least <= number <= most:
-            raise UsageError(f"{self.part}: a move of {distance!r} steps; allowed {least}..{most}{says}")
+            raise UsageError(f"{self.part}: a move of {distance!r} steps; allowed {least}..{most}{remark}")
         return self.made(number)
 
     @property
@@ -280,8 +280,8 @@ class Calculator(ABC):
             if quantity.name.lower() == name.lower():
                 return quantity
         names = [quantity.name for quantity in self.quantities]
-        says = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
-        raise UnknownName(says + hint(name, names))
+        message = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
+        raise UnknownName(message + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
         """Return why a ramp has no steps, if its rate is not above the first one; empty if it has some."""
@@ -290,7 +290,7 @@ class Calculator(ABC):
         rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
         return f"the rate is not above the first one ({', '.join(rates)})"
 
-    def told(self, values: Values) -> dict[str, Value]:
+    def without_defaults(self, values: Values) -> dict[str, Value]:
         """Return values without parameters that are at their default and cannot be searched for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
         return {name: value for name, value in values.items() if value != defaults.get(name)}
@@ -314,7 +314,9 @@ class Calculator(ABC):
         """Return the options of the part among some values, if they are not at their defaults."""
         options = {option.name for option in self.sheet.options}
         truth: dict[Value, bool] = {"True": True, "False": False}
-        return {name: truth.get(value, value) for name, value in self.told(values).items() if name in options}
+        return {
+            name: truth.get(value, value) for name, value in self.without_defaults(values).items() if name in options
+        }
 
     def script(self, values: Values, steps: int) -> list[str]:
         """Return the commands that a host sends for a move of a number of steps: the parameters, then the move.
@@ -382,7 +384,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
         else:
             missing.append(quantity)
     if missing:
-        names = ", ".join(f"{quantity.name} ({quantity.says}, {quantity.allowed})" for quantity in missing)
+        names = ", ".join(f"{quantity.name} ({quantity.description}, {quantity.allowed})" for quantity in missing)
         raise UsageError(f"{part}: no value for {names}")
     return values, free
 

@@ -42,7 +42,7 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
     Raises:
         UsageError: a rate beyond the range of the register, or not a number.
     """
-    return _held(arg, _number(rate) / per_s**arg.cycles, rate)
+    return _within_range(arg, _number(rate) / per_s**arg.cycles, rate)
 
 
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
@@ -63,7 +63,7 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     number, time, power = match.groups()
     if int(power or 1) != arg.cycles:
         raise UsageError(f"{arg.name} {text.strip()}: allowed {units(arg)}")
-    return _held(arg, Fraction(number) / (per_s**arg.cycles if time == "s" else 1), text.strip())
+    return _within_range(arg, Fraction(number) / (per_s**arg.cycles if time == "s" else 1), text.strip())
 
 
 def steps_per_s(text: str) -> Fraction | None:
@@ -119,7 +119,7 @@ def manual(arg: Arg, rate: Rate, round_per_s: int) -> int:
     """Return the register value as in the manual's examples: a round number of cycles per second, and six digits."""
     exact = _number(rate)
     cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * round_per_s**arg.cycles)
-    return _held(arg, Fraction(cut), rate)
+    return _within_range(arg, Fraction(cut), rate)
 
 
 def per_second(arg: Arg, value: int, per_s: Fraction) -> Fraction:
@@ -141,7 +141,7 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
         raise UsageError(
             f"{counts} counts for {steps} steps are {shown}: the ratio must be a whole number, or the position drifts"
         )
-    return _held(arg, Fraction(counts, steps), f"{counts}/{steps}")
+    return _within_range(arg, Fraction(counts, steps), f"{counts}/{steps}")
 
 
 def _number(rate: Rate) -> Fraction:
@@ -153,7 +153,7 @@ def _number(rate: Rate) -> Fraction:
         raise UsageError(f"{rate!r} is not a rate") from None
 
 
-def _held(arg: Arg, exact: Fraction, shown: object) -> int:
+def _within_range(arg: Arg, exact: Fraction, shown: object) -> int:
     """Return the whole number nearest to a value in the register's unit, a half upwards."""
     value = floor(exact * (1 << arg.fraction) + Fraction(1, 2))
     if not arg.allows(value):

@@ -61,14 +61,14 @@ def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
             pending = line.take(pending)
     if line and pending:
         line.end(pending)
-    _lay_out(source, bare)
+    _arrange(source, bare)
     return source
 
 
 # ------------------------------------------------------------------------------------------------- programs in the text
 
 
-def _lay_out(source: Source, bare: bool) -> None:
+def _arrange(source: Source, bare: bool) -> None:
     """Separate programs from command mode, and set the addresses of the instructions in each program."""
     items, source.items = source.items, []
     has_entry = any(isinstance(item, Statement) and item.row.role == "enter" for item in items)
@@ -139,14 +139,14 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
         if found_mark := _mark(code):
             at = found_mark.end() - 1
             place = number, at + 1, len(code.rstrip()) - at
-            says = f"{code[at:].rstrip()} is sent to the part"
-            found.append(Problem(*place, COMMENT, "warning", says, remedy=BEGINS))
+            message = f"{code[at:].rstrip()} is sent to the part"
+            found.append(Problem(*place, COMMENT, "warning", message, remedy=BEGINS))
         if not (semicolon and code.strip() and parts and not code.lstrip().startswith("@")):
             continue
         if all(_is_command(part, sheet) for part in parts):
             place = number, len(code) + 1, len(line.rstrip()) - len(code)
-            says = f"{'; '.join(parts)} after a semicolon is a comment, and is not sent"
-            found.append(Problem(*place, COMMENT, "warning", says, remedy="write one command a line"))
+            message = f"{'; '.join(parts)} after a semicolon is a comment, and is not sent"
+            found.append(Problem(*place, COMMENT, "warning", message, remedy="write one command a line"))
     return found
 
 

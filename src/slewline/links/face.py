@@ -94,7 +94,7 @@ class ServerFace(Protocol):
     lines: dict[str, HostLine]
     ports: list[OpenPort]
     allow_remote: bool
-    tell: Callable[[str], object]
+    report: Callable[[str], object]
     found: int
     notes: list[Callable[[], str]]
     troubles: list[str]

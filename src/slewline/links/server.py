@@ -63,7 +63,7 @@ class Server(Closing):
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript; "-": standard error.
         allow_remote: other machines may connect.
-        tell: called with messages for the user: findings, limits of a port, an unplugged cable, a full disk; not with
+        report: called with messages for the user: findings, limits of a port, an unplugged cable, a full disk; not with
             messages that the transcript on the terminal shows.
 
     Attributes:
@@ -88,9 +88,9 @@ class Server(Closing):
         pace: Pace,
         log: str | PathLike[str] | None = None,
         allow_remote: bool = False,
-        tell: Callable[[str], object] = lambda _text: None,
+        report: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
+        self.bench, self.pace, self.allow_remote, self.report = bench, pace, allow_remote, report
         self.troubles: list[str] = []
         self.log = TranscriptFile(bench.kernel, log, self._trouble)
         self.loop = Loop()
@@ -353,10 +353,10 @@ class Server(Closing):
         """Report an event to the user, once; on the terminal, the transcript does."""
         self.log.event(line, text)
         if not self.log.on_terminal:
-            self.tell(text)
+            self.report(text)
 
     def _report(self, text: str) -> None:
-        self.tell(text)
+        self.report(text)
 
     def _trouble(self, text: str) -> None:
         if text not in self.troubles:  # a retry of a host is not reported again

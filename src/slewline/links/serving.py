@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..parts.hosts.bus_host import BusHost
     from .face import ServerFace
 
-DEAF = (
+NOT_RECEIVING = (
     "the UART of {chip} only receives: commands are not answered; use --framing (in a bench file framing = "
     "true), with which ?0 to ?3 read back"
 )
@@ -91,7 +91,7 @@ def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))
-    server.say(chips[0].name, DEAF.format(chip=chips[0].name))
+    server.say(chips[0].name, NOT_RECEIVING.format(chip=chips[0].name))
     return ConnectorLine(name, chips, server.pace, server.log, uart(server.bench, chips[0]))
 
 

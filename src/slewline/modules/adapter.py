@@ -76,11 +76,11 @@ class FramedSpeech(Speech):
         last = sizes[STATUS] - 1
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
-    def value(self, what: str, said: str) -> str:
+    def value(self, what: str, reply: str) -> str:
         """Return a value as text: bytes as a number, the direction as the command that sets it."""
         if what == "adapter":
-            return said
-        data = bytes.fromhex(said)
+            return reply
+        data = bytes.fromhex(reply)
         if what == "direction":
             name = "CCW" if data[-1] & self.bus.ccw_bit else "CW"
             return next(row.form for row in self.sheet.commands if row.name == name)

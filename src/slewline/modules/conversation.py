@@ -57,7 +57,7 @@ class Suggestion(NamedTuple):
     """A completion of a line, and its meaning."""
 
     text: str
-    says: str
+    description: str
 
 
 @dataclass
@@ -191,7 +191,7 @@ class Conversation:
             return Reply(failure=f":send {text}: allowed ASCII, and \\r, \\n, \\x41 for other characters")
         since, findings = self._odd(data)
         self.module.send(data)
-        answer = self._until_silence(self.speech.patience(self.speech.probe))
+        answer = self._until_silence(self.speech.answer_timeout(self.speech.probe))
         lines = answer.decode("latin-1").removesuffix("\r").split("\r") if answer else []
         return Reply([each.encode("unicode_escape").decode() for each in lines], "", findings, since)
 
@@ -203,9 +203,9 @@ class Conversation:
                 return describe_command(self.sheet, command)
             except SlewlineError as error:
                 return str(error)
-        rows = [*((syntax(row), row.says) for row in self.sheet.commands), *VERBS.items()]
+        rows = [*((syntax(row), row.description) for row in self.sheet.commands), *VERBS.items()]
         width = max(len(name) for name, _ in rows)
-        return "\n".join(f"{name:<{width}}  {says}" for name, says in rows)
+        return "\n".join(f"{name:<{width}}  {description}" for name, description in rows)
 
     def hint(self, line: str) -> str:
         """Return the manual's text for the line being typed; empty if it is not a command yet."""
@@ -220,16 +220,24 @@ class Conversation:
         """Beginnings of commands, with the manual's text; queries are complete."""
         found: dict[str, str] = {}
         for row in self.sheet.commands:
-            says = f"{syntax(row)}: {row.says}"
+            description = f"{syntax(row)}: {row.description}"
             for head in ("+", "-") if row.head == SIGNED else (row.head,):
-                found[head] = f"{found[head]}; {says}" if head in found else says
+                found[head] = f"{found[head]}; {description}" if head in found else description
         return found | {command: f"queries {what}" for what, (command, _) in self.speech.questions.items()}
 
     def suggestions(self, begun: str) -> list[Suggestion]:
         """Return the completions of a line."""
         verb, space, rest = begun.partition(" ")
         if begun.startswith(VERB) and not space:
-            return [Suggestion(name, says) for name, says in VERBS.items() if name.startswith(begun)]
+            return [Suggestion(name, description) for name, description in VERBS.items() if name.startswith(begun)]
         if begun.startswith(VERB):
-            return [Suggestion(f"{verb} {each.text}", each.says) for each in self.suggestions(rest) if verb == ":help"]
-        return [Suggestion(head, says) for head, says in self.heads.items() if head.lower().startswith(begun.lower())]
+            return [
+                Suggestion(f"{verb} {each.text}", each.description)
+                for each in self.suggestions(rest)
+                if verb == ":help"
+            ]
+        return [
+            Suggestion(head, description)
+            for head, description in self.heads.items()
+            if head.lower().startswith(begun.lower())
+        ]

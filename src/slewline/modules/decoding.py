@@ -12,7 +12,7 @@ from ..errors import UsageError
 from ..record.measuring.intervals import SignalEdges
 from ..record.measuring.sampled_characters import characters, shown
 from ..record.waveforms.waveforms import Waveforms
-from .dialogue import DialogueHeader, Gathered, RecordedDialogue, Said, Speaker
+from .dialogue import DialogueEntry, DialogueHeader, Gathered, RecordedDialogue, Speaker
 from .speech import speech_of
 
 PS_PER_US = 10**6
@@ -69,14 +69,14 @@ def decode_dialogue(
     wires = {"host": _Wire(waves, host), "module": _Wire(waves, module)}
     rates = speech.rates if baud is None else (baud,)
     rate = min(rates, key=lambda each: _misfit(wires, each, speech.word))
-    said = {who: wire.characters(rate, speech.word) for who, wire in wires.items()}
+    characters = {who: wire.characters(rate, speech.word) for who, wire in wires.items()}
     damaged = tuple(
         DamagedCharacter(wires[who].name, each.start_ps, each.byte, each.parity_wrong)
-        for who, found in said.items()
+        for who, found in characters.items()
         for each in found
         if not each.good
     )
-    total = sum(map(len, said.values()))
+    total = sum(map(len, characters.values()))
     tried = f"{rate} baud" if len(rates) == 1 else f"{rates[-1]} to {rates[0]} baud"
     if not total or len(damaged) > MOST_DAMAGED * total:
         found = f"{len(damaged)} of {total} characters are damaged" if total else "there are no characters"
@@ -86,7 +86,7 @@ def decode_dialogue(
             "and its rate"
         )
     header = DialogueHeader(sheet.part, baud=rate, checksum=checksum, address=address)
-    return Decoded(RecordedDialogue(header, tuple(_entries(said, waves.start_ps))), damaged)
+    return Decoded(RecordedDialogue(header, tuple(_entries(characters, waves.start_ps))), damaged)
 
 
 class _Wire:
@@ -121,14 +121,14 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
     return sum(not each.good for each in found) / max(len(found), 1), apart
 
 
-def _entries(said: dict[str, list[Character]], begin: int) -> list[Said]:
+def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
     """Return lines, as a proxy would record them: a host's characters at their start, a module's at their end."""
-    instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in said["host"]]
-    instants += [(each.end_ps, "module", each.byte) for each in said["module"]]
+    instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
+    instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()
     entries = [
         entry
         for ps, who, byte in sorted(instants, key=lambda each: each[0])
         for entry in gathered.take(who, (ps - begin) // PS_PER_US, byte)
     ]
-    return [Said(first, last, who, data) for who, first, last, data in entries + gathered.end()]
+    return [DialogueEntry(first, last, who, data) for who, first, last, data in entries + gathered.end()]

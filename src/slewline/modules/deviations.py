@@ -22,7 +22,7 @@ LONGEST = 4096  # characters of an answer that is searched
 BLANKS = b" \t"
 
 
-class Asked(NamedTuple):
+class Question(NamedTuple):
     """A query: the protocol of the part, and the command."""
 
     speech: Speech
@@ -38,93 +38,93 @@ class Asked(NamedTuple):
 class Mend(NamedTuple):
     """A kind of deviation: its name, and the function that undoes it."""
 
-    says: str
-    undo: Callable[[Asked, bytes], bytes]
+    description: str
+    undo: Callable[[Question, bytes], bytes]
 
 
 def deviations(speech: Speech, command: str, received: bytes) -> str:
     """Return the deviations of an answer from the sheet, in words; empty if there are none, or none of a known kind."""
-    asked = Asked(speech, command)
+    question = Question(speech, command)
     if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
         return ""
-    if fits(asked, received):
+    if fits(question, received):
         return ""
     for number in range(1, MOST + 1):
         for mends in combinations(MENDS, number):
-            if fits(asked, _undone(asked, received, mends)):
-                return " and ".join(mend.says for mend in mends)
+            if fits(question, _undone(question, received, mends)):
+                return " and ".join(mend.description for mend in mends)
     return ""
 
 
-def _undone(asked: Asked, received: bytes, mends: Sequence[Mend]) -> bytes:
+def _undone(question: Question, received: bytes, mends: Sequence[Mend]) -> bytes:
     """Return an answer without deviations; empty if one of them does not occur."""
     for mend in mends:
-        before, received = received, mend.undo(asked, received)
+        before, received = received, mend.undo(question, received)
         if received == before:
             return b""
     return received
 
 
-def fits(asked: Asked, received: bytes) -> bool:
+def fits(question: Question, received: bytes) -> bool:
     """Return whether these characters are a valid answer of the part to a query."""
     if not received.endswith(CR):
         return False
     try:
-        lines = asked.speech.lines(received)
+        lines = question.speech.lines(received)
     except DamagedAnswer:
         return False
-    if len(lines) == 1 and asked.speech.refusal(lines[0]):
+    if len(lines) == 1 and question.speech.refusal(lines[0]):
         return True
-    shape = next((shape for each, shape in asked.speech.questions.values() if each == asked.command), None)
+    shape = next((shape for each, shape in question.speech.questions.values() if each == question.command), None)
     if shape is not None:
         return re.fullmatch(shape, "\r".join(lines)) is not None
-    if asked.lists:
-        return lines[-1] == _end_of(asked) and all(is_instruction(asked, line) for line in lines[:-1])
-    if isinstance(asked.speech, QuerySpeech):
-        (pointer,) = asked.speech.sheet.acting("pointer")
-        wanted = 1 + asked.speech.listed_lines(asked.command)
+    if question.lists:
+        return lines[-1] == _end_of(question) and all(is_instruction(question, line) for line in lines[:-1])
+    if isinstance(question.speech, QuerySpeech):
+        (pointer,) = question.speech.sheet.acting("pointer")
+        wanted = 1 + question.speech.listed_lines(question.command)
         return len(lines) == wanted and re.fullmatch(rf"{pointer.form}=[0-9]{{5}}", lines[0]) is not None
-    return len(lines) == 1 and lines[0] in dialect_of(asked.speech.sheet).answers
+    return len(lines) == 1 and lines[0] in dialect_of(question.speech.sheet).answers
 
 
-def is_instruction(asked: Asked, line: str) -> bool:
+def is_instruction(question: Question, line: str) -> bool:
     """Return whether a line of a listing is an instruction."""
-    command = parse(asked.speech.sheet, line)
+    command = parse(question.speech.sheet, line)
     return isinstance(command, Command) and bool(command.row.stored)
 
 
-def _end_of(asked: Asked) -> str:
+def _end_of(question: Question) -> str:
     """Return the line that ends a listing; empty if none."""
-    answers = dialect_of(asked.speech.sheet).answers.items()
-    return next((answer for answer, says in answers if "listing" in says), "")
+    answers = dialect_of(question.speech.sheet).answers.items()
+    return next((answer for answer, meaning in answers if "listing" in meaning), "")
 
 
 # ---------------------------------------------------------------------------------------------------------- the mends
-def _each(undo: Callable[[Asked, bytes], bytes]) -> Callable[[Asked, bytes], bytes]:
+def _each(undo: Callable[[Question, bytes], bytes]) -> Callable[[Question, bytes], bytes]:
     """Return a function that undoes a deviation line by line."""
-    return lambda asked, data: b"".join(undo(asked, line) for line in data.splitlines(keepends=True))
+    return lambda question, data: b"".join(undo(question, line) for line in data.splitlines(keepends=True))
 
 
-def _echo(asked: Asked, data: bytes) -> bytes:
-    sent = asked.speech.framed(asked.command)
+def _echo(question: Question, data: bytes) -> bytes:
+    sent = question.speech.framed(question.command)
     for each in (sent + b"\n", sent, sent.rstrip(CR)):
         if data.startswith(each) and len(data) > len(each):
             return data[len(each) :].lstrip(b"\n")
     return data
 
 
-def _no_prompt(_asked: Asked, data: bytes) -> bytes:
+def _no_prompt(_question: Question, data: bytes) -> bytes:
     return re.sub(rb"(?m)^[>*#:?]+ ?|[>*#:?]+ ?\Z", b"", data)
 
 
-def _capitals(asked: Asked, line: bytes) -> bytes:
+def _capitals(question: Question, line: bytes) -> bytes:
     text = line.rstrip(b"\r\n").decode("latin-1")
-    return line if asked.lists and is_instruction(asked, text) else line.upper()
+    return line if question.lists and is_instruction(question, text) else line.upper()
 
 
-def _joined(asked: Asked, data: bytes) -> bytes:
+def _joined(question: Question, data: bytes) -> bytes:
     """Return a listing in which incomplete instructions are joined with the next line."""
-    if not asked.lists:
+    if not question.lists:
         return data
     *lines, end = data.removesuffix(CR).split(CR)
     found: list[bytes] = []
@@ -134,28 +134,28 @@ def _joined(asked: Asked, data: bytes) -> bytes:
     return CR.join([*found, end]) + CR
 
 
-def _with_end(asked: Asked, data: bytes) -> bytes:
-    end = _end_of(asked).encode("ascii")
-    return data + end + CR if asked.lists and end and not data.endswith(end + CR) else data
+def _with_end(question: Question, data: bytes) -> bytes:
+    end = _end_of(question).encode("ascii")
+    return data + end + CR if question.lists and end and not data.endswith(end + CR) else data
 
 
-def _last_line(asked: Asked, data: bytes) -> bytes:
-    return data if asked.lists else data.removesuffix(CR).rpartition(CR)[2] + CR
+def _last_line(question: Question, data: bytes) -> bytes:
+    return data if question.lists else data.removesuffix(CR).rpartition(CR)[2] + CR
 
 
-def _padded(asked: Asked, line: bytes) -> bytes:
+def _padded(question: Question, line: bytes) -> bytes:
     """Return a number with as many digits as in the sheet."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
-    if found and isinstance(asked.speech, QuerySpeech):
-        digits = asked.speech.dialect.queries.get(found[1].decode("ascii"), 0)
+    if found and isinstance(question.speech, QuerySpeech):
+        digits = question.speech.dialect.queries.get(found[1].decode("ascii"), 0)
         return found[1] + b"=" + found[2].lstrip(b"0").rjust(digits, b"0") + CR
     return re.sub(rb"\A(V[+-]?)0+(?=[0-9]{2})", rb"\1", line)
 
 
-def _unchecked(asked: Asked, line: bytes) -> bytes:
-    if not isinstance(asked.speech, LineSpeech) or asked.speech.checked:
+def _unchecked(question: Question, line: bytes) -> bytes:
+    if not isinstance(question.speech, LineSpeech) or question.speech.checked:
         return line
-    checked = LineSpeech(asked.speech.sheet, asked.speech.baud, True, asked.speech.address)
+    checked = LineSpeech(question.speech.sheet, question.speech.baud, True, question.speech.address)
     with suppress(DamagedAnswer):
         return checked.stripped(line.rstrip(CR)).encode("latin-1") + CR
     return line
@@ -187,11 +187,11 @@ MENDS = (
 def in_words(shape: str) -> str:
     """Return the pattern of an answer in words: V, a sign, 1 to 7 digits."""
     words = re.sub(r"[()]", "", shape)
-    for pattern, says in (
+    for pattern, replacement in (
         (r"\[\+-\]", ", a sign"),
         (r"\[0-9\]\{([0-9]+),([0-9]+)\}", r", \1 to \2 digits"),
         (r"\[0-9\]\{([0-9]+)\}", r", \1 digits"),
         (r"\[0-7\]\[0-7\]", ", 2 digits of 0 to 7"),
     ):
-        words = re.sub(pattern, says, words)
+        words = re.sub(pattern, replacement, words)
     return words

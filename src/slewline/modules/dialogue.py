@@ -77,7 +77,7 @@ HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: the al
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class DialogueEntry:
     """An entry: characters of one side, up to a carriage return; `speaker` "tool" is a remark of slewline."""
 
     at_us: int
@@ -210,7 +210,7 @@ class RecordedDialogue:
     """A recorded dialogue; `torn`: its last line was truncated, and is left out."""
 
     header: DialogueHeader
-    said: tuple[Said, ...] = ()
+    entries: tuple[DialogueEntry, ...] = ()
     torn: bool = False
 
     @classmethod
@@ -230,13 +230,13 @@ class RecordedDialogue:
     def _read(cls, path: str | PathLike[str], lines: Iterator[bytes]) -> RecordedDialogue:
         """Return the dialogue in these lines."""
         header = _header(path, next(lines, b"").removeprefix(BOM).rstrip(b"\n"))
-        said: list[Said] = []
+        said: list[DialogueEntry] = []
         for number, line in enumerate(lines, start=2):
             if not line.endswith(b"\n"):
                 return cls(header, tuple(said), torn=True)
             line = line[:-1]
             try:
-                said.append(_said(from_json(line)))
+                said.append(_entry(from_json(line)))
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(
                     f"dialogue {path}, line {number}: {line[:80]!r} is not an entry ({error}); allowed at_us, last_us, "
@@ -252,7 +252,7 @@ class RecordedDialogue:
         """
         failures: list[str] = []
         with DialogueFile(path, self.header, failures.append, lambda: 0) as file:
-            for said in self.said:
+            for said in self.entries:
                 if said.speaker != "tool":
                     file.end()
                     file._entry(said.speaker, said.at_us * 1000, said.last_us * 1000, said.data)
@@ -277,14 +277,14 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
         raise UsageError(f"dialogue {path}: its first line names no part; expected {expected}")
     known = {name: value for name, value in found.items() if name in HEADER}
     for name, value in known.items():
-        says, fits = HEADER[name]
+        format, fits = HEADER[name]
         if not fits(value):
             shown = json.dumps(value)[:80]
-            raise UsageError(f"dialogue {path}, line 1: {name}: found {shown}; allowed {says}; correct the line")
+            raise UsageError(f"dialogue {path}, line 1: {name}: found {shown}; allowed {format}; correct the line")
     return DialogueHeader(**known)
 
 
-def _said(entry: Any) -> Said:
+def _entry(entry: Any) -> DialogueEntry:
     """Return an entry of a file."""
     if not isinstance(entry, dict):
         raise TypeError("not an object")
@@ -297,4 +297,4 @@ def _said(entry: Any) -> Said:
         raise ValueError(f"from {speaker!r}")
     if not isinstance(entry["text"], str):
         raise TypeError("text: allowed text")
-    return Said(at_us, last_us, speaker, entry["text"].encode("latin-1"))
+    return DialogueEntry(at_us, last_us, speaker, entry["text"].encode("latin-1"))

@@ -41,12 +41,12 @@ class RefusedCommand(ModuleFailure):
 
     Args:
         code: the answer, such as "E2".
-        says: the text of the data sheet for it.
+        description: the text of the data sheet for it.
     """
 
-    def __init__(self, text: str, code: str, says: str) -> None:
+    def __init__(self, text: str, code: str, description: str) -> None:
         super().__init__(text)
-        self.code, self.says = code, says
+        self.code, self.description = code, description
 
 
 class MotionRefused(ModuleFailure):

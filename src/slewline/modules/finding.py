@@ -17,7 +17,7 @@ from ..errors import UsageError
 from .adapter import FramedSpeech
 from .deviations import deviations
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
-from .module import NOTICE_S, DialogueRecord, Module
+from .module import REPORT_S, DialogueRecord, Module
 from .module_port import ModulePort
 from .speech import LineSpeech, QuerySpeech, speech_of
 from .spoken import CR, Speech
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 LOOK_S = 0.35  # silence at a rate, after which the next one is tried
 FOLLOWS_S = 0.05  # silence after which an answer counts as complete
-MOST_HEARD = 1024  # characters of an answer that are read
+MOST_RECEIVED = 1024  # characters of an answer that are read
 LOOKS = 2  # attempts at a rate: the first line may only end an earlier, incomplete one
 START_S = 3.0  # after its port was opened, which raises DTR, a module may still be starting
 
@@ -43,7 +43,7 @@ def find(
     may_move: bool = False,
     echo: bool = False,
     raw: RawRecord | None = None,
-    say: Callable[[str], object] = lambda _text: None,
+    report: Callable[[str], object] = lambda _text: None,
 ) -> Module:
     """Return the module at a port, after it has answered a query.
 
@@ -66,7 +66,7 @@ def find(
     port = ModulePort(where, speech.setting, raw, echo)
     try:
         look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
-        module = look(Module(port, speech, transcript, may_move=may_move, say=say), baud, checked)
+        module = look(Module(port, speech, transcript, may_move=may_move, report=report), baud, checked)
         _check_deviations(module)
         if echo and not port.echo.seen:
             raise UsageError(
@@ -96,25 +96,25 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
             module.port.change(speech.setting)
         module.speech = speech
         for _ in range(LOOKS):
-            heard = _heard(module)
-            if checked is None and _has_checksums(speech, heard):
+            received = _received(module)
+            if checked is None and _has_checksums(speech, received):
                 module.speech = _at(first, rate, True)
-                heard = _heard(module)
-            if checked and _lacks_checksums(speech, heard) and heard == _heard(module):
+                received = _received(module)
+            if checked and _lacks_checksums(speech, received) and received == _received(module):
                 raise DamagedAnswer(
-                    f"{module.name}: {speech.probe} with a checksum was answered with {heard!r} at "
+                    f"{module.name}: {speech.probe} with a checksum was answered with {received!r} at "
                     f"{speech.setting.in_full}, without a checksum: this module has no checksums; leave out --checksum"
                 )
-            if _is_answer(module.speech, heard) or _of_old_firmware(module):
+            if _is_answer(module.speech, received) or _of_old_firmware(module):
                 module.transcript.note(f"answers at {module.speech.setting}")
                 return module
-            if heard:
-                strange.append(f"{heard[:40]!r} at {rate} baud")
+            if received:
+                strange.append(f"{received[:40]!r} at {rate} baud")
                 _check_deviations(module)
             module.port.check_echo()
-            if module.port.clock() > begun_s + NOTICE_S:
+            if module.port.clock() > begun_s + REPORT_S:
                 goes_on = "other rates are tried" if baud is None else "the query is repeated"
-                module.notice(f"{strange[-1] if strange else 'nothing'} received so far; {goes_on}")
+                module.report_once(f"{strange[-1] if strange else 'nothing'} received so far; {goes_on}")
     raise NoAnswer(_unfound(module, baud, strange))
 
 
@@ -130,14 +130,14 @@ def _check_deviations(module: Module) -> None:
         module.tidy()
         module.send(speech.framed(speech.probe))
         silence = LOOK_S + 12 * speech.character_s
-        heard = b""
-        for chunk in module.chunks(silence, speech.seconds(MOST_HEARD, silence), f"the answer to {speech.probe}"):
-            heard = chunk.data + module.listen(FOLLOWS_S + 12 * speech.character_s, MOST_HEARD)
+        received = b""
+        for chunk in module.chunks(silence, speech.seconds(MOST_RECEIVED, silence), f"the answer to {speech.probe}"):
+            received = chunk.data + module.listen(FOLLOWS_S + 12 * speech.character_s, MOST_RECEIVED)
             break
-        found = deviations(speech, speech.probe, heard)
+        found = deviations(speech, speech.probe, received)
         if found and found == seen:
             raise DamagedAnswer(
-                f"{module.name}: {speech.probe} was answered with {heard[:60]!r} at {speech.setting.in_full}, "
+                f"{module.name}: {speech.probe} was answered with {received[:60]!r} at {speech.setting.in_full}, "
                 f"which differs from the sheet: {found}"
             )
         if not found:
@@ -149,45 +149,45 @@ def _at(speech: Speech, baud: int, checked: bool) -> Speech:
     return speech_of(speech.sheet, baud, checked, speech.address)
 
 
-def _heard(module: Module) -> bytes:
+def _received(module: Module) -> bytes:
     """Query once; return the answer, up to a carriage return."""
     module.tidy()
     module.send(module.speech.framed(module.speech.probe))
-    heard, probe = b"", module.speech.probe
+    received, probe = b"", module.speech.probe
     silence = LOOK_S + 12 * module.speech.character_s
     for chunk in module.chunks(
         silence, module.speech.seconds(module.speech.longest(probe), silence), f"the answer to {probe}"
     ):
-        heard += chunk.data
-        if heard.endswith(CR):
+        received += chunk.data
+        if received.endswith(CR):
             break
-    return heard
+    return received
 
 
-def _has_checksums(speech: Speech, heard: bytes) -> bool:
+def _has_checksums(speech: Speech, received: bytes) -> bool:
     """Return whether the refusal of a line without a checksum had one."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
-        return heard.endswith(CR) and checked.is_garbled(checked.stripped(heard[:-1]))
+        return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
     return False
 
 
-def _lacks_checksums(speech: Speech, heard: bytes) -> bool:
+def _lacks_checksums(speech: Speech, received: bytes) -> bool:
     """Return whether a line with a checksum was refused as not a command, in an answer without one."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
-        line = plain.stripped(heard.removesuffix(CR))
-        return heard.endswith(CR) and bool(plain.refusal(line)) and not plain.is_garbled(line)
+        line = plain.stripped(received.removesuffix(CR))
+        return received.endswith(CR) and bool(plain.refusal(line)) and not plain.is_garbled(line)
     return False
 
 
-def _is_answer(speech: Speech, heard: bytes) -> bool:
+def _is_answer(speech: Speech, received: bytes) -> bool:
     """Return whether data is an answer to the query, or says that the module is busy."""
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
-        line = speech.stripped(heard.removesuffix(CR))
+        line = speech.stripped(received.removesuffix(CR))
         busy = bool(speech.refusal(line)) and not speech.is_garbled(line) and line == speech.busy
-        return heard.endswith(CR) and (busy or re.fullmatch(shape, line) is not None)
+        return received.endswith(CR) and (busy or re.fullmatch(shape, line) is not None)
     return False
 
 
@@ -197,7 +197,7 @@ def _of_old_firmware(module: Module) -> bool:
     if not isinstance(speech, LineSpeech) or not speech.checked:
         return False
     kept, speech.kept = speech.kept, 0
-    if _is_answer(speech, _heard(module)):
+    if _is_answer(speech, _received(module)):
         return True
     speech.kept = kept
     return False
@@ -257,18 +257,18 @@ def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Modul
     for _ in range(LOOKS):
         module.tidy()
         module.send(speech.wake)
-        heard = b""
-        for heard, _ in module.chunks(LOOK_S, speech.seconds(speech.longest(speech.probe), LOOK_S)):
-            if speech.is_complete("", heard):
+        received = b""
+        for received, _ in module.chunks(LOOK_S, speech.seconds(speech.longest(speech.probe), LOOK_S)):
+            if speech.is_complete("", received):
                 break  # the adapter's answer to it has ended
         try:
-            said = module.once(speech.probe).text
+            reply = module.once(speech.probe).text
         except NoAnswer as silence:
-            strange = silence.received or heard or strange
+            strange = silence.received or received or strange
             continue
-        if said == speech.busy or re.fullmatch(speech.questions["adapter"][1], said):
+        if reply == speech.busy or re.fullmatch(speech.questions["adapter"][1], reply):
             return module
-        strange = said.encode("latin-1")
+        strange = reply.encode("latin-1")
     found = f"received {strange[:40]!r}" if strange else "no characters received"
     raise NoAnswer(
         f"{module.port.where}: no adapter answers {module.speech.probe} at {module.speech.baud} baud: {found}; "

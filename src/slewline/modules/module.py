@@ -15,7 +15,7 @@ from .spoken import CR, Speech
 TRIES = 4
 NOISE = "check cable, rate and format for noise, and try again"
 BUSY_S = 0.2  # interval of queries to a busy module
-NOTICE_S = 2.0  # time after which a message shows the received characters, or that there are none
+REPORT_S = 2.0  # time after which a message shows the received characters, or that there are none
 TIDY_S = 0.05  # silence that ends unsolicited characters
 
 
@@ -71,7 +71,7 @@ class Module:
         speech: the protocol of the module.
         transcript: records the dialogue.
         may_move: also send commands that may step the motor.
-        say: called, once, with a message for the user about a long exchange.
+        report: called, once, with a message for the user about a long exchange.
 
     Attributes:
         port, speech, transcript, may_move, say: the arguments.
@@ -85,11 +85,11 @@ class Module:
         transcript: DialogueRecord | None = None,
         *,
         may_move: bool = False,
-        say: Callable[[str], object] = lambda _text: None,
+        report: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self.port, self.speech, self.may_move, self.say = port, speech, may_move, say
+        self.port, self.speech, self.may_move, self.report = port, speech, may_move, report
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
-        self.entering = self._noticed = False
+        self.entering = self._is_reported = False
 
     @property
     def name(self) -> str:
@@ -118,7 +118,7 @@ class Module:
                 if not repeatable or not tries_left:
                     raise
                 self.transcript.note(f"query repeated: {failure}")
-                self.notice(f"no whole answer to {command} so far; the query is repeated")
+                self.report_once(f"no whole answer to {command} so far; the query is repeated")
                 continue
             last = answer.lines[-1] if answer.lines else ""
             # undetected noise has changed a query that is refused
@@ -160,15 +160,15 @@ class Module:
             self._note_entry(command)
             return ModuleAnswer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
-        patience = max(self.speech.patience(command), wait_s)
+        timeout_s = max(self.speech.answer_timeout(command), wait_s)
         characters = len(data) + (self.speech.longest(command) if longest is None else longest)
-        for chunk in self.chunks(patience, self.speech.seconds(characters, patience), f"the answer to {command}"):
+        for chunk in self.chunks(timeout_s, self.speech.seconds(characters, timeout_s), f"the answer to {command}"):
             received += chunk.data
             first_ns, last_ns = first_ns or chunk.ns, chunk.ns
             if self.speech.is_complete(command, received) or (enough is not None and enough(received)):
                 break
         else:
-            raise NoAnswer(self._silence(command, received, patience), received)
+            raise NoAnswer(self._silence(command, received, timeout_s), received)
         try:
             lines = tuple(self.speech.lines(received))
         except DamagedAnswer as damaged:
@@ -250,14 +250,16 @@ class Module:
                     "the port and --baud",
                     received,
                 )
-            if waited > NOTICE_S:
-                self.notice(f"{what} has not ended; received so far: {received[-40:]!r}, {len(received)} characters")
+            if waited > REPORT_S:
+                self.report_once(
+                    f"{what} has not ended; received so far: {received[-40:]!r}, {len(received)} characters"
+                )
 
-    def notice(self, text: str) -> None:
+    def report_once(self, text: str) -> None:
         """Report to the user, once, the reason for a long wait."""
-        if not self._noticed:
-            self._noticed = True
-            self.say(f"{self.name}: {text}")
+        if not self._is_reported:
+            self._is_reported = True
+            self.report(f"{self.name}: {text}")
 
     def listen(self, silence: float, longest: int = 0) -> bytes:
         """Return the characters received until there is silence for `silence` seconds.
@@ -297,7 +299,7 @@ class Module:
         if row is None:
             what = f"{command!r} is not a command of the {self.speech.sheet.part.upper()}, so its effect is unknown"
         else:
-            what = f"{command} may step the motor: {row.says}"
+            what = f"{command} may step the motor: {row.description}"
         raise MotionRefused(f"{self.name}: {what}; not sent; leave it out, or allow motion with --move")
 
     # --------------------------------------------------------------------------------------------------------- inside
@@ -308,10 +310,10 @@ class Module:
             self.entering = row.role == "enter"
 
     def _check(self, command: str, line: str) -> None:
-        says = self.speech.refusal(line)
-        if says:
+        meaning = self.speech.refusal(line)
+        if meaning:
             raise RefusedCommand(
-                f"{self.name}: {command} was answered with {line}: {says}; {self._remedy(line)}", line, says
+                f"{self.name}: {command} was answered with {line}: {meaning}; {self._remedy(line)}", line, meaning
             )
 
     def _remedy(self, line: str) -> str:
@@ -319,7 +321,7 @@ class Module:
             return "a program or a motion is in progress; wait until it ends, or end it by hand"
         return NOISE if self.speech.is_garbled(line) else "see the manual for this answer"
 
-    def _silence(self, command: str, received: bytes, patience: float) -> str:
+    def _silence(self, command: str, received: bytes, timeout_s: float) -> str:
         setting = self.speech.setting.in_full
         if received:
             stops = f"stops after {received[-40:]!r}, {len(received)} characters"
@@ -328,7 +330,7 @@ class Module:
                 return f"{self.name}: the answer to {command} {stops}, and differs from the sheet: {why}"
             return f"{self.name}: the answer to {command} {stops}; allowed: a complete answer; {NOISE}"
         return (
-            f"{self.name}: no answer to {command} within {patience:.1f} s, at {setting}; check the part, "
+            f"{self.name}: no answer to {command} within {timeout_s:.1f} s, at {setting}; check the part, "
             "its supply, and --baud, --checksum and --address"
         )
 

@@ -179,8 +179,8 @@ class ModulePort(Closing):
         except (OSError, TypeError, AttributeError) as error:  # raised by pySerial for a lost port
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
             why = found.partition("(")[0].strip()  # the rest of the text is a guess of pySerial
-            if said := dismissed(self.where, self.line, self._latest):
-                raise PortLost(f"{self.where}: {said}") from None
+            if reason := dismissed(self.where, self.line, self._latest):
+                raise PortLost(f"{self.where}: {reason}") from None
             remedy = "start its server again" if self.where.startswith(SERVED) else "plug it in"
             raise PortLost(f"{self.where}: the port is gone ({why}); {remedy}, and try again") from None
 

@@ -220,7 +220,7 @@ class Proxy:
         setting: rate and format of the line.
         recorder: records all characters.
         open_host: opens the port for the host, from the loop and the line.
-        tell: called with messages for the user.
+        report: called with messages for the user.
         echo: the line of the module echoes: the echo goes neither to the host nor into the record.
 
     Raises:
@@ -233,16 +233,16 @@ class Proxy:
         setting: LineSetting,
         recorder: DialogueRecorder,
         open_host: Callable[[Loop, ProxyEnd], OpenPort],
-        tell: Callable[[str], object] = lambda _text: None,
+        report: Callable[[str], object] = lambda _text: None,
         echo: bool = False,
     ) -> None:
-        self.setting, self.recorder, self.tell = setting, recorder, tell
-        self.echo, self._said = EchoFilter(echo), False
+        self.setting, self.recorder, self.report = setting, recorder, report
+        self.echo, self._is_reported = EchoFilter(echo), False
         self.loop = Loop()
         self.over = False
         self.host, self.module = HostEnd(self, "host"), ProxyEnd(self, "module")
         try:
-            self.device = DevicePort(self.loop, self.module, device, tell, prompt_port)
+            self.device = DevicePort(self.loop, self.module, device, report, prompt_port)
             try:
                 self.port = open_host(self.loop, self.host)
             except BaseException:
@@ -284,9 +284,11 @@ class Proxy:
     def _answers(self, data: bytes, now_ns: int) -> bytes:
         """Return the characters sent by the module, without the echo of the line if it is to be dropped."""
         data = self.echo.rest(data, now_ns / NS_PER_S)
-        if self.echo.shows and not self._said:
-            self._said = True
-            self.tell("the host's characters come back from the module: this line echoes; give --echo to drop the echo")
+        if self.echo.shows and not self._is_reported:
+            self._is_reported = True
+            self.report(
+                "the host's characters come back from the module: this line echoes; give --echo to drop the echo"
+            )
         if self.echo.drops and self.echo.keeps:
             self.loop.after(max(self.echo.until - now_ns / NS_PER_S, 0) + FULL_S, self._let_go)
         return data

@@ -174,10 +174,10 @@ class QuerySpeech(Speech):
             return True
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
 
-    def patience(self, command: str) -> float:
+    def answer_timeout(self, command: str) -> float:
         """Return the silence, in seconds, after which no answer is expected any more."""
         looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
-        return super().patience(command) + looked
+        return super().answer_timeout(command) + looked
 
     def longest(self, command: str) -> int:
         """Return the greatest number of characters of an answer: for a listing, those of the whole memory."""
@@ -209,9 +209,9 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
     """
     serial = next((channel for channel in sheet.channels if isinstance(channel, (*KINDS,))), None)
     if serial is None:
-        says = " and ".join(channel.says for channel in sheet.channels)
+        kinds = " and ".join(channel.description for channel in sheet.channels)
         raise UsageError(
-            f"{sheet.part}: has {says}, but no serial line; allowed: a part with a serial line, or one on a bus that "
+            f"{sheet.part}: has {kinds}, but no serial line; allowed: a part with a serial line, or one on a bus that "
             "can be read back"
         )
     return row_for(serial, KINDS, "uses")(sheet, baud, checked, address)

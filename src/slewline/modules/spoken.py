@@ -120,9 +120,9 @@ class Speech:
         """Answer of a module that is executing a program or a motion; None if there is none."""
         return getattr(self.sheet.dialect, "busy", None)
 
-    def value(self, what: str, said: str) -> str:
+    def value(self, what: str, reply: str) -> str:
         """Return a value as text, from the match of its query's pattern in an answer."""
-        return said
+        return reply
 
     def is_garbled(self, line: str) -> bool:
         """Return whether an answer says that the command arrived damaged, and had no effect."""
@@ -155,7 +155,7 @@ class Speech:
         row = self.row(command)
         return row is None or row.may_step
 
-    def patience(self, command: str) -> float:
+    def answer_timeout(self, command: str) -> float:
         """Return the silence, in seconds, after which no answer to a command is expected any more."""
         row = self.row(command)
         silence = STORED_S if row is not None and row.role == "store" else ANSWER_S

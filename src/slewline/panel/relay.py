@@ -278,9 +278,9 @@ async def line_of(reader: asyncio.StreamReader) -> str:
     return line[:-1].decode("utf-8", "replace")
 
 
-async def first_to_end(*ways: Any) -> None:
+async def first_to_end(*coroutines: Any) -> None:
     """Run both directions until one ends; cancel the other, and ignore the loss of the page."""
-    tasks = [asyncio.ensure_future(way) for way in ways]
+    tasks = [asyncio.ensure_future(coroutine) for coroutine in coroutines]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:

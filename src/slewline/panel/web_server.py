@@ -71,22 +71,22 @@ class HttpConnection(H11Protocol):
 class PageSocket(WebSocketsSansIOProtocol):
     """A websocket that is not read while its pongs are not: answers to pings have no other bound."""
 
-    held = False
+    is_paused = False
 
     def handle_ping(self) -> None:
         """Answer a ping; stop reading while the answers are not read."""
         super().handle_ping()
         if not self.writable.is_set() and not self.read_paused:
-            self.read_paused = self.held = True
+            self.read_paused = self.is_paused = True
             self.transport.pause_reading()
 
     def resume_writing(self) -> None:
         """Continue to read."""
         super().resume_writing()
-        if self.held and self.queue.empty():  # otherwise the server waits for the next message of the page
+        if self.is_paused and self.queue.empty():  # otherwise the server waits for the next message of the page
             self.read_paused = False
             self.transport.resume_reading()
-        self.held = False
+        self.is_paused = False
 
 
 class Pages:

@@ -197,7 +197,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             return await over
         finally:
             pace.forget(wait)
-            bench.outside.tell("run", to=bench.kernel.now)
+            bench.outside.record("run", to=bench.kernel.now)
 
     # ---------------------------------------------------------------------------------------------------------- time
     def pass_time(self, timeout: float | None) -> bool:

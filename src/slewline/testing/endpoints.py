@@ -31,7 +31,7 @@ from .controller import Controller
 from .rig import CLOSED, ENDED, NAMED, SCHEME, Result, Rig, serial_line
 
 NUMBERS = count(1)
-PATIENCE_S = 60.0  # of the wall clock: a server without an answer for this long is broken
+SERVER_TIMEOUT_S = 60.0  # of the wall clock: a server without an answer for this long is broken
 
 
 class UrlEndpoint(Rig):
@@ -69,10 +69,10 @@ class BusEndpoint(Rig):
         self.url = ""
         for number in range(1, self.chip.sheet.axes + 1):
             axis = self.chip.axis(number)
-            axis.on_motion_begin.add(partial(self._tell, axis.name, "moves from"))
-            axis.on_motion_end.add(partial(self._tell, axis.name, "is at rest at"))
+            axis.on_motion_begin.add(partial(self._report, axis.name, "moves from"))
+            axis.on_motion_end.add(partial(self._report, axis.name, "is at rest at"))
 
-    def _tell(self, name: str, verb: str, motion: MotionStart | MotionEnd) -> None:
+    def _report(self, name: str, verb: str, motion: MotionStart | MotionEnd) -> None:
         self.log.event(name, f"{verb} {motion.position}")
 
     def quiet(self) -> bool:
@@ -143,7 +143,7 @@ class PortEndpoint(Rig):
             return action()
         if not self.thread.is_alive():
             raise SlewlineError(f"{self.url}: the server has ended")
-        return self.server.call(action, PATIENCE_S)  # type: ignore[no-any-return]
+        return self.server.call(action, SERVER_TIMEOUT_S)  # type: ignore[no-any-return]
 
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
@@ -162,7 +162,7 @@ class PortEndpoint(Rig):
             over.set()
 
         self.do(lambda: self.pace.wait(Wait(met, self.bench.now_ps + ps, done, when, nets)))
-        while not over.wait(PATIENCE_S):
+        while not over.wait(SERVER_TIMEOUT_S):
             self.do(lambda: None)  # raises if the server has ended
         return found[0]
 
@@ -171,7 +171,7 @@ class PortEndpoint(Rig):
         if not self.ended:
             self.ended = True
             self.server.stop()
-            self.thread.join(PATIENCE_S)
+            self.thread.join(SERVER_TIMEOUT_S)
             rmtree(self.folder)
             super().close()
 

@@ -28,7 +28,7 @@ from ..parts.lines.noise import LINKED, Noise
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
-WAYS = ("module", "host")
+RECEIVERS = ("module", "host")
 FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "late": "it is late"}
 
 
@@ -43,7 +43,7 @@ class Fault:
         """Start the fault."""
         if not self.over:
             self.active = True
-            self.owner.tell(f"{self.name}: {self._begin()}")
+            self.owner.report(f"{self.name}: {self._begin()}")
 
     def end(self) -> None:
         """End the fault; if it has not begun, it never will."""
@@ -51,7 +51,7 @@ class Fault:
         if self.active:
             self.active = False
             self._end()
-            self.owner.tell(f"{self.name}: over")
+            self.owner.report(f"{self.name}: over")
 
     def __enter__(self) -> Fault:
         return self
@@ -92,10 +92,12 @@ class Faults(Part):
         spared = dialect_of(chip.sheet).constant_bit
         self.noises: dict[str, ReportedNoise] = {}
         if isinstance(line, ConnectorLine):
-            self.noises = {way: ReportedNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
+            self.noises = {
+                receiver: ReportedNoise(line.port.word.bits, receiver, self.report, spared) for receiver in RECEIVERS
+            }
             line.to_chip, line.to_host = self.noises["module"], self.noises["host"]
 
-    def tell(self, what: str) -> None:
+    def report(self, what: str) -> None:
         """Record an effect of a fault."""
         self.finding("fault", f"{what} (seed {self.seed})")
 
@@ -167,8 +169,8 @@ class Faults(Part):
         return self._noisy("wrong parity", "parity", to, count, at, lasting)
 
     def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
-        if to not in WAYS:
-            raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
+        if to not in RECEIVERS:
+            raise UsageError(f"{name}: to {to!r}; allowed {', '.join(RECEIVERS)}")
         if not self.noises:
             raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, has no serial line")
         noise, planned = self.noises[to], []
@@ -191,8 +193,8 @@ class Faults(Part):
             UsageError: no such level, or the pin is an output.
         """
         row = next((row for row in self.chip.sheet.pins if row.name == pin), None)
-        if row is not None and row.way == "out":
-            inputs = ", ".join(row.name for row in self.chip.sheet.pins if row.way in ("in", "both"))
+        if row is not None and row.in_out == "out":
+            inputs = ", ".join(row.name for row in self.chip.sheet.pins if row.in_out in ("in", "both"))
             raise UsageError(f"stuck switch: {pin} is an output of {self.chip.name}; allowed {inputs}")
         return self._stuck("stuck switch", pin, level, at, lasting)
 
@@ -289,17 +291,17 @@ missing(
 class ReportedNoise(Noise):
     """Noise that reports its effect on each character."""
 
-    def __init__(self, bits: int, way: str, tell: Callable[[str], object], spared: int | None) -> None:
+    def __init__(self, bits: int, receiver: str, report: Callable[[str], object], spared: int | None) -> None:
         super().__init__(bits, LINKED, spared)
-        self.way, self.tell = way, tell
+        self.receiver, self.report = receiver, report
 
     def hit(self, byte: int) -> tuple[int | None, str]:
         """Return the changed byte (None: it is lost) and its fault, and report it."""
         passed, fault = super().hit(byte)
         if passed is None:
-            self.tell(f"{byte:#04x} to the {self.way} is lost")
+            self.report(f"{byte:#04x} to the {self.receiver} is lost")
         elif fault:
-            self.tell(f"{byte:#04x} to the {self.way}: {FAULTS[fault]}")
+            self.report(f"{byte:#04x} to the {self.receiver}: {FAULTS[fault]}")
         elif passed != byte:
-            self.tell(f"{byte:#04x} to the {self.way} has become {passed:#04x}")
+            self.report(f"{byte:#04x} to the {self.receiver} has become {passed:#04x}")
         return passed, fault

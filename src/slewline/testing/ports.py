@@ -204,10 +204,10 @@ def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
     """Add methods to the objects of a class for which `mine` is true, for a while; then close the objects."""
-    held: WeakSet[Any] = WeakSet()
+    opened: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:
-        held.add(port)
+        opened.add(port)
         return found(port)
 
     for name, ours in {**own, "_found": noted}.items():
@@ -222,7 +222,7 @@ def _lend(
             _put(stack, cls, name, _either_property(ours, theirs, mine))
         else:
             _put(stack, cls, name, _either(ours, theirs, mine))
-    stack.callback(_close, held)
+    stack.callback(_close, opened)
 
 
 def _close(ports: WeakSet[Any]) -> None:

@@ -331,7 +331,7 @@ def _query(url: str, text: str) -> dict[str, str]:
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     """Return the query of a URL as arguments of a Rig."""
     sheet = sheet_of(part)
-    inputs = {row.name for row in sheet.pins if row.way == "in"}
+    inputs = {row.name for row in sheet.pins if row.in_out == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}
     own = {row.name for row in OWN}
     rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # the URL's keys take precedence

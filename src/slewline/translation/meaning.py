@@ -289,20 +289,20 @@ class Special(Action):
     """A command of the part that other parts need not have.
 
     Attributes:
-        says: its effect, in words.
+        description: its effect, in words.
         needless: why a target without such a command needs no replacement; empty: it does.
         remedy: advice to the user; empty: the advice of the source's manual.
     """
 
-    says: str
+    description: str
     needless: str = ""
     remedy: str = ""
 
     @classmethod
-    def of(cls, action: Action, says: str, remedy: str) -> Special:
+    def of(cls, action: Action, description: str, remedy: str) -> Special:
         """Return a command in the place of an action."""
         its = {name: getattr(action, name) for name in ("line", "text", "block", "axis", "command", "values")}
-        return cls(says=says, remedy=remedy, **its)
+        return cls(description=description, remedy=remedy, **its)
 
 
 # ------------------------------------------------------------------------------------------------------------- program

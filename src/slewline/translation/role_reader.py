@@ -44,7 +44,7 @@ from .source_registers import Key, KnownRegisterValues, start_of, takes_part
 from .special_commands import AT_THE_START, NEEDLESS, REMEDIES
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
-Held = Mapping[Key, int]
+RegisterValues = Mapping[Key, int]
 Common = dict[str, object]
 UNIT_TIMES = ("millisecond", "delay_unit")
 
@@ -114,7 +114,7 @@ class RoleReader:
         axis = int(str(common["axis"]))
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
-    def on_move(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_move(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a relative move, by its own number of steps or the number set before."""
         axis = int(str(common["axis"]))
         its = self.motion(before, common)
@@ -129,60 +129,60 @@ class RoleReader:
         else:
             yield MoveBy(distance=before.get((axis, "distance")), sign=sign, **its)  # type: ignore[arg-type]
 
-    def on_single(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_single(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a single step."""
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_update(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_update(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the actions that start the motions set before."""
         position = before.get((int(str(common["axis"])), "target"))
         yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_goto(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_goto(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a move to a position."""
         yield MoveTo(position=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
     on_absolute = on_goto
 
-    def on_endless(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_endless(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a run without end."""
         yield RunEndless(sign=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_until_input(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_until_input(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a run that ends when an input is low."""
         sign, number = statement.values
         yield RunEndless(sign=sign, until=Input(number, 0), **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_home(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_home(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a homing."""
         alone = statement.row.args[0].sign == "alone"
         sign = statement.values[0] if alone else before.get((1, "sign"), 1)
         yield Home(sign=sign, **self.motion(before, common))  # type: ignore[arg-type]
 
     # ---------------------------------------------------------------------------------------------- settings of motions
-    def on_distance(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_distance(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that sets the number of steps of relative moves."""
         yield SetDistance(steps=statement.values[0], **common)  # type: ignore[arg-type]
 
-    def on_target(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_target(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that sets the target of the next motion."""
         yield SetTarget(position=statement.values[0], **common)  # type: ignore[arg-type]
 
-    def on_plus(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_plus(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that sets the direction of relative moves."""
         yield SetDirection(sign=1 if statement.row.role == "plus" else -1, **common)  # type: ignore[arg-type]
 
     on_minus = on_plus
 
-    def on_endless_next(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_endless_next(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that makes the next motion endless."""
         yield SetEndless(**common)  # type: ignore[arg-type]
 
-    def on_preset(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_preset(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that sets the position counter."""
         yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
 
-    def on_clear(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_clear(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the actions that clear position and outputs."""
         if statement.values[0] & 1:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
@@ -191,42 +191,42 @@ class RoleReader:
             yield from (SetOutput(number=n, level=0, implied=True, **common) for n in outputs)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
-    def on_output_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_output_high(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that sets an output."""
         number = statement.values[0] if statement.values else 1
         yield SetOutput(number=number, level=int(statement.row.role == "output_high"), **common)  # type: ignore[arg-type]
 
     on_output_low = on_output_high
 
-    def on_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the actions that set outputs by a number."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
-            yield Special(says=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
+            yield Special(description=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
         else:
             yield from (SetOutput(number=number, level=level, **common) for number, level in outputs)  # type: ignore[arg-type]
 
-    def on_wait_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_wait_high(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a wait for an input."""
         number = statement.values[0] if statement.values else 1
         yield WaitInput(input=Input(number, int(statement.row.role == "wait_high")), **common)  # type: ignore[arg-type]
 
     on_wait_low = on_wait_high
 
-    def on_wait_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_wait_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a wait for inputs selected by a number."""
         one = self.bits.input(statement)
         if one is None:
-            yield Special(says=f"{statement.text}: waits for several inputs", **common)  # type: ignore[arg-type]
+            yield Special(description=f"{statement.text}: waits for several inputs", **common)  # type: ignore[arg-type]
         else:
             yield WaitInput(input=one, **common)  # type: ignore[arg-type]
 
-    def on_delay(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_delay(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a delay, in the unit of the sheet."""
         yield Delay(time_ps=statement.values[0] * delay_unit_ps(self.sheet, self.hz), **common)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------------------------ flow
-    def on_jump(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_jump(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a jump; from a host, the start of the program at that address."""
         to = self.goal(statement)
         if statement.block < 0:
@@ -234,27 +234,27 @@ class RoleReader:
         else:
             yield Jump(to=to, **common)  # type: ignore[arg-type]
 
-    def on_pointer(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_pointer(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a jump, in a program; from a host, the address where the next program is entered or run."""
         if statement.block >= 0:
             yield from self.on_jump(statement, before, common)
             return
         bases = {block.base for block in self.source.blocks}
         needless = AT_THE_START if bases <= {statement.values[0]} else ""  # there is one program, and it begins there
-        yield Special(says=statement.row.says, needless=needless, **common)  # type: ignore[arg-type]
+        yield Special(description=statement.row.description, needless=needless, **common)  # type: ignore[arg-type]
 
-    def on_loop(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_loop(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the end of a loop."""
         passes = statement.values[0] or statement.row.args[0].modulus
         yield Loop(to=self.goal(statement), passes=passes, **common)  # type: ignore[arg-type]
 
-    def on_mark(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_mark(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the start of a loop: a label, if a loop leads to it."""
         name = self.loops.get((statement.block, statement.end))
         if name is not None:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
-    def on_branch_low(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_branch_low(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a branch on the level of an input: its own, or the second one."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
@@ -262,30 +262,30 @@ class RoleReader:
 
     on_branch_high = on_branch_low
 
-    def on_branch_inputs(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_branch_inputs(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a branch that is taken if all inputs have their levels."""
         levels = tuple(Input(n + 1, statement.values[0] >> n & 1) for n in range(3))
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
-    def on_branch_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_branch_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a branch until inputs match: it is taken at the other level."""
         one = self.bits.input(statement)
         if one is None:
-            yield Special(says=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
+            yield Special(description=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
         else:
             yield Jump(to=self.goal(statement), inputs=(Input(one.number, 1 - one.level),), **common)  # type: ignore[arg-type]
 
-    def on_stop(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_stop(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the end of a program."""
         yield EndProgram(**common)  # type: ignore[arg-type]
 
     # -------------------------------------------------------------------------------------------------- host, programs
-    def on_enter(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_enter(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that begins program entry."""
         number = next(n for n, block in enumerate(self.source.blocks) if block.entry is statement)
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
-    def on_leave(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_leave(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that ends program entry, or runs a program that was entered."""
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
@@ -293,22 +293,22 @@ class RoleReader:
         elif statement.row.starts:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
-    def on_run(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_run(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that runs the program from its start; in a program, that restarts it."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
             yield Jump(to=self.labels[statement.block, self.source.blocks[statement.block].base], **common)  # type: ignore[arg-type]
 
-    def on_store(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_store(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that saves the program."""
         yield SaveProgram(**common)  # type: ignore[arg-type]
 
-    def on_erase(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_erase(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the action that erases the program."""
         yield EraseProgram(**common)  # type: ignore[arg-type]
 
-    def on_question(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+    def on_question(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield a query to the part."""
         yield Query(**common)  # type: ignore[arg-type]
 
@@ -323,7 +323,7 @@ class RoleReader:
             yield Query(**common)  # type: ignore[arg-type]
         else:
             remedy = REMEDIES.get(row.form, "")
-            yield Special(says=row.says, needless=NEEDLESS.get(row.role, ""), remedy=remedy, **common)  # type: ignore[arg-type]
+            yield Special(description=row.description, needless=NEEDLESS.get(row.role, ""), remedy=remedy, **common)  # type: ignore[arg-type]
             if row.form == "MULTI_UPDATE":
                 yield from self._updates(statement, common)
 

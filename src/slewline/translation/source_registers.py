@@ -87,7 +87,7 @@ class KnownRegisterValues:
         axis = state.get((0, "axis"), 1)
         if from_switches(statement):
             unknown = {row.form, row.role, "position", "sign" if row.motion else ""}
-            return frozenset((key, held) for key, held in state.items() if key[1] not in unknown)
+            return frozenset((key, number) for key, number in state.items() if key[1] not in unknown)
         value = values[0] if values else 0
         if takes_part(row, self.parameters):
             state[axis, row.form] = value
@@ -107,7 +107,9 @@ class KnownRegisterValues:
         else:
             self._moved(row, value, axis, state)
         if row.stored and row.flow != "n" and statement.block >= 0:
-            state = {key: held for key, held in state.items() if key[1] != "position"}  # a repeated part moves again
+            state = {
+                key: number for key, number in state.items() if key[1] != "position"
+            }  # a repeated part moves again
         return frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:

@@ -164,7 +164,7 @@ def check_settings(values: Mapping[str, str], to: str) -> None:
     allowed = own | (levels if to in TARGETS else {})
     for name, value in values.items():
         if name not in allowed:
-            rows = [f"{each} ({says})" for each, says in allowed.items()]
+            rows = [f"{each} ({description})" for each, description in allowed.items()]
             raise UsageError(f"setting {name}: {to} takes {', '.join(rows) or 'none'}{hint(name, list(allowed))}")
         if name in levels and value not in ("low", "high"):
             raise UsageError(f"setting {name}={value}: allowed low or high")
@@ -231,11 +231,12 @@ def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
 def refusal(report: Report) -> str:
     """Return the message with the lines that are not the same."""
     wrong = [line for line in report.lines if line.kind is not LineKind.SAME]
-    says = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
-    says += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not LineKind.SAME]
+    problems = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
+    problems += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not LineKind.SAME]
     return "\n".join(
         [
-            f"{report.where}: {len(says)} lines are not the same at the {report.to}; leave out --strict to allow it",
-            *says,
+            f"{report.where}: {len(problems)} lines are not the same at the {report.to}; leave out "
+            "--strict to allow it",
+            *problems,
         ]
     )

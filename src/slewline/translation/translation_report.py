@@ -33,7 +33,7 @@ class LineVerdict:
     Attributes:
         line: the line of the source; 0: the whole program.
         kind: the same, nearly, or not possible.
-        says: the difference, with its figure: "4780 steps/s for 4783"; for the same, a note.
+        description: the difference, with its figure: "4780 steps/s for 4783"; for the same, a note.
         limit: if not possible, the limit of the target, and where its manual states it.
         remedy: advice to the user.
         off: relative error of a figure: 0.004 for 0.4 %.
@@ -42,7 +42,7 @@ class LineVerdict:
 
     line: int
     kind: LineKind
-    says: str = ""
+    description: str = ""
     limit: str = ""
     remedy: str = ""
     off: float = 0.0
@@ -51,7 +51,7 @@ class LineVerdict:
     @property
     def text(self) -> str:
         """Verdict in one line."""
-        parts = [self.kind.value, self.says, f"{self.limit}" if self.limit else "", self.remedy]
+        parts = [self.kind.value, self.description, f"{self.limit}" if self.limit else "", self.remedy]
         return ": ".join(parts[:2] if parts[1] else parts[:1]) + "".join(f"; {part}" for part in parts[2:] if part)
 
 

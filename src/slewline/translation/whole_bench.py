@@ -190,17 +190,19 @@ class _BenchWriter:
         places = list(self._places(block))
         if not places:
             return block
-        said = f"[[{kind}]] {', '.join(f'{chip}.{pin}' for chip, pin in places)}"
+        wire_text = f"[[{kind}]] {', '.join(f'{chip}.{pin}' for chip, pin in places)}"
         none = [f"{chip}.{pin}" for chip, pin in places if not self.pin(chip, pin)]
         if none:
             limit = f"the {self.to.upper()} has no pin for {' and '.join(none)}"
-            self.lines.append(BenchLine(said, "", f"{limit}: let the host do it, or leave it out"))
+            self.lines.append(BenchLine(wire_text, "", f"{limit}: let the host do it, or leave it out"))
             return f"# NOT POSSIBLE: {limit}\n{commented(block)}"
         for chip, pin in places:
             block = re.sub(rf"""(?<=["']){re.escape(chip)}\.{pin}(?=["'])""", f"{chip}.{self.pin(chip, pin)}", block)
         other = [f"{chip}.{pin}" for chip, pin in places if self.inverted(chip, pin)]
         remedy = f"the active level of {', '.join(other)} differs: invert it" if other else ""
-        self.lines.append(BenchLine(said, ", ".join(f"{chip}.{self.pin(chip, pin)}" for chip, pin in places), remedy))
+        self.lines.append(
+            BenchLine(wire_text, ", ".join(f"{chip}.{self.pin(chip, pin)}" for chip, pin in places), remedy)
+        )
         return f"# CHECK: {remedy}\n{block}" if remedy else block
 
     def _chip(self, block: str) -> str:

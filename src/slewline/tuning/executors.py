@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..extras import needs
-from ..lifeline import end_of_parent, follow, held_back, obey_termination
+from ..lifeline import end_of_parent, follow, obey_termination, termination_deferred
 from ..version import __version__
 
-PATIENCE = "10 s"  # for a scheduler that does not answer
+ANSWER_TIMEOUT = "10 s"  # for a scheduler that does not answer
 AHEAD = 2  # runs in flight per concurrent run
 MOST_JOBS = 256
 
@@ -49,7 +49,7 @@ class Worker(SpawnProcess):
 
     def start(self) -> None:
         """Begin."""
-        with held_back():
+        with termination_deferred():
             super().start()
 
     def run(self) -> None:
@@ -113,7 +113,7 @@ def processes(jobs: int) -> Iterator[Workers]:
         yield INLINE
         return
     context = WorkerContext()
-    with held_back():  # a process of Python's own is started, too, which cleans up
+    with termination_deferred():  # a process of Python's own is started, too, which cleans up
         pool = ProcessPoolExecutor(number, mp_context=context)
     with pool:
         try:
@@ -142,7 +142,7 @@ def dask(address: str) -> Iterator[Workers]:
     where = f"Dask cluster {address!r}"
     remedy = "allowed the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
     try:
-        client = make(address, timeout=PATIENCE, set_as_default=False)
+        client = make(address, timeout=ANSWER_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
     silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]

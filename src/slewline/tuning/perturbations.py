@@ -161,12 +161,12 @@ class Scenario:
 
 
 def scenarios(
-    system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, says: str = ""
+    system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, suffix: str = ""
 ) -> tuple[Scenario, ...]:
     """Return all scenarios: each row that changes the system, in both directions; half steps from even and odd ones.
 
     Args:
-        says: suffix of all their names.
+        suffix: suffix of all their names.
     """
     found = []
     seen: list[System] = []
@@ -177,8 +177,16 @@ def scenarios(
             found.append(row)
     starts = ((0, ""), (1, ", from an odd step")) if stepping == "half" else ((0, ""),)
     return tuple(
-        Scenario(f"{row.name}, {way}{odd}{says}", *row.of(system), stepping, step_ps, direction, first, not row.changes)
+        Scenario(
+            f"{row.name}, {direction_name}{odd}{suffix}",
+            *row.of(system),
+            stepping,
+            step_ps,
+            direction,
+            first,
+            not row.changes,
+        )
         for row in sorted(found, key=rows.index)
-        for direction, way in ((1, "forward"), (-1, "backward"))
+        for direction, direction_name in ((1, "forward"), (-1, "backward"))
         for first, odd in starts
     )

@@ -32,7 +32,7 @@ class TuningTask:
     grid: Grid
     perturbations: tuple[Perturbation, ...]
     step_ps: int = STEP_PS
-    said: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as a user gave them
+    given: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as a user gave them
 
     @property
     def system(self) -> System:
@@ -52,8 +52,8 @@ class TuningTask:
 
     def as_json(self) -> dict[str, Any]:
         """Return all data that verdicts depend on."""
-        found = asdict(replace(self, said={}))
-        del found["said"]
+        found = asdict(replace(self, given={}))
+        del found["given"]
         found["grid"] = {name: list(of) for name, of in zip(self.grid.names, self.grid.values, strict=True)}
         found["perturbations"] = {row.name: dict(row.changes) for row in self.perturbations}
         return found
@@ -85,7 +85,7 @@ class MapPlace:
     Attributes:
         values: its parameters, by name.
         time_ps: the time of the move, ps; None if the part refuses it.
-        says: the verdict: "holds", "fails", "fails nominally" (without any perturbation) or "refused".
+        description: the verdict: "holds", "fails", "fails nominally" (without any perturbation) or "refused".
         killer: the perturbation under which the move fails; None if it holds, or the part refuses it.
         worst: the greatest lag, in full steps; None if it was not computed.
     """
@@ -141,12 +141,12 @@ class Tuned:
     @property
     def assumed(self) -> tuple[str, ...]:
         """Assumptions for figures of the motor that were left out, in words; empty for a motor with a name."""
-        return assumptions(self.task.said.get("motor"))
+        return assumptions(self.task.given.get("motor"))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Effects that may decide the result besides the ramps, such as a great ripple of the chopper, in words."""
-        return chopper_notes(self.task.motor, self.task.driver, self.task.said.get("driver"))
+        return chopper_notes(self.task.motor, self.task.driver, self.task.given.get("driver"))
 
     @property
     def chosen(self) -> Chosen:

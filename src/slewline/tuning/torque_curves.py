@@ -18,7 +18,7 @@ BOOSTED = 0.974  # half steps with sqrt(2) times the current if one phase is on 
 def hold(system: System) -> float:
     """Return the holding torque with two phases on, N m."""
     motor, driver, _ = system
-    return motor.held(driver.phase_current(motor))
+    return motor.holding_torque(driver.phase_current(motor))
 
 
 def resonance(system: System) -> float:

@@ -107,10 +107,10 @@ def task_of(
     used, driven, loaded = read_system(motor, driver, load or "")
     pulse = check_steps(stepping)
     places = read_grid(calculator, grid, hz, used.full_steps * MotorLaw(used, driven, loaded, pulse).micro)
-    told = {str(key): value for key, value in (options or {}).items()}
-    said = {"motor": motor, "driver": driver, "load": load}
+    options_text = {str(key): value for key, value in (options or {}).items()}
+    given = {"motor": motor, "driver": driver, "load": load}
     return TuningTask(
-        name, hz, told, number, pulse, used, driven, loaded, places, rows, usual_step(driven), said
+        name, hz, options_text, number, pulse, used, driven, loaded, places, rows, usual_step(driven), given
     ), calculator
 
 
@@ -179,8 +179,8 @@ def _map(search: BestFirst) -> Iterable[MapPlace]:
             yield MapPlace(values, None, "refused", None, None)
             continue
         killer = outcome.killer
-        says = "holds" if killer is None else "fails nominally" if killer.nominal else "fails"
-        yield MapPlace(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
+        verdict = "holds" if killer is None else "fails nominally" if killer.nominal else "fails"
+        yield MapPlace(values, candidates.time_ps[place], verdict, killer.name if killer else None, outcome.worst)
 
 
 REMEDIES = {  # remedies, by the first word of the perturbation
@@ -207,8 +207,8 @@ def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
     slowest = candidates.order[-1]
     killer = search.known[slowest].killer
     name = "" if killer is None else killer.name
-    told = candidates.calculator.told(candidates.values(slowest))
-    values = " ".join(f"{key}={value}" for key, value in told.items())
+    options_text = candidates.calculator.without_defaults(candidates.values(slowest))
+    values = " ".join(f"{key}={value}" for key, value in options_text.items())
     remedy = REMEDIES.get(name.partition(" ")[0].rstrip(","), REMEDIES["nominal"])
     part = candidates.calculator.sheet.part
     if note:

@@ -34,7 +34,7 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
     if options := {**task.options, **calculator.fitted(chosen.values)}:
         chip["options"] = options
     motor = {"kind": "stepper", "name": "motor", "to": "x"} | {
-        name: _given(value) for name, value in task.said.items() if value is not None
+        name: _given(value) for name, value in task.given.items() if value is not None
     }
     if task.stepping != "full":
         motor["steps"] = task.stepping

@@ -62,12 +62,12 @@ def picture_of(tuned: Tuned, calculator: Calculator) -> TuningPicture:
         NothingHolds: no move was found.
     """
     task, chosen = tuned.task, tuned.chosen
-    title = f"{task.part}, {task.motor.name}, {task.steps} steps: {_told(calculator, chosen.values)}"
+    title = f"{task.part}, {task.motor.name}, {task.steps} steps: {_values_text(calculator, chosen.values)}"
     return TuningPicture(title, _map(tuned, calculator), _curve(tuned, calculator), _lag(tuned, calculator))
 
 
-def _told(calculator: Calculator, values: object) -> str:
-    return ", ".join(f"{name} {value}" for name, value in calculator.told(values).items())  # type: ignore[arg-type]
+def _values_text(calculator: Calculator, values: object) -> str:
+    return ", ".join(f"{name} {value}" for name, value in calculator.without_defaults(values).items())  # type: ignore[arg-type]
 
 
 def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
@@ -115,7 +115,11 @@ def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
     if failed:
         next_faster = max(failed, key=lambda place: place.time_ps or 0)
         drawn.append(
-            (next_faster.values, f"the next faster one that fails: {_told(calculator, next_faster.values)}", True)
+            (
+                next_faster.values,
+                f"the next faster one that fails: {_values_text(calculator, next_faster.values)}",
+                True,
+            )
         )
     demands = []
     for values, name, fails in drawn:
@@ -141,7 +145,7 @@ def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
     law = law_of(scenario)
     trace = law.integrate(times, np.arange(1, len(times) + 1), int(times[-1]) + AFTER, engine=engine())
     shown = outline(trace.lag)
-    name = f"{_told(calculator, chosen.values)}: {readable(chosen.time_ps)}"
+    name = f"{_values_text(calculator, chosen.values)}: {readable(chosen.time_ps)}"
     return LagCurve(name, trace.times[shown], trace.lag[shown], WORST)
 
 

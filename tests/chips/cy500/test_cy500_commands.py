@@ -75,7 +75,7 @@ def test_numbers_and_positions_go_to_64k() -> None:
 
 
 @pytest.mark.fact("CY500-CMD-R-1", "CY500-UND-R-RANGE")
-def test_rates_outside_1_to_253_are_told_of_and_count_as_the_nearest() -> None:
+def test_rates_outside_1_to_253_are_reported_and_count_as_the_nearest() -> None:
     assert made("R 1", "R 253").codes == []
     for rate, clocks in ((0, 120_469), (254, 1791), (255, 1791)):
         rig = made(f"R {rate}", "N 2", "G")
@@ -95,14 +95,14 @@ def test_binary_commands_are_letter_count_data() -> None:
 
 # --------------------------------------------------------------------------------------------------- single commands
 @pytest.mark.fact("CY500-CMD-A-1")
-def test_a_makes_the_present_place_zero() -> None:
+def test_a_makes_the_present_position_zero() -> None:
     rig = made("R 253", "N 7", "-", "G", "A", "+", "P 10", "G")
     assert rig.signs == [-1] * 7 + [1] * 10
     assert rig.x.position == 10
 
 
 @pytest.mark.fact("CY500-CMD-A-2", "CY500-CMD-A-3", "CY500-UND-A-RULES")
-def test_a_where_it_is_not_allowed_is_told_of() -> None:
+def test_a_where_it_is_not_allowed_is_reported() -> None:
     assert made("-", "A").codes == ["a-after-direction"]
     assert made("+", "A").codes == ["a-after-direction"]
     assert made("A", "A").codes == ["a-twice"]
@@ -126,7 +126,7 @@ def test_b_and_c_switch_pin_34() -> None:
 
 
 @pytest.mark.fact("CY500-CMD-N-2", "CY500-UND-A-N")
-def test_n_right_behind_a_takes_one_step_less() -> None:
+def test_n_directly_after_a_takes_one_step_less() -> None:
     rig = made("R 253", "A", "N 10", "+", "G", "G")
     assert len(rig.times) == 18
     assert rig.x.registers["number"] == 9
@@ -137,7 +137,7 @@ def test_n_right_behind_a_takes_one_step_less() -> None:
 
 
 @pytest.mark.fact("CY500-UND-A-N")
-def test_n_right_behind_a_in_a_program_takes_one_step_less_too() -> None:
+def test_n_directly_after_a_in_a_program_takes_one_step_less_too() -> None:
     rig = made("R 253")
     rig.enter("A", "N 10", "G", "0")
     rig.execute()
@@ -159,7 +159,7 @@ def test_early_parts_lose_256_steps_at_multiples_of_256() -> None:
 
 
 @pytest.mark.fact("CY500-CMD-P-1", "CY500-UND-P-START", "CY500-CON-P")
-def test_p_declares_and_g_starts_unless_the_option_says_otherwise() -> None:
+def test_p_declares_and_g_starts_unless_the_option_differs() -> None:
     rig = made("R 253", "A", "+", "P 25")
     assert rig.times == []
     assert rig.say("G").x.position == 25
@@ -169,7 +169,7 @@ def test_p_declares_and_g_starts_unless_the_option_says_otherwise() -> None:
 
 
 @pytest.mark.fact("CY500-CMD-P-2", "CY500-UND-P-WRONG")
-def test_the_wrong_direction_leads_right_round() -> None:
+def test_the_wrong_direction_travels_the_full_circle() -> None:
     rig = made("R 253", "A", "N 100", "+", "G")
     assert rig.x.position == 99
     rig.say("P 40", "G")
@@ -208,7 +208,7 @@ def test_i_ends_the_modes_and_keeps_the_parameters() -> None:
 
 # ------------------------------------------------------------------------------------------------------------- programs
 @pytest.mark.fact("CY500-CMD-Q-2")
-def test_q_is_taken_behind_a_program() -> None:
+def test_q_is_accepted_after_a_program() -> None:
     rig = Rig500()
     rig.enter("B", "0")
     rig.execute()
@@ -226,7 +226,7 @@ def test_d_without_a_program_returns_to_command_mode() -> None:
 
 
 @pytest.mark.fact("CY500-CMD-D-3")
-def test_d_in_a_program_begins_it_anew_with_the_latest_parameters() -> None:
+def test_d_in_a_program_restarts_it_with_the_latest_parameters() -> None:
     rig = made("R 200", "N 2", "F 1")
     rig.enter("G", "R 100", "D")
     rig.start("D\r")
@@ -339,10 +339,10 @@ def test_ready_is_low_for_the_motion_of_a_command_which_does_not_wait_for_the_ho
 
 
 @pytest.mark.fact("CY500-UND-POWERUP")
-def test_what_the_registers_hold_at_power_up() -> None:
+def test_register_contents_at_power_up() -> None:
     rig = Rig500()
     assert rig.x.registers == dict(number=0, slope=0, rate=1, factor=1, position=0xA55A)
-    outputs = [pin.name for pin in SHEET.pins if pin.way == "out" and pin.name != "clk15"]
+    outputs = [pin.name for pin in SHEET.pins if pin.in_out == "out" and pin.name != "clk15"]
     assert set(rig.levels(*outputs)) == {1}
     rig.say("P 0xA", "P 42331", "G")
     assert "uninitialised" in rig.codes
@@ -360,7 +360,7 @@ def test_commands_take_the_clocks_of_the_cy525() -> None:
 
 
 @pytest.mark.fact("CY500-PIN-3")
-def test_run_and_motion_complete_tell_a_host() -> None:
+def test_run_and_motion_complete_inform_a_host() -> None:
     rig = Rig500(record=("run", "motion_complete", "pulse"))
     rig.say("R 253", "N 3")
     rig.enter("G", "0")

@@ -60,7 +60,7 @@ def test_a_factor_divides_the_rate() -> None:
     assert made("R 253", "F 0", "N 2", "G").gaps == [256 * 1791]
 
 
-def test_what_is_inferred_gives_way_to_options() -> None:
+def test_options_replace_inferred_facts() -> None:
     periods = [6000 - 10 * rate for rate in range(254)]
     rig = Rig500(record=("pulse",), inferred={"periods": periods, "ramp_start": 5, "pulse_high": 60})
     rig.say("R 35", "S 10", "N 20", "G")
@@ -72,7 +72,7 @@ def test_what_is_inferred_gives_way_to_options() -> None:
     assert rig.phases == (0, 0, 1, 1)
 
 
-def test_what_is_inferred_is_replaced_from_a_bench_file(tmp_path: object) -> None:
+def test_a_bench_file_replaces_inferred_facts(tmp_path: object) -> None:
     file = tmp_path / "bench.toml"  # type: ignore[operator]
     periods = [6000 - 10 * rate for rate in range(254)]
     file.write_text(f'[[chip]]\npart = "cy500"\nname = "x"\n[chip.options.inferred]\nperiods = {periods}\n')
@@ -88,7 +88,7 @@ def test_what_is_inferred_is_replaced_from_a_bench_file(tmp_path: object) -> Non
 # ------------------------------------------------------------------------------------------------------------- slopes
 @pytest.mark.fact("CY500-RAMP-1", "CY500-RAMP-2", "CY500-UND-RAMP-START")
 @both
-def test_a_slope_raises_the_rate_parameter_with_each_step_and_comes_down_the_same_way(stepwise: bool) -> None:
+def test_a_slope_raises_the_rate_parameter_with_each_step_and_lowers_it_alike(stepwise: bool) -> None:
     gaps = made("R 253", "S 10", "N 100", "G", stepwise=stepwise).gaps
     assert gaps[:26] == [PERIODS[rate] for rate in range(1, 253, 10)]
     assert [round(gap / 6) for gap in gaps[:3]] == [20_000, 19_218, 18_436]
@@ -171,7 +171,7 @@ def test_the_calculator_finds_a_slope() -> None:
         slewline.ramp("cy500", R=253, S=10).move(0)
 
 
-def test_a_motion_tells_of_its_rates_and_its_ideal() -> None:
+def test_a_motion_reports_its_rates_and_its_ideal() -> None:
     rig = made("R 253", "S 10", "N 100", "G", "S 0", "F 2", "G")
     sloped, steady = rig.x.motions()
     assert sloped.rates == {"R = 253": pytest.approx(3350.08, abs=0.01)}
@@ -226,7 +226,7 @@ def test_a_whole_motion_in_half_steps_is_promised() -> None:
 
 @pytest.mark.fact("CY500-CMD-O-1", "CY500-UND-O-PULSE")
 @both
-def test_o_takes_one_step_at_once_whatever_the_rate(stepwise: bool) -> None:
+def test_o_takes_one_step_immediately_at_any_rate(stepwise: bool) -> None:
     rig = Rig500(record=("pulse", "motion_complete"), stepwise=stepwise)
     rig.say("R 1", "F 9", "S 3", "O", "O", "-", "O")
     assert rig.signs == [1, 1, -1]
@@ -251,7 +251,7 @@ def test_every_kind_of_step_counts_one() -> None:
 # ------------------------------------------------------------------------------------------------------- external lines
 @pytest.mark.fact("CY500-CMD-J-1", "CY500-UND-JOG-SAMPLE")
 @pytest.mark.parametrize(("stepwise", "low", "steps"), [(False, "1 s", 3350), (True, "100 ms", 335)])
-def test_xss_low_runs_the_motor_as_long_as_it_is_low(stepwise: bool, low: str, steps: int) -> None:
+def test_xss_low_runs_the_motor_until_it_is_high(stepwise: bool, low: str, steps: int) -> None:
     rig = Rig500(stepwise=stepwise)
     rig.say("R 253", "+", "J")
     assert rig.times == []
@@ -325,7 +325,7 @@ def test_g_is_ignored_in_jog_mode_which_i_ends() -> None:
 
 
 @pytest.mark.fact("CY500-CMD-J-3")
-def test_t_in_jog_mode_is_told_of() -> None:
+def test_t_in_jog_mode_is_reported() -> None:
     rig = made("J")
     rig.enter("T", "0")
     rig.execute()
@@ -396,7 +396,7 @@ def test_trigger_holds_the_next_step_with_pulse_high(stepwise: bool) -> None:
 
 @pytest.mark.fact("CY500-UND-TRIGGER")
 @both
-def test_abort_ends_a_motion_behind_the_running_step(stepwise: bool) -> None:
+def test_abort_ends_a_motion_after_the_running_step(stepwise: bool) -> None:
     rig = Rig500(record=("pulse", "motion_complete"), stepwise=stepwise)
     rig.say("R 253", "S 10", "N 100", "A")
     rig.start("G\r")
@@ -413,7 +413,7 @@ def test_abort_ends_a_motion_behind_the_running_step(stepwise: bool) -> None:
     assert [motion.end.why for motion in rig.x.motions()] == ["stopped", "stopped", "stopped", "done"]
 
 
-def test_reset_in_mid_motion_stops_it_at_once() -> None:
+def test_reset_in_mid_motion_stops_it_immediately() -> None:
     rig = made("R 253", "N 1000", "A", "H", "L", "S 4")
     rig.start("G\r")
     rig.bench.run("700 ms")
@@ -427,7 +427,7 @@ def test_reset_in_mid_motion_stops_it_at_once() -> None:
     assert set(rig.gaps[-2:]) == {1791}
 
 
-def test_the_sheet_says_what_is_inferred() -> None:
+def test_the_sheet_marks_inferred_facts() -> None:
     sheet = sheet_of("cy500")
     assert {time.trust for time in sheet.times.values()} == {"inferred"}
     stated = {pin.name for pin in sheet.pins if pin.trust == "stated" and pin.role}

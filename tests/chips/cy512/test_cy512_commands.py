@@ -101,7 +101,7 @@ def test_group_3_has_number_slope_rate_and_factor():
 
 
 @pytest.mark.fact("CY512-UND-POWERUP")
-def test_registers_after_power_up_are_told_at_their_first_use():
+def test_uninitialised_registers_are_reported_at_their_first_use():
     r = Rig(part="cy512")
     assert r.x.registers == {"number": 0, "slope": 0, "rate": 1, "factor": 1, "position": 0xA55A}
     r.send("R 255\rG\r")
@@ -300,7 +300,7 @@ def test_a_table_of_periods_has_256_numbers_none_too_small(periods):
         slewline.Bench().add("cy512", inferred={"periods": periods})
 
 
-def test_what_is_inferred_is_marked():
+def test_inferred_facts_are_marked():
     its = sheet_of("cy512")
     assert {row.form for row in its.commands if row.trust == "inferred"} == set("AFOST")
     assert {name for name, time in its.times.items() if time.trust == "inferred"} == {
@@ -309,4 +309,4 @@ def test_what_is_inferred_is_marked():
         "terminated",
     }
     (inferred,) = (option for option in its.options if option.name == "inferred")
-    assert all(row.says.startswith("inferred: ") and row.where for row in inferred.table)
+    assert all(row.description.startswith("inferred: ") and row.where for row in inferred.table)

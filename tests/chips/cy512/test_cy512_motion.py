@@ -56,7 +56,7 @@ def test_a_step_takes_200_us_at_r_255_and_240_clocks_more_for_each_unit_below(ra
 
 
 @pytest.mark.fact("CY512-CMD-R-1")
-def test_the_rates_lie_further_apart_the_higher_they_are():
+def test_the_rates_are_further_apart_the_higher_they_are():
     rates = [CLOCK / ticks for ticks in profile.LAW.periods]
     gaps = [b - a for a, b in pairwise(rates)]
     assert gaps == sorted(gaps) and gaps[0] > 0
@@ -144,7 +144,7 @@ def test_with_room_for_both_ramps_it_is_not(number, slewed, stepwise):
 
 @pytest.mark.fact("CY512-UND-FACTOR-RAMP")
 @both
-def test_a_factor_behind_the_slope_counts_in_the_ramp_and_is_told(stepwise):
+def test_a_factor_after_the_slope_counts_in_the_ramp_and_is_reported(stepwise):
     r = made(stepwise=stepwise)
     r.send("S 50\rF 3\rN 20\rG\r")
     up = [3 * (63400 - 240 * each) for each in range(1, 255, 50)]
@@ -166,7 +166,7 @@ def test_the_law_is_an_option():
 @pytest.mark.fact("CY512-RATE-2", "CY512-UND-TERMINATE", "CY512-CON-SPEED")
 @pytest.mark.parametrize("rate", [1, 200, 255])
 @both
-def test_terminate_held_low_makes_almost_8000_steps_a_second(rate, stepwise):
+def test_terminate_kept_low_outputs_almost_8000_steps_a_second(rate, stepwise):
     r = made(stepwise=stepwise, record=("pulse",))
     r.drive("terminate", 0)
     r.send(f"R {rate}\rN 9\rG\r")
@@ -193,7 +193,7 @@ def test_terminate_ends_the_running_step_but_not_before_92_cycles(low, ends, ste
 
 @pytest.mark.fact("CY512-PIN-4")
 @both
-def test_terminate_that_is_over_before_it_counts_and_behind_pulse_does_nothing(stepwise):
+def test_terminate_that_ends_before_it_counts_and_after_pulse_has_no_effect(stepwise):
     r = made(stepwise=stepwise)
     r.send("R 200\rN 3\r")
     first = moving(r)
@@ -271,7 +271,7 @@ def test_abort_turns_round_where_the_motion_is(steps, made_in_all, stepwise):
 @pytest.mark.fact("CY512-UND-ABORT")
 @pytest.mark.parametrize("setup", ["S 0\rN 40\r", "S 5\rN 40\r"])
 @both
-def test_without_a_ramp_abort_stops_behind_the_running_step(setup, stepwise):
+def test_without_a_ramp_abort_stops_after_the_running_step(setup, stepwise):
     r = made(stepwise=stepwise)
     r.send(setup)
     moving(r, steps=10)
@@ -282,7 +282,7 @@ def test_without_a_ramp_abort_stops_behind_the_running_step(setup, stepwise):
 
 @pytest.mark.fact("CY512-HS-3", "CY512-HS-4", "CY512-UND-ABORT-FIRST", "CY512-ABORT-1")
 @both
-def test_a_host_that_leaves_io_request_low_ends_its_motion_behind_the_first_step(stepwise):
+def test_a_host_that_leaves_io_request_low_ends_its_motion_after_the_first_step(stepwise):
     r = made(stepwise=stepwise, record=("pulse", "io_request", "motion_complete", "ready"))
     r.send("N 1000\r")
     since = r.bench.now_ps
@@ -325,7 +325,7 @@ def test_io_request_low_at_the_end_of_a_step_stops_there_without_a_ramp(stepwise
     assert not r.x.moving
 
 
-def test_the_two_ways_to_end_a_motion_can_be_exchanged():
+def test_the_two_rules_for_ending_a_motion_can_be_exchanged():
     r = made(inferred={"abort": "stop", "request": "ramp"})
     r.send("S 50\rN 40\r")
     moving(r, steps=10)
@@ -355,7 +355,7 @@ def test_pulse_is_high_for_96_clocks_between_steps(crystal, stepwise):
 @pytest.mark.fact("CY512-PIN-5", "CY512-INHIB-1")
 @pytest.mark.parametrize("held", [1, 0])
 @both
-def test_a_held_step_leaves_pulse_high_and_the_phases_as_they_are(held, stepwise):
+def test_an_inhibited_step_leaves_pulse_high_and_the_phases_unchanged(held, stepwise):
     r = made(stepwise=stepwise, record=("pulse", "phase1", "phase2"), inferred={"held_pulse": held})
     r.send("N 5\r")
     first = moving(r, steps=2)
@@ -384,7 +384,7 @@ def test_in_motion_no_position_is_read_and_no_motion_is_endless(stepwise):
 
 # --------------------------------------------------------------------------------------------------------------- family
 @pytest.mark.fact("CY512-FAM-1", "CY512-FAM-2", "CY512-FAM-3")
-def test_what_it_has_and_what_the_cy500_has():
+def test_features_shared_with_the_cy500():
     from slewline.chips import sheet_of
     from slewline.chips.cy500.sheet import COMMANDS, PINS
 
@@ -398,7 +398,7 @@ def test_what_it_has_and_what_the_cy500_has():
     assert not names & {"serial_in", "serial_out", "home"} and not ours.keeps
 
 
-def test_a_motion_tells_its_parameters_and_its_ideal():
+def test_a_motion_reports_its_parameters_and_its_ideal():
     r = made()
     r.send("S 10\rR 200\rN 100\rG\r")
     (motion,) = r.x.motions()

@@ -56,7 +56,7 @@ def test_case_2_abort_low_from_the_start_is_disabled_for_the_whole_motion(mover:
 @pytest.mark.fact("ABORT-2", "UND-ABORT-SAMPLE")
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize(("clock", "steps"), [(-1, 300), (0, 1), (1, 1)])
-def test_whether_abort_is_low_when_the_first_step_could_begin_decides(
+def test_the_level_of_abort_when_the_first_step_could_begin_decides(
     mover: Make, clock: int, steps: int, stepwise: bool
 ) -> None:
     probe = mover(number=300)
@@ -74,7 +74,7 @@ def test_whether_abort_is_low_when_the_first_step_could_begin_decides(
 @pytest.mark.fact("ABORT-2", "UND-ABORT-INITIALLY", "UND-INHIBIT-ABORT")
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize(("commands", "low", "steps"), [("G\r", 0, 1), ("H\rG\r", 0, 1), ("G\r", -30_000, 300)])
-def test_abort_lowered_while_the_first_step_is_held_aborts_the_motion(
+def test_abort_lowered_while_the_first_step_is_inhibited_aborts_the_motion(
     mover: Make, commands: str, low: int, steps: int, stepwise: bool
 ) -> None:
     x = mover(number=300, stepwise=stepwise)
@@ -94,7 +94,7 @@ def test_abort_lowered_while_the_first_step_is_held_aborts_the_motion(
 
 # ----------------------------------------------------------------------------------------------------------- case III
 @pytest.mark.fact("ABORT-3", "ABORT-8")
-def test_case_3_abort_held_low_ramps_down_and_stops(mover: Make) -> None:
+def test_case_3_abort_kept_low_ramps_down_and_stops(mover: Make) -> None:
     x = mover(number=60_000, position=7)
     x.send("F 3\rR 80\rS 100\rZ 1\r")
     x.begin()
@@ -114,7 +114,7 @@ def test_case_3_abort_held_low_ramps_down_and_stops(mover: Make) -> None:
 @pytest.mark.parametrize(
     ("before", "width", "seen"), [(1, 1, True), (0, 1, False), (TOP - 1, TOP - 2, False), (TOP, TOP, True)]
 )
-def test_abort_is_looked_at_once_in_a_step_as_it_begins(mover: Make, before: int, width: int, seen: bool) -> None:
+def test_abort_is_sampled_once_in_a_step_as_it_begins(mover: Make, before: int, width: int, seen: bool) -> None:
     # a low that ends exactly at the look was still there before that instant; one that begins there was not
     x = mover()
     look = slewing(x, 600) + 100 * TOP
@@ -128,7 +128,7 @@ def test_abort_is_looked_at_once_in_a_step_as_it_begins(mover: Make, before: int
 
 # ----------------------------------------------------------------------------------------------------- cases IV and V
 @pytest.mark.fact("ABORT-4", "ABORT-8", "SLEW-2", "CON-SLEW-STEADY")
-def test_case_4_released_on_the_way_down_goes_on_to_the_target_at_the_first_rate(mover: Make) -> None:
+def test_case_4_released_on_the_down_ramp_continues_to_the_target_at_the_first_rate(mover: Make) -> None:
     x = mover(position=0)
     look = slewing(x, 1000) + 100 * TOP
     x.on(look - 100, "abort", 0)
@@ -141,7 +141,7 @@ def test_case_4_released_on_the_way_down_goes_on_to_the_target_at_the_first_rate
 
 
 @pytest.mark.fact("ABORT-4", "ABORT-8")
-def test_the_level_at_the_bottom_decides_not_what_was_between(mover: Make) -> None:
+def test_the_level_at_the_bottom_decides_and_not_those_in_between(mover: Make) -> None:
     x = mover()
     look = slewing(x, 1000) + 100 * TOP
     x.on(look - 100, "abort", 0)
@@ -154,7 +154,7 @@ def test_the_level_at_the_bottom_decides_not_what_was_between(mover: Make) -> No
 @pytest.mark.fact("ABORT-5", "UND-ABORT-TURN")
 @pytest.mark.parametrize("held", [True, False])
 @pytest.mark.parametrize(("clock", "made"), [(54_999, 5), (64_999, 6), (95_000, 10)])
-def test_case_5_abort_in_the_up_ramp_turns_it_down_at_once(mover: Make, clock: int, made: int, held: bool) -> None:
+def test_case_5_abort_in_the_up_ramp_turns_it_down_immediately(mover: Make, clock: int, made: int, held: bool) -> None:
     x = mover()
     slewing(x, 500)
     x.on(clock, "abort", 0)
@@ -203,7 +203,7 @@ def test_only_the_first_abort_of_a_motion_acts(mover: Make) -> None:
 # --------------------------------------------------------------------------------------------- abort and its own ramp
 @pytest.mark.fact("UND-ABORT-DECEL")
 @pytest.mark.parametrize(("release", "steps"), [(None, 20), (sum(UP) * 2 - 1, 70), (sum(UP) * 2 + 1, 20)])
-def test_abort_on_the_normal_way_down_decides_at_the_bottom(mover: Make, release: int | None, steps: int) -> None:
+def test_abort_on_the_normal_down_ramp_decides_at_the_bottom(mover: Make, release: int | None, steps: int) -> None:
     x = mover()
     slewing(x, 70)  # up, down, and 50 steps at the first rate
     x.on(sum(UP) + 15_000, "abort", 0)
@@ -214,7 +214,7 @@ def test_abort_on_the_normal_way_down_decides_at_the_bottom(mover: Make, release
 
 
 @pytest.mark.fact("UND-ABORT-DECEL")
-def test_abort_in_the_steps_at_the_first_rate_stops_at_once(mover: Make) -> None:
+def test_abort_in_the_steps_at_the_first_rate_stops_immediately(mover: Make) -> None:
     x = mover()
     slewing(x, 70)
     end = 2 * sum(UP) + 7 * LOW
@@ -226,7 +226,7 @@ def test_abort_in_the_steps_at_the_first_rate_stops_at_once(mover: Make) -> None
 
 
 @pytest.mark.fact("UND-ABORT-DECEL", "ABORT-8")
-def test_abort_of_a_motion_without_ramp_stops_at_once(mover: Make) -> None:
+def test_abort_of_a_motion_without_ramp_stops_immediately(mover: Make) -> None:
     x = mover(number=500, firstrate=10, rate=10)
     x.begin()
     x.on(100 * LOW - 1, "abort", 0)
@@ -277,7 +277,7 @@ def test_after_the_abort_of_a_continuous_motion_rate_requests_are_not_served(mov
 
 @pytest.mark.fact("CONT-3", "ABORT-9", "UND-CONT-ABORT-RELEASE")
 @pytest.mark.parametrize("sign", [1, -1])
-def test_case_4_in_continuous_motion_goes_on_to_the_nominal_target_and_is_reported(mover: Make, sign: int) -> None:
+def test_case_4_in_continuous_motion_continues_to_the_nominal_target_and_is_reported(mover: Make, sign: int) -> None:
     x = mover(position=100)
     slewing(x, 300, "A 100\rH\r" + ("+" if sign > 0 else "-") + "\rG\r")
     look = sum(UP) + 1990 * TOP
@@ -321,7 +321,7 @@ def test_that_warning_is_not_given_where_the_motion_ends_by_itself(mover: Make) 
 
 # ----------------------------------------------------------------------------------------------------------- programs
 @pytest.mark.fact("ABORT-11")
-def test_the_program_around_an_aborted_motion_goes_on(rig: Make) -> None:
+def test_the_program_around_an_aborted_motion_continues(rig: Make) -> None:
     x = rig(record=("run", "motion_complete"), position=0)
     x.send("A 0\rF 10\rR 12\rS 245\rZ 10\rE\rN 60000\rG\rN 5\rG\r0\rQ")
     x.start("X\r")
@@ -337,7 +337,7 @@ def test_the_program_around_an_aborted_motion_goes_on(rig: Make) -> None:
 
 
 @pytest.mark.fact("ABORT-4", "ABORT-7")
-def test_what_an_aborted_motion_waits_for_is_told(mover: Make) -> None:
+def test_the_waiting_text_of_an_aborted_motion(mover: Make) -> None:
     x = mover()
     look = slewing(x, 1000) + 10 * TOP
     x.on(look - 1, "abort", 0)

@@ -97,7 +97,7 @@ def test_quit_has_no_count_and_data_that_look_like_it_are_data(binary):
 
 
 @pytest.mark.fact("UND-Q-CR", "UND-LETTER")
-def test_a_count_behind_quit_is_a_stranger_and_swallows_a_command(binary):
+def test_a_count_after_quit_is_unknown_and_swallows_a_command(binary):
     r = binary()
     r.send(b"E\0B\0Q\0")  # the count of Q: now a letter
     r.send(b"\x02C\0N\x02\x05\0")  # it takes the 2 as its count, C and 0 as its data
@@ -107,7 +107,7 @@ def test_a_count_behind_quit_is_a_stranger_and_swallows_a_command(binary):
 
 @pytest.mark.fact("UND-LETTER", "LANG-SET-1", "UND-BIN-LABEL")
 @pytest.mark.parametrize("letter", [b"K", b"M", b"Y", b"b", b"$", b"\r", b"\n"])
-def test_a_stranger_takes_its_count_and_data_along(binary, letter):
+def test_an_unknown_command_takes_its_count_and_data_along(binary, letter):
     r = binary(record=("instrobe",))
     r.send(letter + b"\x02C\0" + b"N\x02\x05\0")
     assert r.level(OUT) == 1 and r.x.registers["number"] == 5
@@ -127,7 +127,7 @@ def test_binary_has_no_labels(binary):
 
 
 @pytest.mark.fact("BIN-8", "UND-PROG-30", "PROG-3")
-def test_a_block_under_one_count_is_kept_as_it_comes(binary):
+def test_a_block_under_one_count_is_kept_unchanged(binary):
     r = binary(record=(OUT,))
     r.send(b"C\0N\x02\x01\0" + b"E\0" + bytes.fromhex("4E 08 05 00 51 30 42 0D 43 00") + b"Q")
     assert r.codes == []
@@ -140,7 +140,7 @@ def test_a_block_under_one_count_is_kept_as_it_comes(binary):
 
 
 @pytest.mark.fact("PROG-3")
-def test_the_0_command_is_stored_as_00_whichever_way_it_comes(rig):
+def test_the_0_command_is_stored_as_00_in_either_form(rig):
     for mode, entry in ((1, b"E\r0\rB\rQ"), (0, b"E\x000\0B\0Q"), (0, b"E\0G\x02\0BQ")):
         r = rig(straps={"ascii_binary": mode})
         r.send(entry)
@@ -160,7 +160,7 @@ def test_a_wrong_count_in_command_mode(binary):
 
 
 @pytest.mark.fact("UND-BIN-COUNT")
-def test_a_wrong_count_in_program_entry_is_stored_as_it_came(binary):
+def test_a_wrong_count_in_program_entry_is_stored_unchanged(binary):
     r = binary()
     r.send(b"E\0B\0" + bytes.fromhex("4E 01 05 43 02 47 48") + b"Q")
     assert r.host.verify(1, 7) == bytes.fromhex("42 4E 05 43 47 48 00")

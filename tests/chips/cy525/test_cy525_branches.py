@@ -15,7 +15,7 @@ def levels(edges):
 
 # ----------------------------------------------------------------------------------------------------------- branches
 @pytest.mark.fact("CMD-J-1")
-def test_jump_goes_on_at_a_byte_of_the_program(rig):
+def test_jump_continues_at_a_byte_of_the_program(rig):
     r = rig(record=(OUT,))
     r.enter("C", "J 4", "B", "0")
     assert r.x.program == bytes.fromhex("43 4A 04 42 00")
@@ -32,7 +32,7 @@ def test_jump_as_a_command_starts_the_program_in_the_middle(rig):
 
 
 @pytest.mark.fact("CMD-J-4", "UND-JUMP-MID")
-def test_jump_does_not_ask_whether_its_target_begins_an_instruction(rig):
+def test_jump_does_not_check_whether_its_target_begins_an_instruction(rig):
     r = rig(record=("run", OUT))
     r.send("C\rR 10\r")
     r.enter("R 66", "0")
@@ -77,7 +77,7 @@ def test_til_branches_while_dowhile_is_low(rig):
 
 @pytest.mark.fact("CMD-L-1", "UND-L0")
 @pytest.mark.parametrize(("count", "passes"), [(1, 1), (3, 3), (255, 255), (0, 256)])
-def test_a_loop_makes_as_many_passes_as_it_counts(rig, count, passes):
+def test_a_loop_makes_the_counted_number_of_passes(rig, count, passes):
     r = rig(number=1, firstrate=100, rate=100)
     r.enter("G", f"L {count},0", "0")
     for run in (1, 2):  # and again in full
@@ -262,7 +262,7 @@ def test_with_prog_live_low_the_request_that_ends_a_wait_is_the_first_live_byte(
 
 
 @pytest.mark.fact("UND-D-LIVE")
-def test_a_delay_runs_to_its_end_whatever_the_host_pulls(rig):
+def test_a_delay_ends_on_time_whatever_the_host_pulls(rig):
     r = rig(record=("run",))
     r.enter("D 100", "0")
     r.start("X\r")
@@ -293,7 +293,7 @@ def test_five_labels_in_any_order_take_no_room_and_become_addresses_when_execute
 
 
 @pytest.mark.fact("LABEL-1")
-def test_a_label_names_the_instruction_behind_it(rig):
+def test_a_label_names_the_instruction_after_it(rig):
     r = rig()
     r.send("E\rB\rC$C\rJ C\rQ")
     assert r.x.program == bytes.fromhex("42 43 4A 43")
@@ -303,7 +303,7 @@ def test_a_label_names_the_instruction_behind_it(rig):
 
 
 @pytest.mark.fact("LABEL-6")
-def test_a_label_may_stand_behind_its_use(rig):
+def test_a_label_may_follow_its_use(rig):
     r = rig(record=(OUT,))
     r.enter("J B", "C", "B$B", "0")
     r.execute()
@@ -353,7 +353,7 @@ def test_labels_live_until_enter_initialize_or_reset(rig, clear):
 
 @pytest.mark.fact("UND-LABEL-MISSING")
 @pytest.mark.parametrize("branch", ["J B", "L 3,B", "T B"])
-def test_a_label_that_is_nowhere_leads_outside_the_program(rig, branch):
+def test_an_undefined_label_leads_outside_the_program(rig, branch):
     r = rig()
     r.drive("dowhile", 0)
     r.send("C\r")
@@ -387,7 +387,7 @@ def test_a_label_outside_program_entry_is_ignored(rig):
 
 @pytest.mark.fact("UND-LABEL-LETTER")
 @pytest.mark.parametrize("label", ["F", "J", "Z", "A "])
-def test_other_letters_are_no_labels(rig, label):
+def test_other_letters_are_not_labels(rig, label):
     r = rig()
     r.enter(f"{label}$B", "C")
     assert r.x.program == b"C" and r.codes == ["unknown-command"]

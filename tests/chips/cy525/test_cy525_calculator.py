@@ -37,7 +37,7 @@ def asked(first: int, rate: int, slope: int, divisor: int, crystal: str) -> Any:
 
 
 @pytest.mark.parametrize("move", MOVES)
-def test_every_step_of_a_move_comes_when_the_calculator_says(mover: Make, move: tuple[int, ...]) -> None:
+def test_every_step_of_a_move_comes_at_its_calculated_time(mover: Make, move: tuple[int, ...]) -> None:
     first, rate, slope, divisor, number, crystal = move
     x = mover(position=0, crystal=crystal)
     x.send(f"N {number}\rF {first}\rR {rate}\rS {slope}\rZ {divisor}\r")
@@ -77,9 +77,7 @@ def test_the_shortest_move_that_reaches_its_rate_slews_and_one_step_less_does_no
 
 
 @pytest.mark.parametrize("options", [{"ramp_unit": 479}, {"ramp_jumps": True}, {"ramp_unit": 1000, "ramp_jumps": True}])
-def test_the_options_of_the_chip_change_its_ramps_and_what_is_said_of_them(
-    mover: Make, options: dict[str, int]
-) -> None:
+def test_the_options_of_the_chip_change_its_ramps_and_their_description(mover: Make, options: dict[str, int]) -> None:
     x = mover(position=0, **options)
     x.send("N 3000\rF 3\rR 80\rS 240\rZ 1\r")
     x.begin()
@@ -91,7 +89,7 @@ def test_the_options_of_the_chip_change_its_ramps_and_what_is_said_of_them(
     assert (found.values["S"], found.time_ps) == (240, told.time_ps)
 
 
-def test_a_ramp_that_leaves_no_room_to_slew_in_any_move_says_so() -> None:
+def test_a_ramp_that_leaves_no_room_to_slew_in_any_move_is_reported() -> None:
     ramp = asked(3, 127, 1, 200, "11 MHz")
     assert ramp.steps > 32_768
     assert ramp.reached_from is None
@@ -101,7 +99,7 @@ def test_a_ramp_that_leaves_no_room_to_slew_in_any_move_says_so() -> None:
 @pytest.mark.parametrize(("slope", "ms"), [
     (1, 1299), (2, 1294), (10, 1254), (25, 1177), (50, 1050), (100, 795), (150, 540), (200, 285), (225, 158),
 ])  # fmt: skip
-def test_the_times_are_those_that_the_manual_has_computed(slope: int, ms: int) -> None:
+def test_the_times_equal_those_computed_by_the_manual(slope: int, ms: int) -> None:
     assert round(asked(3, 127, slope, 1, "11 MHz").time_ps / 1e9) == ms
 
 
@@ -185,7 +183,7 @@ def cases() -> list[tuple[int, int, str, float, dict[str, int]]]:
 
 
 @pytest.mark.parametrize("case", few(cases(), 8))
-def test_what_is_found_is_the_best_of_all_s_and_z(
+def test_the_search_finds_the_best_of_all_s_and_z(
     mover: Make, case: tuple[int, int, str, float, dict[str, int]]
 ) -> None:
     first, rate, goal, value, fixed = case

@@ -17,7 +17,7 @@ LEGAL = {
     "A": "A 1", "D": "D 1", "F": "F 3", "J": "J 0", "L": "L 1,0", "N": "N 3", "O": "O 2", "P": "P 5", "R": "R 10",
     "S": "S 9", "T": "T 0", "V": "V 0", "Z": "Z 2", "U": "U",
 }  # fmt: skip
-OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
+OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.in_out in ("out", "both"))
 
 
 # ------------------------------------------------------------------------------------------------ the language at large
@@ -79,7 +79,7 @@ def test_parameters_live_outside_the_program_and_outlast_it(rig):
 
 
 @pytest.mark.fact("LANG-MODE-1")
-def test_a_command_acts_at_once_or_is_stored_or_runs(rig):
+def test_a_command_acts_immediately_or_is_stored_or_runs(rig):
     r = rig(record=("programmable_output",))
     r.send("C\rE\rB\r0\rQ")
     assert r.edges("programmable_output")[0][1] == 0 and r.level("programmable_output") == 0
@@ -204,7 +204,7 @@ def test_the_divisor_divides_the_slope(rig, rate, one, other):
 
 
 @pytest.mark.fact("CMD-PLUS-1", "CMD-MINUS-1", "CMD-G-1")
-def test_the_signs_turn_the_direction_at_once(rig):
+def test_the_signs_turn_the_direction_immediately(rig):
     r = rig(record=("direction", "pulse"))
     r.send(KNOWN + "-\r+\r-\r")
     assert [level for _, level in r.edges("direction")] == [0, 1, 0]
@@ -248,14 +248,14 @@ def test_position_moves_by_itself_and_leaves_the_number_alone(rig):
 
 
 @pytest.mark.fact("CMD-P-2")
-def test_position_compares_and_never_takes_the_short_way_round(rig):
+def test_position_compares_and_never_wraps_around(rig):
     r = rig()
     r.send("F 127\rR 127\rS 255\rZ 1\rA 65535\rP 0\r")
     assert (r.x.travel, r.x.position, r.level("direction")) == (-65535, 0, 0)
 
 
 @pytest.mark.fact("CMD-P-2", "UND-P-SAME")
-def test_position_where_we_are_turns_the_direction_and_completes(rig):
+def test_position_to_the_present_position_turns_the_direction_and_completes(rig):
     r = rig(record=("pulse", "motion_complete"))
     r.send(KNOWN + "A 5\r-\rP 5\r")
     assert r.level("direction") == 1
@@ -280,7 +280,7 @@ def test_the_direction_of_a_position_command_stays_for_go(rig):
 @pytest.mark.parametrize(
     ("offset", "shown", "after"), [(0, 0b0101, 0b1001), (1, 0b1001, 0b1010), (2, 0b1010, 0b0110), (3, 0b0110, 0b0101)]
 )
-def test_offset_shows_a_pattern_from_which_the_next_step_goes_on(rig, offset, shown, after):
+def test_offset_shows_a_pattern_from_which_the_next_step_continues(rig, offset, shown, after):
     r = rig(record=("pulse",))
     bits = lambda: int("".join(map(str, r.phases)), 2)  # noqa: E731
     r.send(KNOWN + f"N 1\rO {offset}\r")

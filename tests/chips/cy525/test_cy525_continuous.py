@@ -124,7 +124,7 @@ def test_on_the_fly_positions_follow_the_count_over_two_wraps(rig: Make) -> None
 
 
 @pytest.mark.fact("CONT-7")
-def test_a_program_goes_on_after_its_continuous_motion_was_aborted(rig: Make) -> None:
+def test_a_program_continues_after_its_continuous_motion_was_aborted(rig: Make) -> None:
     x = rig(record=("run", "motion_complete"))
     x.send(SMALL + "N 60000\rE\rH\rG\rN 10\rG\r0\rQ")
     x.start("X\r")

@@ -45,7 +45,7 @@ def moves(r, since: int = 0) -> list[int]:
 
 # ----------------------------------------------------------------------------------------------- the three routes (s.5)
 @pytest.mark.fact("EXAMPLE-BIN", "BIN-8", "BIN-9", "PROG-2", "PROG-3")
-def test_three_routes_into_the_buffer_and_what_it_does(rig):
+def test_three_routes_into_the_buffer_and_their_effects(rig):
     ascii = ascii_of("three_routes")
     separate = bytes.fromhex("45 00 52 01 7F 4E 02 2C 01 2B 00 47 00 4E 02 EE 02 2D 00 47 00 30 00 51")
     single = bytes.fromhex("45 00 52 0C 7F 4E 2C 01 2B 47 4E EE 02 2D 47 00 51")
@@ -136,7 +136,7 @@ def test_jump_goes_home_and_then_moves_on_each_signal(rig):
 
 
 @pytest.mark.fact("EXAMPLE-JUMP-2")
-def test_a_level_that_stays_lets_the_next_move_follow_at_once(rig):
+def test_a_level_that_stays_lets_the_next_move_follow_immediately(rig):
     r = rig(record=(OUT, "motion_complete"), divisor=1)
     r.drive("wait", 1)
     r.start(ascii_of("jump"))
@@ -196,7 +196,7 @@ def test_weld_three_workpieces(rig):
 
 # ---------------------------------------------------------------------------------------------------- hand-off (s.10)
 @pytest.mark.fact("EXAMPLE-HANDOFF-4")
-def test_handoff_tells_of_a_part_once_a_cycle_and_not_while_taking_one(rig):
+def test_handoff_reports_a_part_once_a_cycle_and_not_while_taking_one(rig):
     r = rig(record=("run", OUT, "direction", "motion_complete", "ready"), divisor=1)
     r.drive("wait", 1)
     r.drive("dowhile", 0)
@@ -262,7 +262,7 @@ def test_two_groups_of_single_steps_twice(rig):
 
 
 @pytest.mark.fact("EXAMPLE-10.14")
-def test_four_steps_behind_step_inhibit(rig):
+def test_four_steps_released_by_step_inhibit(rig):
     r = rig(record=("instrobe", "pulse", "motion_complete", "ready"), divisor=1)
     r.drive("step_inhibit", 1)
     stream = ascii_of("four_steps")

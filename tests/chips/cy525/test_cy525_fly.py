@@ -65,9 +65,7 @@ def test_a_request_at_any_phase_is_answered_within_the_present_step(
 
 @pytest.mark.fact("UND-FLY-SAMPLE", "FLY-RATE-2")
 @pytest.mark.parametrize(("clock", "late"), [(-1, 0), (0, TOP), (1, TOP)])
-def test_the_request_is_looked_at_as_a_step_begins_and_the_byte_is_read_there(
-    mover: Make, clock: int, late: int
-) -> None:
+def test_the_request_is_sampled_as_a_step_begins_and_the_byte_is_read_there(mover: Make, clock: int, late: int) -> None:
     x = mover("instrobe")
     look = x.endless(SMALL) + 20 * TOP
     x.byte(look - TOP + 1, 99)
@@ -252,7 +250,7 @@ def test_a_request_low_when_abort_is_seen_halts_all_the_same(mover: Make) -> Non
 
 @pytest.mark.fact("FLY-RATE-12", "UND-FLY-RAMPING")
 @pytest.mark.parametrize("rate", [11, 12, 13])
-def test_a_request_in_a_ramp_waits_for_the_begin_of_slewing(mover: Make, rate: int) -> None:
+def test_a_request_in_a_ramp_waits_for_the_start_of_slewing(mover: Make, rate: int) -> None:
     x = mover("instrobe")
     x.send(SMALL + "N 60000\r")
     x.begin("H\rG\r")
@@ -280,7 +278,7 @@ def test_a_request_that_is_gone_before_slewing_begins_is_not_seen(mover: Make) -
 @pytest.mark.fact("FLY-RATE-2")
 @pytest.mark.parametrize("stepwise", [False, True], ids=["whole", "stepwise"])
 @pytest.mark.parametrize(("low", "high", "missed"), [(100, 600, 1), (-100, 600, 0), (100, TOP + 100, 0)])
-def test_a_request_that_comes_and_goes_between_two_looks_is_not_seen(
+def test_a_request_that_comes_and_goes_between_two_samples_is_missed(
     mover: Make, low: int, high: int, missed: int, stepwise: bool
 ) -> None:
     x = mover("instrobe", stepwise=stepwise)
@@ -294,7 +292,7 @@ def test_a_request_that_comes_and_goes_between_two_looks_is_not_seen(
 
 
 @pytest.mark.parametrize("low", [-TOP + 100, -TOP + 4000, -20])
-def test_who_watches_pulse_sees_every_edge_whatever_input_came_and_went_meanwhile(mover: Make, low: int) -> None:
+def test_an_observer_of_pulse_sees_every_edge_despite_brief_inputs(mover: Make, low: int) -> None:
     x = mover()
     look = x.endless(SMALL) + 10 * TOP
     edges: list[int] = []

@@ -17,7 +17,7 @@ STROBE, SAMPLE, BUSY, LETTER = 165, 176, 286, 2057
 LEAD = 10 * US  # a motion sets its lines so long before its first step
 EFFECT = 17 * US  # an effect shows so long before READY returns
 LINES = ("io_request", "instrobe", "ready")
-OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
+OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.in_out in ("out", "both"))
 READY_BACK = 180  # from MOTION COMPLETE low to READY high: 30 us at 6 MHz
 KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 STEP = 11_000  # clocks of a step at rate 10
@@ -96,7 +96,7 @@ def test_the_bus_is_read_as_instrobe_rises(hand, comes, goes, taken):
 
 
 @pytest.mark.fact("HS-3")
-def test_what_the_bus_does_after_instrobe_does_not_matter(hand):
+def test_bus_changes_after_instrobe_have_no_effect(hand):
     h = hand()
     h.put(0, "io_request", 0)
     h.put(300, "io_request", 1)
@@ -110,7 +110,7 @@ def test_what_the_bus_does_after_instrobe_does_not_matter(hand):
 
 @pytest.mark.fact("HS-6", "UND-HS-SHORT")
 @pytest.mark.parametrize("up", [1, STROBE - 1, STROBE, SAMPLE - 1])
-def test_a_byte_whose_request_is_over_before_instrobe_is_lost(hand, up):
+def test_a_byte_whose_request_ends_before_instrobe_is_lost(hand, up):
     h = hand(*LINES, "motion_complete")
     h.strobe(0, ord("C"), up=up)
     h.data(up, ord("C"))

@@ -131,7 +131,7 @@ def test_with_inhibit_low_steps_run_freely(mover: Make) -> None:
 
 
 @pytest.mark.fact("INHIBIT-5")
-def test_a_held_last_step_holds_off_motion_complete_and_ready(mover: Make) -> None:
+def test_an_inhibited_last_step_delays_motion_complete_and_ready(mover: Make) -> None:
     x = mover()
     x.send("R 80\rS 255\rF 10\rN 4\r")
     x.begin()
@@ -149,7 +149,7 @@ def test_a_held_last_step_holds_off_motion_complete_and_ready(mover: Make) -> No
 
 
 @pytest.mark.fact("UND-INHIBIT-ABORT")
-def test_abort_during_a_hold_is_seen_when_the_held_step_ends(mover: Make) -> None:
+def test_abort_during_a_hold_is_seen_when_the_inhibited_step_ends(mover: Make) -> None:
     x = mover(number=1000)
     x.send(SMALL)
     x.begin()
@@ -163,7 +163,7 @@ def test_abort_during_a_hold_is_seen_when_the_held_step_ends(mover: Make) -> Non
 
 
 @pytest.mark.fact("UND-INHIBIT-ABORT", "UND-ABORT-SAMPLE")
-def test_an_abort_that_is_gone_when_the_held_step_ends_is_not_seen(mover: Make) -> None:
+def test_an_abort_released_before_the_inhibited_step_ends_is_missed(mover: Make) -> None:
     x = mover(number=276)
     x.send(SMALL)
     x.begin()
@@ -177,7 +177,7 @@ def test_an_abort_that_is_gone_when_the_held_step_ends_is_not_seen(mover: Make) 
 
 
 @pytest.mark.fact("UND-INHIBIT-ABORT")
-def test_a_rate_request_during_a_hold_is_seen_when_the_held_step_ends(mover: Make) -> None:
+def test_a_rate_request_during_a_hold_is_seen_when_the_inhibited_step_ends(mover: Make) -> None:
     x = mover(number=60_000)
     x.send(SMALL)
     x.begin("H\rG\r")

@@ -85,7 +85,7 @@ class Program:
         (FIRST + 5 * MS + NEXT - 1, [FIRST + 5 * MS + NEXT]),
     ],
 )
-def test_the_program_stops_behind_the_running_instruction(hand, low, acts):
+def test_the_program_stops_after_the_running_instruction(hand, low, acts):
     p = Program(hand, "D 5", "B", "C", "0")
     p.put(low, "prog", 0)
     p.run_to(3_000_000)
@@ -112,7 +112,7 @@ def test_once_seen_low_one_command_must_come(hand, released):
 
 @pytest.mark.fact("LIVE-2")
 @pytest.mark.parametrize(("low", "high"), [(FIRST + 5 * MS, FIRST + 5 * MS + NEXT - 1), (1000, FIRST + 5 * MS - 1)])
-def test_a_low_between_two_looks_is_not_seen(hand, low, high):
+def test_a_low_between_two_samples_is_missed(hand, low, high):
     p = Program(hand, "D 5", "B", "C", "0")
     p.put(low, "prog", 0)
     p.put(high, "prog", None)
@@ -128,7 +128,7 @@ def test_a_low_between_two_looks_is_not_seen(hand, low, high):
     [(1, "C\rB\rR 50\r", "Z 1\r"), (0, bytes.fromhex("43 00 42 00 52 01 32"), b"Z\x01\x01")],
 )
 @pytest.mark.parametrize("late", [-1, 0])
-def test_the_line_is_looked_at_again_as_ready_returns_behind_each_command(hand, ascii_binary, first, last, late):
+def test_the_line_is_sampled_again_as_ready_returns_after_each_command(hand, ascii_binary, first, last, late):
     p = Program(hand, "D 5", "B", "D 5", "C", "0")
     p.put(1000, "prog", 0)
     p.run_to(100_000)
@@ -153,7 +153,7 @@ def test_the_line_is_looked_at_again_as_ready_returns_behind_each_command(hand, 
 
 
 @pytest.mark.fact("LIVE-4")
-def test_released_before_the_last_terminator_the_program_goes_on_behind_the_command(hand):
+def test_released_before_the_last_terminator_the_program_resumes_after_the_command(hand):
     p = Program(hand, "D 5", "B", "0")
     p.put(1000, "prog", 0)
     p.run_to(100_000)
@@ -182,7 +182,7 @@ def test_a_request_that_is_there_when_the_instruction_ends_is_served_then(hand):
 
 
 @pytest.mark.fact("LIVE-10", "LIVE-1", "HS-12")
-def test_a_motion_runs_to_its_end_before_the_program_stops(hand):
+def test_a_motion_completes_before_the_program_stops(hand):
     p = Program(hand, "G", "G", "0", number=5)
     p.put(FIRST + STEP, "prog", 0)
     p.run_to(100 * STEP)
@@ -285,7 +285,7 @@ def test_v_may_be_given_live(hand):
 
 
 @pytest.mark.fact("LIVE-8", "LIVE-10", "FLY-RATE-1")
-def test_in_a_slewing_motion_a_request_changes_the_rate_whatever_the_live_line_says(hand):
+def test_in_a_slewing_motion_a_request_changes_the_rate_at_any_level_of_the_live_line(hand):
     p = Program(hand, "H", "G", "B", "0", number=64_000)
     p.h.until(slew=0)
     p.put(10 * STEP, "prog", 0)
@@ -335,7 +335,7 @@ def test_a_live_i_stops_and_erases(hand):
 
 @pytest.mark.fact("UND-LIVE-QEX", "HS-11")
 @pytest.mark.parametrize("command", ["G\r", "P 3\r"])
-def test_a_live_motion_is_made_before_the_program_goes_on(hand, command):
+def test_a_live_motion_completes_before_the_program_continues(hand, command):
     p = Program(hand, "D 5", "B", "0", number=3)
     p.put(1000, "prog", 0)
     p.run_to(100_000)
@@ -373,7 +373,7 @@ def test_live_q_and_e_change_nothing_and_are_reported(hand, command, code):
 
 
 @pytest.mark.fact("LIVE-3")
-def test_an_unknown_live_command_is_no_command(hand):
+def test_an_unknown_live_command_has_no_effect(hand):
     p = Program(hand, "D 5", "B", "0")
     p.put(1000, "prog", 0)
     p.run_to(100_000)
@@ -410,7 +410,7 @@ def test_during_program_entry_the_chip_holds_the_line_low_whatever_the_host_does
 
 
 @pytest.mark.fact("LIVE-7")
-def test_behind_q_a_host_may_keep_the_line_low(hand):
+def test_after_q_a_host_may_keep_the_line_low(hand):
     h = hand("prog")
     h.send("E\rB\r")
     h.put(h.now, "prog", 0)
@@ -447,7 +447,7 @@ def test_run_mode_without_a_program_takes_only_live_commands(hand):
 
 @pytest.mark.fact("LIVE-1", "UND-PROG-TIME")
 @pytest.mark.parametrize(("low", "look"), [(88_000 - 1, 88_000), (88_000, 88_088), (88_001, 88_088)])
-def test_in_an_empty_run_mode_the_line_is_looked_at_every_8_us(hand, low, look):
+def test_in_an_empty_run_mode_the_line_is_sampled_every_8_us(hand, low, look):
     h = hand("run", "instrobe")
     h.send("X\r")
     begin = h.now  # READY has returned: the first look
@@ -499,7 +499,7 @@ def test_a_group_is_read_between_two_instructions_of_a_running_program(rig, asci
 
 
 @pytest.mark.fact("LIVE-9")
-def test_as_many_bytes_as_asked_for_are_read_live(rig):
+def test_the_requested_number_of_bytes_is_read_live(rig):
     r = rig(position=0)
     r.send(WALK)
     r.host.run_program()

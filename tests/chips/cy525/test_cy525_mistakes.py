@@ -9,12 +9,12 @@ from slewline.chips.cy525.sheet import SHEET
 
 US = 1_000_000  # picoseconds
 KNOWN = "A 0\rN 3\rS 250\rR 10\rF 3\rZ 1\r"  # every register set, so that a motion has nothing to complain about
-OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
+OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.in_out in ("out", "both"))
 
 
 @pytest.mark.fact("LANG-SET-1", "UND-LETTER", "UND-LOWERCASE", "UND-LF")
 @pytest.mark.parametrize("letter", ["K", "M", "Y", "7", "n", "b", "?", "\n", "$"])
-def test_a_stranger_swallows_its_line_and_nothing_else(rig, letter):
+def test_an_unknown_letter_swallows_its_line_only(rig, letter):
     r = rig(record=("instrobe",))
     line = f"{letter} 5\r"
     r.send(f"N 7\rE\r{line}Q{line}")
@@ -25,7 +25,7 @@ def test_a_stranger_swallows_its_line_and_nothing_else(rig, letter):
     assert r.x.registers["number"] == 8
 
 
-def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(rig):
+def test_a_host_that_ends_its_lines_with_a_line_feed_is_reported_once(rig):
     r = rig()
     r.host.send("A 0\nF 10\n")
     r.bench.run_until_idle()
@@ -40,7 +40,7 @@ def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(rig):
         r.bench.run_until(r.x.reaches(5), "1 s")
 
 
-def test_a_last_line_without_its_return_is_what_the_chip_waits_for(rig):
+def test_the_chip_waits_for_the_return_of_a_last_line(rig):
     r = rig()
     r.host.send("N 5\rR 100")
     r.bench.run_until_idle()
@@ -51,7 +51,7 @@ def test_a_last_line_without_its_return_is_what_the_chip_waits_for(rig):
 
 
 @pytest.mark.fact("UND-LF")
-def test_a_line_feed_behind_the_return_costs_the_next_command(rig):
+def test_a_line_feed_after_the_return_costs_the_next_command(rig):
     r = rig()
     r.send("C\r\nB\r\nN 5\r")
     assert r.codes == ["line-feed"] * 2
@@ -59,7 +59,7 @@ def test_a_line_feed_behind_the_return_costs_the_next_command(rig):
 
 
 @pytest.mark.fact("UND-Q-CR")
-def test_a_return_behind_quit_is_an_empty_line(rig):
+def test_a_return_after_quit_is_an_empty_line(rig):
     r = rig()
     r.send("E\rB\rQ\rN 5\r")
     assert r.codes == ["q-terminated"]
@@ -117,7 +117,7 @@ def test_a_one_byte_number_is_cut_to_a_byte(rig, line, kept):
 
 
 @pytest.mark.fact("UND-EXTRAARG")
-def test_an_argument_too_many_is_ignored(rig):
+def test_a_surplus_argument_is_ignored(rig):
     r = rig()
     r.send("C 5\r")
     assert r.level("programmable_output") == 0 and r.codes == ["extra-argument"]
@@ -160,7 +160,7 @@ def test_waits_given_as_commands_keep_ready_low_until_the_pin_has_its_level(rig,
 
 
 @pytest.mark.fact("UND-UW-COMMAND", "UND-UW-BYTE")
-def test_only_a_new_request_ends_a_wait_and_it_is_no_byte(rig):
+def test_only_a_new_request_ends_a_wait_and_it_is_not_a_byte(rig):
     r = rig(record=("instrobe", "ready"))
     r.drive("wait", 1)
     r.host.send("U")
@@ -179,7 +179,7 @@ def test_only_a_new_request_ends_a_wait_and_it_is_no_byte(rig):
 
 
 @pytest.mark.fact("UND-D0")
-def test_a_delay_of_nothing_takes_the_command_time(rig):
+def test_a_delay_of_0_takes_the_command_time(rig):
     r = rig(record=("ready",))
     r.send("D 0\r")
     assert r.rises("ready")[-1] - r.falls("ready")[-1] == (100 + 40) * US
@@ -197,7 +197,7 @@ def test_go_with_no_steps_completes_without_a_step(rig):
 
 
 @pytest.mark.fact("UND-PARAM-POWERUP")
-def test_a_motion_tells_once_of_every_register_that_nobody_has_set(rig):
+def test_a_motion_reports_every_unset_register_once(rig):
     r = rig()
     position = 0xA55A
     assert r.x.registers == dict(number=0, slope=255, rate=3, firstrate=3, divisor=1, position=position)

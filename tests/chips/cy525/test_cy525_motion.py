@@ -121,7 +121,7 @@ def test_ten_thousand_steps_per_second_take_a_crystal_of_11_37_mhz(rig: Make) ->
 # ------------------------------------------------------------------------------------------------------------- steps
 @pytest.mark.fact("STEP-1", "CON-PULSE-HIGH")
 @pytest.mark.parametrize(("parameter", "period"), [(127, 1137), (10, 11_000)])
-def test_pulse_is_low_for_the_whole_step_but_2_5_us(mover: Make, parameter: int, period: int) -> None:
+def test_pulse_is_low_for_the_whole_step_except_2_5_us(mover: Make, parameter: int, period: int) -> None:
     x = mover(firstrate=parameter, rate=parameter, number=100)
     x.begin()
     x.finish()
@@ -349,7 +349,7 @@ def test_a_commanded_motion_sets_direction_110_clocks_before_the_first_step(
 @pytest.mark.fact("HS-13", "CMD-P-3", "UND-STEP-LEAD")
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize("program", [False, True])
-def test_held_by_io_request_a_motion_has_set_its_lines_and_steps_when_the_request_is_over(
+def test_paused_by_io_request_a_motion_has_set_its_lines_and_steps_when_the_request_ends(
     hand: Make, program: bool, stepwise: bool
 ) -> None:
     x = hand("direction", "ready", "pulse", "run", stepwise=stepwise, **MOVES)

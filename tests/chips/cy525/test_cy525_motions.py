@@ -58,13 +58,13 @@ def test_a_motion_begins_before_its_first_step_and_its_ideal_with_it(stepwise: b
 
 
 @BOTH
-def test_a_program_tells_of_every_motion(stepwise: bool) -> None:
+def test_a_program_reports_every_motion(stepwise: bool) -> None:
     x = ran(RAMP + "A 100\rN 3\rE\rG\rP 102\rL 2,0\r0\rQ\rX\r", stepwise)
     assert texts(x) == ["G", "P 102"] * 2
 
 
 @BOTH
-def test_what_happens_on_the_way_ends_the_ideal(stepwise: bool) -> None:
+def test_events_during_a_motion_end_the_ideal(stepwise: bool) -> None:
     held = ran(RAMP + "N 3000\rG\r", stepwise, [("300 ms", "step_inhibit", 1), ("310 ms", "step_inhibit", 0)])
     (mark,) = held.marks(start="200 ms")
     assert (mark.kind, mark.text) == ("event", "STEP INHIBIT") and held.motions()[0].ideal.stop == mark.time_ps
@@ -176,14 +176,14 @@ def test_a_motion_without_steps_has_no_ideal_to_be_compared_with() -> None:
         x.deviation(x.motions()[0])
 
 
-def test_the_past_is_forgotten_but_for_the_motion_under_way() -> None:
+def test_the_past_is_forgotten_except_the_current_motion() -> None:
     x = ran(RAMP + "N 3\rG\rG\rG\r")
     second = x.motions()[1].time_ps
     x.motor.forget(second + 1)
     assert x.motions()[0].time_ps == second and len(x.motions()) == 2 and not x.marks()
 
 
-def test_phases_and_steps_of_a_motion_that_began_before_what_is_kept_are_cut_off_there() -> None:
+def test_phases_and_steps_of_a_motion_are_cut_off_where_kept_data_begins() -> None:
     x = ran(RAMP + "N 3000\rG\r")
     _, (begin, end, _), down = x.phases()
     middle = (begin + end) // 2

@@ -15,7 +15,7 @@ SAMPLE, BUSY, LETTER = 176, 286, 2057
 STEP, HIGH = 11_000, 28  # a step at rate 10, and how long PULSE is high at its end
 LEAD = 10 * US  # a motion sets its lines so long before its first step
 KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
-OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
+OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.in_out in ("out", "both"))
 SIGNALS = {
     1: "io_request", 4: "reset", 6: "abort", 8: "instrobe", 10: "outstrobe", 11: "clk15",
     **{12 + bit: f"db{bit}" for bit in range(8)}, **{20 + n: f"phase{n}" for n in (1, 2, 3, 4)},
@@ -57,7 +57,7 @@ def test_supply_crystal_and_unconnected_pins_carry_no_signal(name):
     assert y.pin("wait").level == 1
 
 
-def test_a_pin_that_there_is_not_is_answered_with_those_there_are():
+def test_an_unknown_pin_is_answered_with_the_existing_pins():
     bench = slewline.Bench()
     bench.add("cy525", name="x")
     with pytest.raises(
@@ -317,7 +317,7 @@ def test_slew_is_low_while_the_rate_is_steady_and_high_at_rest(hand):
 
 
 @pytest.mark.fact("PIN-32")
-def test_run_is_low_from_the_start_of_a_program_to_its_end(hand):
+def test_run_is_low_for_the_whole_program(hand):
     h = hand("run", "programmable_output")
     h.send("E\rC\rD 3\rB\r0\rQ")
     assert h.edges("run") == []
@@ -386,7 +386,7 @@ def test_pulse_is_low_for_each_step_and_high_for_2_5_us_between_two(hand):
 
 @pytest.mark.fact("MC-1", "PIN-37", "CON-MC-CODE")
 @pytest.mark.parametrize("byte", [ord("C"), 0x0D, 0xFF])
-def test_motion_complete_falls_behind_the_last_step_and_rises_with_the_next_byte(hand, byte):
+def test_motion_complete_falls_after_the_last_step_and_rises_with_the_next_byte(hand, byte):
     h = hand("motion_complete", "pulse", number=5, **KNOWN)
     assert h.x.pin("motion_complete").level == 1
     h.send("G\r")
@@ -423,7 +423,7 @@ def test_a_live_byte_between_two_motions_raises_motion_complete(hand):
 
 
 @pytest.mark.fact("MC-2", "PIN-37")
-def test_motion_complete_is_low_in_three_situations_that_can_be_told_apart(hand):
+def test_motion_complete_is_low_in_three_distinguishable_situations(hand):
     h = hand("motion_complete", "ready", "slew", "outstrobe", "pulse", number=64_000, **KNOWN)
     h.send("H\rG")
     h.strobe(h.now, 0x0D, up=h.now + 400)

@@ -65,7 +65,7 @@ def test_the_buffer_holds_60_bytes_and_a_jump_reaches_the_last(rig):
 
 
 @pytest.mark.fact("UND-OVERFLOW", "UND-PROG-END")
-def test_what_does_not_fit_is_dropped_and_a_cut_instruction_is_filled_with_zeros(rig):
+def test_surplus_bytes_are_dropped_and_a_cut_instruction_is_filled_with_zeros(rig):
     r = rig(record=("run", "prog"))
     r.send("N 1000\r")
     r.enter(*"B" * 58, "N 300", "C", "0")
@@ -92,7 +92,7 @@ def test_the_stored_form_of_every_command(rig):
 
 # ---------------------------------------------------------------------------------------------------------- execution
 @pytest.mark.fact("CMD-X-1", "PROG-8", "UND-PROG-TIME", "PROG-4")
-def test_a_program_runs_fast_and_as_often_as_one_likes(rig):
+def test_a_program_runs_fast_and_any_number_of_times(rig):
     r = rig(record=("ready", "run", OUT))
     r.send("C\r")
     r.enter("B", "C", "0")
@@ -182,7 +182,7 @@ def test_initialize_in_a_program_ends_and_erases_it(rig):
 
 
 @pytest.mark.fact("PROG-7", "PROG-5")
-def test_reset_breaks_an_endless_program_off(rig):
+def test_reset_aborts_an_endless_program(rig):
     r = rig(record=("run", "pulse"), crystal="6 MHz")
     r.send("A 0\rO 1\rF 10\rR 10\rN 500\r")
     r.enter("G", "J 0")

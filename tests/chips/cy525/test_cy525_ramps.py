@@ -111,7 +111,7 @@ def test_other_laws_are_farther_from_the_measured_column(
 
 @pytest.mark.fact("UND-RAMP-LAW")
 @pytest.mark.parametrize("unit", [0, -1, 65_536, 452.0, "452", True])
-def test_a_unit_that_is_no_number_of_clocks_is_refused(mover: Make, unit: object) -> None:
+def test_a_unit_that_is_not_a_number_of_clocks_is_refused(mover: Make, unit: object) -> None:
     with pytest.raises(slewline.UsageError, match=re.escape(f"x: ramp_unit {unit!r}; allowed 1..65535 clocks")):
         mover(ramp_unit=unit)
 
@@ -206,7 +206,7 @@ def test_units_keep_their_times_however_late_one_is_taken(mover: Make) -> None:
 
 
 @pytest.mark.fact("UND-RAMP-LAW", "RAMP-14")
-def test_all_units_that_are_due_may_be_taken_at_once_by_option(mover: Make) -> None:
+def test_all_due_rate_units_may_be_taken_together_by_option(mover: Make) -> None:
     x = mover(ramp_jumps=True, ramp_unit=479)
     rates = [round(11_000_000 / period) for period in moved(x, 65_535, 3, 127, 250)]
     assert rates[:4] == [300, 1500, 1800, 2000]  # 12, 3 and 2 units of 2874 clocks later

@@ -142,7 +142,7 @@ def test_a_rate_request_goes_before_a_read_out(mover: Make) -> None:
 @pytest.mark.parametrize(
     ("rises", "falls", "step"), [(-1, 0, 5), (-1, 1, 5), (0, 1, None), (0, LOW + 1, 6), (1, LOW - 1, None)]
 )
-def test_select_is_looked_at_as_a_step_begins(mover: Make, rises: int, falls: int, step: int | None) -> None:
+def test_select_is_sampled_as_a_step_begins(mover: Make, rises: int, falls: int, step: int | None) -> None:
     x = mover("outstrobe", number=30, firstrate=10, rate=10)
     x.begin()
     x.on(5 * LOW + rises, "io_select", 1)
@@ -164,7 +164,7 @@ def test_select_still_high_when_the_motion_ends_leads_to_verify_bytes(mover: Mak
 
 
 @pytest.mark.fact("UND-FLY-POS-IDLE")
-def test_a_read_out_asked_during_a_hold_is_answered_by_the_next_step(mover: Make) -> None:
+def test_a_read_out_requested_during_a_hold_is_answered_by_the_next_step(mover: Make) -> None:
     x = mover("outstrobe", number=5, firstrate=10, rate=10)
     x.begin()
     rise = 2 * LOW - 28

@@ -24,7 +24,7 @@ KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 FIVE = {"number": 5, **KNOWN}
 ZERO = "G at rate 0, waiting for a rate above 20, or abort=0"
 ENDLESS = {**KNOWN, "rate": 20, "number": 64_000}
-OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
+OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.in_out in ("out", "both"))
 REST = {
     "io_request": 1,
     "io_select": 0,
@@ -213,7 +213,7 @@ def brought(hand, name, *watched, **more):
 
 
 @pytest.mark.parametrize("name", list(STATES))
-def test_the_chip_says_what_it_waits_for(hand, name):
+def test_the_chip_reports_its_cause_of_waiting(hand, name):
     h = brought(hand, name)
     assert waiting(h) == STATES[name][0]
     assert h.x.idle == (name == "idle" or name == "half a command")
@@ -284,7 +284,7 @@ NEVER_SUSPENDED = {
 
 
 @pytest.mark.fact("RESET-5")
-def test_the_states_above_stand_in_every_await_of_the_firmware(hand):
+def test_the_states_above_occur_in_every_await_of_the_firmware(hand):
     seen = set()
     for name in STATES:
         seen |= stack(brought(hand, name).x.task)
@@ -352,7 +352,7 @@ def test_a_reset_at_the_very_instant_of_another_event_is_the_same_in_any_order(h
 
 @pytest.mark.fact("RESET-5", "PIN-4")
 @pytest.mark.parametrize("clock", [5 * STEP - 1, 5 * STEP, 5 * STEP + 1, 5 * STEP - HIGH])
-def test_a_reset_in_motion_stops_at_once_without_a_ramp(hand, clock):
+def test_a_reset_in_motion_stops_immediately_without_a_ramp(hand, clock):
     h = hand("pulse", "slew", "ready", number=1000, **KNOWN)
     h.send("G")
     h.strobe(h.now, 0x0D, up=h.now + 400)
@@ -404,7 +404,7 @@ def test_short_resets_do_not_add_up(hand):
 
 
 @pytest.mark.fact("RESET-3", "RESET-4", "CON-OUTPUTS-HIGH", "UND-PARAM-RESET", "UND-PHASE-POWERUP")
-def test_a_reset_takes_everything_but_the_parameters(hand):
+def test_a_reset_clears_everything_except_the_parameters(hand):
     h = hand("pulse", number=1, **KNOWN)
     h.send("A 100\rN 7\rS 9\rR 8\rF 6\rZ 5\rE\rA$B\rQV 3\r-\rO 2\rC\rH\r")
     kept = dict(h.x.registers)
@@ -476,8 +476,8 @@ def test_without_supply_there_is_nothing(hand):
     h.put(h.now, "io_request", 0)
     h.x.reset()
     h.run(50_000)
-    assert {pin.name: h.x.pin(pin.name).level for pin in SHEET.pins if pin.way == "out"} == {
-        pin.name: None for pin in SHEET.pins if pin.way == "out"
+    assert {pin.name: h.x.pin(pin.name).level for pin in SHEET.pins if pin.in_out == "out"} == {
+        pin.name: None for pin in SHEET.pins if pin.in_out == "out"
     }
     assert h.trace == []
     assert waiting(h) == "waiting for power"
@@ -577,7 +577,7 @@ def test_the_capacitor_of_an_earlier_power_up_does_not_count(hand):
 
 
 @pytest.mark.fact("UND-POWER")
-def test_somebody_who_holds_reset_low_outlasts_the_capacitor(hand):
+def test_a_user_who_keeps_reset_low_outlasts_the_capacitor(hand):
     h = cold(hand)
     h.x.power(True)
     on = h.bench.now_ps

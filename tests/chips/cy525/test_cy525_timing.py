@@ -39,7 +39,7 @@ def total(h, data):
 @pytest.mark.fact("TIME-CMD-1", "CON-TABLE5-XTAL", "CMD-Q-2", "CMD-B-1")
 @pytest.mark.parametrize("letter", list(ALONE))
 @pytest.mark.parametrize("crystal", ["11 MHz", "6 MHz"])
-def test_a_command_without_argument_takes_what_table_v_says_from_letter_to_ready(hand, letter, crystal):
+def test_a_command_without_argument_takes_the_time_of_table_v_from_letter_to_ready(hand, letter, crystal):
     h = hand("ready", crystal=crystal, straps={"wait": 0 if letter == "U" else 1})
     if letter == "Q":
         h.send("E\r")
@@ -61,7 +61,7 @@ def test_g_takes_660_us_up_to_its_first_step(hand):
 
 @pytest.mark.fact("TIME-CMD-2", "BIN-10", "CON-TABLE5-XTAL")
 @pytest.mark.parametrize("letter", list(LAST))
-def test_the_last_byte_of_a_binary_command_takes_what_table_v_says(hand, letter):
+def test_the_last_byte_of_a_binary_command_takes_the_time_of_table_v(hand, letter):
     h = hand("ready", straps={"ascii_binary": 0})
     size = SHEET.commands[letter].data_bytes
     h.send(bytes([ord(letter), size]) + b"\x01" * (size - 1))
@@ -154,7 +154,7 @@ def test_eleven_characters_of_a_slow_host_take_3_3_ms(rig):
 
 
 @pytest.mark.fact("TIME-RUN-1", "CMD-X-1")
-def test_run_falls_150_us_behind_the_acceptance_of_x(hand):
+def test_run_falls_150_us_after_the_acceptance_of_x(hand):
     h = hand("ready", "run")
     h.send("E\rB\r0\rQX")
     start = h.now
@@ -205,7 +205,7 @@ def test_a_delay_in_a_program_comes_on_top_of_its_40_us(hand):
 @pytest.mark.parametrize(
     ("change", "look"), [(FIRST - 1, 0), (FIRST, 88), (FIRST + 87, 88), (FIRST + 88, 176), (FIRST + 100_000, 100_056)]
 )
-def test_u_and_w_look_every_8_us(hand, letter, level, change, look):
+def test_u_and_w_sample_every_8_us(hand, letter, level, change, look):
     h = hand("run", "programmable_output", straps={"wait": 1 - level})
     h.send(f"C\rE\r{letter}\rB\r0\rQX\r")
     start = h.falls("run")[-1]
@@ -215,7 +215,7 @@ def test_u_and_w_look_every_8_us(hand, letter, level, change, look):
 
 
 @pytest.mark.fact("UND-PROG-TIME", "CMD-W-1")
-def test_a_level_that_is_gone_at_the_next_look_is_not_seen(hand):
+def test_a_level_gone_by_the_following_sample_is_missed(hand):
     h = hand("run", "programmable_output", straps={"wait": 0})
     h.send("C\rE\rW\rB\r0\rQX\r")
     start = h.falls("run")[-1]

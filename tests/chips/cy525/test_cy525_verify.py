@@ -121,7 +121,7 @@ def test_a_host_that_keeps_driving_the_bus_is_reported_and_reads_the_lower_bits(
 
 @pytest.mark.fact("VERIFY-12")
 @pytest.mark.parametrize("looked", [False, True])
-def test_a_conflict_is_found_whether_anybody_looks_at_the_bus_or_not(hand, looked):
+def test_a_conflict_is_found_on_a_watched_or_unwatched_bus(hand, looked):
     h = hand(*["db0"] * looked, number=0x5555)
     h.send("V 3\r")
     h.data(h.now, 0x00)
@@ -189,7 +189,7 @@ def test_the_other_groups_are_binary_in_both_modes(hand):
 
 
 @pytest.mark.fact("VERIFY-7", "CON-VERIFY-BYTES")
-def test_the_program_comes_as_it_is_stored(hand):
+def test_the_program_is_read_back_exactly_as_stored(hand):
     h = hand()
     h.send("E\rR 127\rN 300\r+\rG\rN 750\r-\rG\r0\rQV 1\r")
     assert read(h, 13) == bytes.fromhex("52 7F 4E 2C 01 2B 47 4E EE 02 2D 47 00")
@@ -218,7 +218,7 @@ def test_the_whole_buffer_can_be_read_and_a_note_begins_at_byte_48(hand):
 
 
 @pytest.mark.fact("UND-PROG-STALE")
-def test_nothing_of_an_older_program_shows_behind_a_shorter_one(hand):
+def test_no_older_program_shows_after_a_shorter_one(hand):
     h = hand()
     h.send("E\rN 300\rN 300\rN 300\rQE\rB\rQV 1\r")
     assert read(h, 10) == b"B" + bytes(9)
@@ -226,7 +226,7 @@ def test_nothing_of_an_older_program_shows_behind_a_shorter_one(hand):
 
 @pytest.mark.fact("VERIFY-9", "UND-VERIFY-STATUS")
 @pytest.mark.parametrize(("letters", "sixth"), [("-\r", 0x10), ("-\r+\r", 0x00), ("", 0x00), ("-\rI\r", 0x00)])
-def test_the_sixth_status_byte_tells_the_direction(hand, letters, sixth):
+def test_the_sixth_status_byte_reports_the_direction(hand, letters, sixth):
     h = hand()
     h.send(letters + "V 2\r")
     assert read(h, 6) == bytes([0, 0, 0, 0, 0, sixth])
@@ -234,7 +234,7 @@ def test_the_sixth_status_byte_tells_the_direction(hand, letters, sixth):
 
 
 @pytest.mark.fact("VERIFY-11")
-def test_after_a_read_out_commands_go_on(hand):
+def test_after_a_read_out_commands_continue(hand):
     h = hand()
     h.send("V 3\r")
     assert len(read(h, 6)) == 6
@@ -258,7 +258,7 @@ def test_a_read_without_v_brings_ff_and_a_finding(hand):
 
 @pytest.mark.fact("UND-VERIFY-END")
 @pytest.mark.parametrize(("group", "size"), [(0, 5), (2, 6), (3, 6)])
-def test_behind_the_end_of_a_group_there_is_ff(hand, group, size):
+def test_after_the_end_of_a_group_there_is_ff(hand, group, size):
     h = hand("outstrobe")
     h.send(f"V {group}\r")
     selected(h)
@@ -271,7 +271,7 @@ def test_behind_the_end_of_a_group_there_is_ff(hand, group, size):
 
 @pytest.mark.fact("UND-VERIFY-ARG")
 @pytest.mark.parametrize("group", [4, 255])
-def test_an_unknown_group_leaves_the_pointer_where_it_is(hand, group):
+def test_an_unknown_group_leaves_the_pointer_unchanged(hand, group):
     h = hand(number=0x1234)
     h.send("V 3\r")
     assert read(h, 1) == b"\x12"
@@ -292,7 +292,7 @@ def test_a_group_is_captured_at_its_first_byte(hand):
 
 
 @pytest.mark.fact("VERIFY-3")
-def test_v_again_begins_anew(hand):
+def test_v_again_restarts_the_read_out(hand):
     h = hand(number=0x1234)
     for _ in range(3):
         h.send("V 3\r")

@@ -22,7 +22,7 @@ def zero(x: Any, setup: str = SMALL) -> int:
 
 
 @pytest.mark.fact("FLY-ZERO-1", "RATE-5", "SLEW-5", "CON-R-LOW")
-def test_rate_0_stops_the_steps_at_once_and_keeps_slewing(mover: Make) -> None:
+def test_rate_0_stops_the_steps_immediately_and_keeps_slewing(mover: Make) -> None:
     x = mover("instrobe", "phase1", "phase2")
     look = zero(x)
     x.till(look + 10_000_000)
@@ -36,7 +36,7 @@ def test_rate_0_stops_the_steps_at_once_and_keeps_slewing(mover: Make) -> None:
 
 
 @pytest.mark.fact("FLY-ZERO-2", "UND-FLY-ZERO-REGS", "SLEW-5")
-def test_a_higher_rate_goes_on_from_the_old_one(mover: Make) -> None:
+def test_a_higher_rate_continues_from_the_old_one(mover: Make) -> None:
     x = mover("instrobe")
     look = zero(x)
     asked = look + 500_000
@@ -188,7 +188,7 @@ def test_with_abort_low_from_the_start_the_zero_rate_has_no_exit_by_abort(mover:
     ("rate", "abort", "ways"),
     [(12, 1, "a rate above 12, or abort=0"), (12, 0, "a rate above 12"), (127, 1, "abort=0"), (127, 0, "RESET")],
 )
-def test_what_leaves_the_zero_rate_is_told(mover: Make, rate: int, abort: int, ways: str) -> None:
+def test_the_exits_from_the_zero_rate_are_reported(mover: Make, rate: int, abort: int, ways: str) -> None:
     x = mover(number=60_000)
     x.put(x.now, "abort", abort)
     look = zero(x, f"F 10\rR {rate}\rS 255\rZ 1\r") if rate == 12 else zero(x, "F 127\rR 127\rS 255\rZ 1\r")

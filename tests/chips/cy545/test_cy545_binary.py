@@ -74,7 +74,7 @@ def test_a_binary_program_stops_at_two_zero_bytes(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-BIN-5")
-def test_the_character_0_is_no_command_in_binary(rig: Rig545) -> None:
+def test_the_character_0_is_unknown_in_binary(rig: Rig545) -> None:
     tell(rig, "30 00")
     assert rig.codes == ["unknown-command"]
 

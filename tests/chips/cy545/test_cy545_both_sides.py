@@ -91,7 +91,7 @@ def test_a_request_that_is_withdrawn_does_not_keep_jog_from_the_next_step():
 
 
 @pytest.mark.fact("CY545-IMM-2", "CY545-IMM-14", "CY545-UND-TWO-SIDES")
-def test_behind_the_empty_handshake_in_a_program_the_bus_has_the_chip():
+def test_after_the_empty_handshake_in_a_program_the_bus_has_the_chip():
     rig = Rig545("pulse", serial=True, replies=False)
     rig.serial.send("")
     rig.enter("N 1", "+", "G", "J 0")
@@ -205,7 +205,7 @@ def in_order(merged: list[str], one: list[str], other: list[str]) -> bool:
     return len(one) in at
 
 
-def test_two_lists_in_one_are_told_from_a_disorder():
+def test_a_valid_interleaving_is_distinguished_from_a_disorder():
     assert in_order(list("abxcyd"), list("abcd"), list("xy")) and not in_order(list("bax"), list("ab"), list("x"))
 
 
@@ -213,7 +213,7 @@ def test_two_lists_in_one_are_told_from_a_disorder():
 @pytest.mark.parametrize("shuffle", [False, True])
 @pytest.mark.parametrize("number", few([300, 600], 1))
 @BOTH
-def test_both_hosts_at_once_with_cts_lose_nothing_and_never_stand_still(part, number, shuffle):
+def test_both_hosts_together_with_cts_lose_nothing_and_never_deadlock(part, number, shuffle):
     both = Both(1 + shuffle, part, CTS, 19200, shuffle)
     both.play(number, 200)
     both.check()
@@ -222,7 +222,7 @@ def test_both_hosts_at_once_with_cts_lose_nothing_and_never_stand_still(part, nu
 @pytest.mark.fact("CY545-IMM-12", "CY545-UND-TWO-SIDES")
 @pytest.mark.parametrize("number", few([150, 300], 1))
 @BOTH
-def test_both_hosts_at_once_with_answers_on_the_bus_lose_nothing(part, number):
+def test_both_hosts_together_with_answers_on_the_bus_lose_nothing(part, number):
     both = Both(3, part, 0x01, 1200, False)  # FPL has the pin of CTS: the serial host goes slowly, by the clock
     both.play(number, 8)
     both.check()

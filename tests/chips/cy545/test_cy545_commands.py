@@ -35,7 +35,7 @@ def test_a_command_without_parameter_is_a_letter_and_a_return(rig: Rig545) -> No
 
 @pytest.mark.fact("CY545-LANG-FORM-2")
 @pytest.mark.parametrize("between", [",", " "])
-def test_parameters_are_parted_by_a_comma_or_a_space(between: str) -> None:
+def test_parameters_are_separated_by_a_comma_or_a_space(between: str) -> None:
     rig = Rig545()
     rig.enter("P 10", "P 0", f"L 3{between}0", "0")
     rig.run_program()
@@ -45,7 +45,7 @@ def test_parameters_are_parted_by_a_comma_or_a_space(between: str) -> None:
 
 @pytest.mark.fact("CY545-LANG-NUM-1", "CY545-LANG-NUM-2", "CY545-QUERY-1")
 @pytest.mark.parametrize(("written", "meant"), [("135", 135), ("87H", 135), ("0ABH", 171), ("00087H", 135)])
-def test_a_number_is_decimal_or_hexadecimal_with_a_digit_in_front_and_h_behind(
+def test_a_number_is_decimal_or_hexadecimal_with_a_leading_digit_and_a_trailing_h(
     rig: Rig545, written: str, meant: int
 ) -> None:
     assert rig.say(f"R {written}", "? R") == f"R={meant:05}\r"
@@ -54,7 +54,7 @@ def test_a_number_is_decimal_or_hexadecimal_with_a_digit_in_front_and_h_behind(
 
 @pytest.mark.fact("CY545-LANG-NUM-2", "CY545-UND-ILLEGAL", "CY545-UND-LOWERCASE")
 @pytest.mark.parametrize("written", ["ABH", "0AB", "87h", "0abH", "-1", "1.5", ""])
-def test_a_command_whose_number_is_none_is_ignored_and_told(rig: Rig545, written: str) -> None:
+def test_a_command_with_an_invalid_number_is_ignored_and_reported(rig: Rig545, written: str) -> None:
     assert rig.say(f"R {written}", "? R") == "R=00100\r"
     assert rig.codes in (["bad-number"], ["missing-argument"])
 
@@ -74,7 +74,7 @@ def test_only_the_first_parameter_may_come_from_switches(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-LANG-NUM-3")
-def test_a_number_has_as_many_digits_as_one_likes(rig: Rig545) -> None:
+def test_a_number_has_any_number_of_digits(rig: Rig545) -> None:
     assert rig.say("N 0000000000200", "? N", "R 00087H", "? R") == "N=00000200\rR=00135\r"
     assert not rig.codes
 
@@ -90,7 +90,7 @@ def test_of_a_number_that_is_too_large_the_low_bits_count(rig: Rig545, command: 
 
 
 @pytest.mark.fact("CY545-UND-RANGE")
-def test_of_too_many_lines_that_are_asked_for_the_low_bits_count(rig: Rig545) -> None:
+def test_of_too_large_a_number_of_lines_the_low_bits_count(rig: Rig545) -> None:
     rig.enter("G", "+", "-")
     assert rig.say("Y 0", "? M,258") == rig.say("? M,2")
     assert rig.codes == ["range"]
@@ -105,7 +105,7 @@ def test_positions_and_numbers_have_24_bits(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-LANG-WIDTH-1")
-def test_widths_stand_in_the_sheet() -> None:
+def test_widths_are_in_the_sheet() -> None:
     sizes = {row.form: [arg.size for arg in row.args] for row in CY545.commands}
     assert all(sizes[letter] == [1] for letter in "BFHJORSW")
     assert sizes["T"] == sizes["L"] == [1, 1]
@@ -131,7 +131,7 @@ def test_a_legal_command_is_taken_without_a_finding(command: str) -> None:
 
 @pytest.mark.fact("CY545-LANG-SET-1", "CY545-UND-LETTER", "CY545-CON-L-SUMMARY")
 @pytest.mark.parametrize("letter", ["K", "M", "U", "V", "r", "1", "~"])
-def test_a_letter_that_is_no_command_takes_its_line_along(rig: Rig545, letter: str) -> None:
+def test_an_unknown_letter_takes_its_line_along(rig: Rig545, letter: str) -> None:
     before = rig.x.registers
     assert rig.say(f"{letter} 5R 9", "? R") == "R=00100\r"
     assert rig.x.registers == before
@@ -147,7 +147,7 @@ def test_a_line_feed_swallows_the_next_command(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-UND-EMPTY-LINE")
-def test_an_empty_line_is_nothing(rig: Rig545) -> None:
+def test_an_empty_line_has_no_effect(rig: Rig545) -> None:
     rig.send("\r\r\rR 5\r\r")
     assert rig.say("? R") == "R=00005\r"
     assert not rig.codes
@@ -155,7 +155,7 @@ def test_an_empty_line_is_nothing(rig: Rig545) -> None:
 
 @pytest.mark.fact("CY545-UND-SPACING")
 @pytest.mark.parametrize("line", ["R5", "R  5", "R 5 "])
-def test_spacing_is_forgiven_and_told(rig: Rig545, line: str) -> None:
+def test_spacing_is_tolerated_and_reported(rig: Rig545, line: str) -> None:
     assert rig.say(line, "? R") == "R=00005\r"
     assert rig.codes == ["spacing"]
 
@@ -186,7 +186,7 @@ def test_p_goes_to_a_position_and_finds_the_direction_itself(rig: Rig545) -> Non
 
 
 @pytest.mark.fact("CY545-UND-P-DIRECTION")
-def test_the_direction_of_p_stays_and_p_to_this_place_is_no_motion(rig: Rig545) -> None:
+def test_p_keeps_the_direction_and_p_to_the_present_position_causes_no_motion(rig: Rig545) -> None:
     rig.say("A 10", "P 5", "N 1", "G")
     assert rig.x.position == 4
     rig.say("P 4")
@@ -203,7 +203,7 @@ def test_the_position_wraps_within_24_bits(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-UND-N-ZERO")
-def test_g_with_n_0_makes_no_step(rig: Rig545) -> None:
+def test_g_with_n_0_takes_no_step(rig: Rig545) -> None:
     rig.say("N 0", "-", "G")
     assert not rig.falls("pulse") and not rig.falls("stopped")
     assert rig.codes == ["no-steps"]
@@ -266,7 +266,7 @@ def test_bits_of_the_data_bus_are_outputs_until_the_next_bus_cycle() -> None:
 
 
 @pytest.mark.fact("CY545-UND-BIT-BUS")
-def test_a_bit_of_the_bus_in_a_program_is_told() -> None:
+def test_a_bit_of_the_bus_in_a_program_is_reported() -> None:
     rig = Rig545()
     rig.enter("B 24", "0")
     rig.run_program()
@@ -282,7 +282,7 @@ def test_bit_5_of_the_argument_has_no_effect_on_single_bits(rig: Rig545) -> None
 
 
 @pytest.mark.fact("CY545-CMD-B-4", "CY545-CMD-B-5")
-def test_the_six_free_bits_are_written_anded_and_ored_at_once() -> None:
+def test_the_six_free_bits_are_written_anded_and_ored_together() -> None:
     rig = Rig545(*(f"usrb{n}" for n in range(8)))
     start = rig.bench.now_ps
     rig.say("B 6AH")
@@ -393,24 +393,24 @@ def test_w_waits_for_a_bit_of_the_data_bus() -> None:
 
 # ------------------------------------------------------------------------------------------------------------ strings
 @pytest.mark.fact("CY545-CMD-STR-1", "CY545-UND-STRING-END")
-def test_characters_between_quotes_go_out_as_they_are(rig: Rig545) -> None:
+def test_characters_between_quotes_are_sent_unchanged(rig: Rig545) -> None:
     assert rig.say('"Hello, 5"') == "Hello, 5"
     assert rig.say('"a;\\ b"x', '""') == "a;\\ b"
     assert rig.codes == ["extra-argument"]
 
 
 @pytest.mark.fact("CY545-UND-QUERY-LETTERS")
-def test_only_some_letters_may_be_asked_for(rig: Rig545) -> None:
+def test_only_some_letters_may_be_queried(rig: Rig545) -> None:
     letters = {letter for letter in "ABCDEFGHIJKLNOPQRSTUVWXYZ" if rig.say(f"? {letter}")}
     assert letters == set("PNRFSOYB")
     assert set(rig.codes) == {"unknown-query"}
 
 
 @pytest.mark.fact("CY545-SYS-2")
-def test_there_is_no_command_that_tells_of_errors(rig: Rig545) -> None:
+def test_no_command_reports_errors(rig: Rig545) -> None:
     rig.say("R ABH", "U")
     assert rig.say("?", "? E", "? X") == ""
-    assert not any("error" in row.says for row in CY545.commands)
+    assert not any("error" in row.description for row in CY545.commands)
     assert not any("error" in row.name for row in CY545.registers)
 
 
@@ -442,7 +442,7 @@ def test_the_time_of_a_command_is_an_option() -> None:
 
 @pytest.mark.fact("CY545-UND-CRYSTAL")
 @pytest.mark.parametrize(("crystal", "told"), [("1 MHz", []), ("16 MHz", []), ("17 MHz", ["crystal"])])
-def test_crystals_from_1_to_16_mhz_are_taken_without_a_word(crystal: str, told: list[str]) -> None:
+def test_crystals_from_1_to_16_mhz_are_accepted_silently(crystal: str, told: list[str]) -> None:
     assert Rig545(crystal=crystal).codes == told
     with pytest.raises(UsageError, match="1 to 16 MHz"):
         Rig545(crystal="20 MHz")
@@ -487,12 +487,12 @@ def test_the_two_parts_differ_in_three_things() -> None:
     ("asked", "code"),
     [("? R 5", "extra-argument"), ("? R,A", "extra-argument"), ("?R", "spacing"), ("?  R", "spacing")],
 )
-def test_a_query_with_too_much_or_oddly_spaced_is_answered_and_told(rig: Rig545, asked: str, code: str) -> None:
+def test_a_query_with_too_much_or_oddly_spaced_is_answered_and_reported(rig: Rig545, asked: str, code: str) -> None:
     assert rig.say(asked) == "R=00100\r"
     assert rig.codes == [code]
 
 
-def test_what_is_missing_of_a_command_is_told(rig: Rig545) -> None:
+def test_missing_parts_of_a_command_are_reported(rig: Rig545) -> None:
     rig.send('"open\r')
     assert rig.x.waiting.endswith("'\"open\\r' has arrived without its quotation mark")
     rig.send('"')

@@ -34,7 +34,7 @@ def test_the_port_is_the_bus_a_request_and_two_answers_of_which_one_is_user_bit_
 
 
 @pytest.mark.fact("CY545-HS-2")
-def test_bytes_on_the_bus_are_nothing_while_io_request_is_high():
+def test_bytes_on_the_bus_are_ignored_while_io_request_is_high():
     h = Hand()
     before = dict(h.x.registers)
     for number in range(100):
@@ -65,7 +65,7 @@ def test_the_lines_of_one_byte_move_in_order_and_in_time(part, mhz):
 
 
 @pytest.mark.fact("CY545-HS-3")
-def test_within_a_command_busy_rises_25_us_behind_io_request():
+def test_within_a_command_busy_rises_25_us_after_io_request():
     h = Hand()
     h.byte(ord("R"), hold=40)
     rose = h.bench.now_ps
@@ -76,7 +76,7 @@ def test_within_a_command_busy_rises_25_us_behind_io_request():
 
 
 @pytest.mark.fact("CY545-HS-4", "CY545-UND-HS-SAMPLE")
-def test_a_byte_that_changes_before_busy_falls_counts_as_it_is_then_and_is_told():
+def test_a_byte_that_changes_before_busy_falls_takes_its_later_value_and_is_reported():
     h = Hand()
     for byte in b"R ":
         h.byte(byte)
@@ -112,7 +112,7 @@ def test_the_last_character_of_a_command_takes_as_long_as_the_command(command, l
 
 
 @pytest.mark.fact("CY545-HS-9")
-def test_a_host_that_asks_for_a_microsecond_loses_its_byte_and_a_latch_keeps_it():
+def test_a_host_with_a_request_of_a_microsecond_loses_its_byte_and_a_latch_keeps_it():
     h = Hand()
     h.put(ord("+"))
     h.request(0)
@@ -188,7 +188,7 @@ def test_the_chip_waits_for_a_silent_host_and_loses_nothing():
         ("cy545", [("io_request", 0), ("usrb6", 1), ("busy", 0), ("io_request", 1), ("busy", 1)]),
     ],
 )
-def test_fpl_ends_behind_the_request_of_the_last_byte_or_before_busy_answers_it(part, last):
+def test_fpl_ends_after_the_request_of_the_last_byte_or_before_busy_answers_it(part, last):
     h = asked(part)
     for byte in REPLY[:-1]:
         assert h.fetch() == byte

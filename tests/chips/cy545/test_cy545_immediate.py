@@ -45,7 +45,7 @@ def to_the_query(h: Hand) -> None:
 
 # ------------------------------------------------------------------------------------------------------ the handshake
 @pytest.mark.fact("CY545-IMM-1", "CY545-IMM-6")
-def test_a_command_is_performed_between_two_of_the_program_which_goes_on():
+def test_a_command_is_performed_between_two_of_the_program_which_continues():
     rig = running(ENDLESS)
     rig.bench.run("200 ms")
     before = len(rig.falls("pulse"))
@@ -131,7 +131,7 @@ def test_passes_with_messages_and_a_command_in_each(part, count):
 
 
 @pytest.mark.fact("CY545-IMM-7", "CY545-IMM-8")
-def test_a_host_that_asks_just_before_a_message_reads_it_first():
+def test_a_host_with_a_request_just_before_a_message_reads_it_first():
     rig = running(QUERYPROG + "Y 0\r")
     rig.bench.run_until(rig.x.at_instruction(9), "10 s")  # ? P is being read
     rig.host.send("B 16\r")
@@ -143,7 +143,7 @@ def test_a_host_that_asks_just_before_a_message_reads_it_first():
 
 
 @pytest.mark.fact("CY545-DER-IMM-DEADLOCK")
-def test_a_host_that_does_not_look_at_fpl_takes_a_byte_of_a_message_for_its_answer():
+def test_a_host_that_ignores_fpl_takes_a_byte_of_a_message_for_its_answer():
     h = Hand(memory="ram", record=("usrb0",))
     to_the_query(h)
     h.byte(None)  # answered with the P of the message
@@ -175,7 +175,7 @@ def test_a_byte_on_the_bus_in_the_first_handshake_is_in_conflict_with_the_memory
 
 
 @pytest.mark.fact("CY545-UND-IMM-DRIVEN")
-def test_a_letter_in_the_first_handshake_is_taken_and_told():
+def test_a_letter_in_the_first_handshake_is_taken_and_reported():
     h = in_hand("Y 0\rE\rD 100\rJ 0\rQY 0")
     h.bench.run("10 ms")
     h.byte(ord("B"))  # in the middle of D: memory is not read
@@ -216,7 +216,7 @@ def test_busy_is_high_while_a_program_of_the_cy545b_runs():
 
 
 @pytest.mark.fact("CY545-IMM-15", "CY545-UND-BUSY-PROGRAM")
-def test_busy_is_low_while_a_program_of_the_cy545_runs_and_no_host_is_heard():
+def test_busy_is_low_while_a_program_of_the_cy545_runs_and_no_host_is_served():
     rig = running("Y 0\rE\rD 500\r0\rQY 0\r", part="cy545", serial=True)
     rig.serial.write("\r\r")
     rig.bench.run("100 ms")
@@ -278,7 +278,7 @@ def test_a_command_that_has_begun_holds_the_program_until_its_end(over):
 
 
 @pytest.mark.fact("CY545-UND-IMM-POLL")
-def test_of_two_sides_that_ask_the_parallel_one_is_heard_first():
+def test_of_two_requesting_sides_the_parallel_one_is_served_first():
     rig = running(SLOW, serial=True)
     done = []
     rig.x.on_command.add(lambda text: done.append(text) if text.startswith("B") else None)

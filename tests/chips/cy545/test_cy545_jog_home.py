@@ -42,7 +42,7 @@ def test_jog_open_rests_low_steps_clockwise_and_high_counter_clockwise() -> None
 
 
 @pytest.mark.fact("CY545-JOG-2")
-def test_only_who_drives_the_line_jogs_and_a_pull_of_the_bench_does_not() -> None:
+def test_only_a_driver_of_the_line_jogs_and_a_pull_of_the_bench_does_not() -> None:
     rig = rigged()
     loose = Driver(rig.x.pin("jog").net, "loose")
     loose.drive(None)
@@ -54,7 +54,7 @@ def test_only_who_drives_the_line_jogs_and_a_pull_of_the_bench_does_not() -> Non
 
 
 @pytest.mark.fact("CY545-JOG-3", "CY545-JOG-6", "CY545-JOG-11")
-def test_jog_waits_for_commands_and_goes_on_behind_them() -> None:
+def test_jog_waits_for_commands_and_resumes_after_them() -> None:
     rig = rigged("F 100")
     rig.drive("jog", 0)
     rig.start("D 1000\r")
@@ -127,7 +127,7 @@ def test_with_bit_4_of_the_mode_the_position_follows_each_jog_step_and_slows_it_
 
 
 @pytest.mark.fact("CY545-UND-STOPPED-OTHER")
-def test_stopped_is_low_from_the_first_jog_step_until_5_ms_behind_the_last_one() -> None:
+def test_stopped_is_low_from_the_first_jog_step_until_5_ms_after_the_last_one() -> None:
     rig = rigged("F 255")
     rig.drive("jog", 0)
     rig.bench.run("20500 us")
@@ -245,7 +245,7 @@ class Machine:
 
 
 @pytest.mark.fact("CY545-HOME-1", "CY545-HOME-5", "CY545-HOME-6", "CY545-HOME-3")
-def test_home_steps_clockwise_to_the_first_place_that_matches_and_calls_it_zero() -> None:
+def test_home_steps_clockwise_to_the_first_match_and_makes_it_zero() -> None:
     machine = Machine(-50)
     assert machine.home() == 0
     steps = machine.x.steps()
@@ -287,13 +287,13 @@ def test_home_steps_at_a_twentieth_of_the_first_rate_without_ramp() -> None:
 
 
 @pytest.mark.fact("CY545-HOME-7", "CY545-HOME-1")
-def test_home_ends_at_the_same_place_from_everywhere_whatever_the_backlash() -> None:
+def test_home_ends_at_the_same_position_from_everywhere_with_any_backlash() -> None:
     places(Random(1), 20)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
-def test_a_thousand_random_starts_end_at_the_same_place() -> None:
+def test_a_thousand_random_starts_end_at_the_same_position() -> None:
     places(Random(2), 1000)
 
 
@@ -312,7 +312,7 @@ def places(rnd: Random, many: int) -> None:
 
 
 @pytest.mark.fact("CY545-HOME-11", "CY545-UND-HOME-ENDLESS")
-def test_with_a_sensor_that_does_not_tell_the_side_home_is_found_from_one_side_only() -> None:
+def test_with_a_sensor_that_does_not_show_the_side_home_is_found_from_one_side_only() -> None:
     wrong = Machine(50, sensor=(0, 10))
     wrong.host.send("F 255\rH 16\r")
     wrong.bench.run("100 s")
@@ -364,7 +364,7 @@ def test_a_limit_of_its_direction_ends_home_without_setting_the_position(start: 
 
 
 @pytest.mark.fact("CY545-UND-INHIB-JOG", "CY545-UND-STOPPED-OTHER")
-def test_home_shows_stopped_low_and_does_not_look_at_inhibit_abort() -> None:
+def test_home_shows_stopped_low_and_ignores_inhibit_abort() -> None:
     machine = Machine(-20)
     machine.bench.record("x.stopped", "x.pulse", "x.slew")
     machine.x.pin("inhibit_abort").drive(0)
@@ -388,7 +388,7 @@ def test_with_bit_4_of_the_mode_the_position_follows_each_step_of_home() -> None
 
 
 @pytest.mark.fact("CY545-HOME-6")
-def test_home_makes_a_step_even_where_it_stands_at_the_edge() -> None:
+def test_home_takes_a_step_even_if_it_starts_at_the_edge() -> None:
     machine = Machine(0)
     assert machine.home() == 0
     assert machine.x.steps().directions.tolist() == [-1, 1]

@@ -97,7 +97,7 @@ def test_every_address_can_be_written_and_executed(address: int) -> None:
 
 
 @pytest.mark.fact("CY545-XMEM-15", "CY545-XMEM-17", "CY545-EXAMPLE-CC10-1", "CY545-CMD-E-1")
-def test_the_printed_program_lies_in_memory_byte_for_byte() -> None:
+def test_the_printed_program_is_in_memory_byte_for_byte() -> None:
     rig = Rig545("pulse")
     rig.send(CC10)
     assert rig.ram.content[10:33] == b"N 1\r+\rG\rD 2000\rL 50,16\r"
@@ -118,7 +118,7 @@ def test_the_printed_program_takes_fifty_steps_two_seconds_apart() -> None:
 
 
 @pytest.mark.fact("CY545-UND-MEM-NONE", "CY545-UND-TIMEOUT")
-def test_without_a_memory_a_byte_takes_the_whole_time_out_and_is_told() -> None:
+def test_without_a_memory_a_byte_takes_the_full_timeout_and_is_reported() -> None:
     rig = Rig545("busy", "rd", memory=None)
     rig.send("E\r")
     start = rig.bench.now_ps
@@ -229,7 +229,7 @@ def test_a_parameter_is_read_from_the_switches_in_one_phase_of_sw_sel() -> None:
 
 @pytest.mark.fact("CY545-THUMB-4", "CY545-THUMB-9", "CY545-THUMB-5", "CY545-UND-THUMB-ADDRESS")
 @pytest.mark.parametrize(("command", "digits"), [("R", 3), ("F", 3), ("D", 5), ("Y", 5), ("N", 8), ("A", 8)])
-def test_as_many_digits_as_the_width_asks_for_each_at_its_own_address(command: str, digits: int) -> None:
+def test_each_digit_of_the_width_has_its_own_address(command: str, digits: int) -> None:
     rig = Traced()
     wheels = rig.bench.part("thumbwheels", to=rig.x, letter=command, value=f"{7:0{digits}}")
     assert rig.lines(f"{command} #\r").count("rd-") == digits
@@ -239,7 +239,7 @@ def test_as_many_digits_as_the_width_asks_for_each_at_its_own_address(command: s
 
 
 @pytest.mark.fact("CY545-THUMB-6")
-def test_what_the_switches_say_is_the_parameter() -> None:
+def test_the_parameter_is_the_value_of_the_switches() -> None:
     rig = Rig545()
     rig.bench.part("thumbwheels", name="rate", to=rig.x, letter="R", value="123")
     rig.bench.part("thumbwheels", name="number", to=rig.x, letter="N", value="00012345")
@@ -275,7 +275,7 @@ def test_in_a_program_the_switches_are_read_at_each_execution() -> None:
 
 
 @pytest.mark.fact("CY545-UND-THUMB-RANGE")
-def test_switches_above_the_range_keep_the_low_bits_and_are_told() -> None:
+def test_switches_above_the_range_keep_the_low_bits_and_are_reported() -> None:
     rig = Rig545()
     rig.bench.part("thumbwheels", to=rig.x, letter="R", value="300")
     assert rig.say("R #", "? R") == "R=00044\r"
@@ -285,7 +285,7 @@ def test_switches_above_the_range_keep_the_low_bits_and_are_told() -> None:
 @pytest.mark.parametrize(
     ("value", "rate", "says"), [("12", 135, "reads 15"), ("0123", 12, "the others have no effect"), ("012", 12, "")]
 )
-def test_a_bank_of_the_wrong_number_of_digits_is_told_once(value: str, rate: int, says: str) -> None:
+def test_a_bank_of_the_wrong_number_of_digits_is_reported_once(value: str, rate: int, says: str) -> None:
     rig = Rig545()
     wheels = rig.bench.part("thumbwheels", to=rig.x, letter="R", value=value)
     rig.bench.part("thumbwheels", name="other", to=rig.x, letter="N", value="1")  # nobody asks for it
@@ -297,7 +297,7 @@ def test_a_bank_of_the_wrong_number_of_digits_is_told_once(value: str, rate: int
 
 
 @pytest.mark.fact("CY545-UND-THUMB-RANGE")
-def test_a_digit_above_nine_counts_as_what_it_is() -> None:
+def test_a_digit_above_nine_counts_with_its_value() -> None:
     rig = Rig545()
     rig.bench.part("thumbwheels", to=rig.x, letter="R", value="0A5")
     assert rig.say("R #", "? R") == "R=00105\r"

@@ -54,18 +54,18 @@ def test_the_mode_selects_one_of_four_devices(mode: str, device: str) -> None:
 
 
 @pytest.mark.fact("CY545-UND-MB36")
-def test_the_bits_that_nobody_knows_are_kept_without_effect_and_told_once(rig: Rig545) -> None:
+def test_the_unknown_bits_are_kept_without_effect_and_reported_once(rig: Rig545) -> None:
     assert rig.say("O 0C1H", "O 89H", "? O") == "O=00137\r"
     assert rig.codes == ["mode-bits"]
 
 
-def test_the_mode_bits_are_told_in_the_sheet() -> None:
+def test_the_sheet_describes_the_mode_bits() -> None:
     assert sorted(sheet.MODE_BITS) == [1 << bit for bit in range(8)]
 
 
 # ------------------------------------------------------------------------------------------------------------ queries
 @pytest.mark.fact("CY545-QUERY-1", "CY545-QUERY-2", "CY545-RESET-1", "CY545-MODE-1")
-def test_queries_after_reset_tell_the_values_at_power_up(rig: Rig545) -> None:
+def test_queries_after_reset_return_the_values_at_power_up(rig: Rig545) -> None:
     said = rig.say("? R", "? F", "? S", "? N", "? P", "? Y")
     assert said == "R=00100\rF=00014\rS=00220\rN=00000200\rP=00000000\rY=00000\r"
 
@@ -162,7 +162,7 @@ def test_power_up_is_a_reset() -> None:
     assert not x.findings
 
 
-def test_a_held_reset_holds_the_chip(rig: Rig545) -> None:
+def test_a_lasting_reset_stops_the_chip(rig: Rig545) -> None:
     rig.drive("reset", 1)
     rig.host.send("B 16\r")
     rig.bench.run("1 s")

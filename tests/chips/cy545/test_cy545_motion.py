@@ -46,7 +46,7 @@ def test_each_step_is_a_low_pulse_and_moves_the_position_by_one() -> None:
 
 @pytest.mark.fact("CY545-PULSE-2", "CY545-PULSE-3", "CY545-UND-PULSE-WIDTH")
 @pytest.mark.parametrize(("crystal", "low"), [("12 MHz", 5 * US), ("6 MHz", 10 * US), ("16 MHz", 3_750_000)])
-def test_pulse_is_low_at_the_begin_of_a_step_for_a_time_that_only_the_crystal_changes(crystal: str, low: int) -> None:
+def test_pulse_is_low_at_the_start_of_a_step_for_a_time_that_only_the_crystal_changes(crystal: str, low: int) -> None:
     for rate in (0, 100, 255):
         rig = rigged("+", "N 3", f"F {rate}", f"R {rate}", crystal=crystal)
         assert rig.level("pulse") == 1
@@ -59,7 +59,7 @@ def test_pulse_is_low_at_the_begin_of_a_step_for_a_time_that_only_the_crystal_ch
 
 @pytest.mark.fact("CY545-PULSE-4", "CY545-CMD-F-1", "CY545-CMD-R-1", "CY545-UND-PERIOD-FIRST")
 @pytest.mark.parametrize(("index", "us"), [(36, 1086.96), (137, 168.0), (255, 50.0), (0, 50_000.0)])
-def test_a_period_lies_between_two_falls_and_is_one_over_the_rate(index: int, us: float) -> None:
+def test_a_period_is_between_two_falls_and_is_one_over_the_rate(index: int, us: float) -> None:
     rig = rigged("+", f"F {index}", f"R {index}", "N 20", "G")
     assert {near(period, us * US, 0.01) for period in periods(rig)} == {True}
     assert len(rig.x.steps()) == 20
@@ -76,7 +76,7 @@ def test_ccw_high_counts_down_and_low_counts_up() -> None:
 
 
 @pytest.mark.fact("CY545-CCW-2", "CY545-CCW-4")
-def test_ccw_pulled_low_from_outside_makes_the_steps_clockwise_one_by_one() -> None:
+def test_ccw_pulled_low_from_outside_turns_the_steps_clockwise_one_by_one() -> None:
     rig = rigged("-", "A 50", "N 10", "F 100", "R 100")
     rig.drive("ccw", 0)
     rig.start("G\r")
@@ -91,7 +91,7 @@ def test_ccw_pulled_low_from_outside_makes_the_steps_clockwise_one_by_one() -> N
 
 
 @pytest.mark.fact("CY545-CCW-3")
-def test_who_pulls_ccw_high_while_the_chip_drives_it_low_loses_with_a_finding() -> None:
+def test_pulling_ccw_high_while_the_chip_drives_it_low_fails_with_a_finding() -> None:
     rig = rigged("+", "A 0", "N 4")
     rig.drive("ccw", 1)
     rig.send("G\r")
@@ -100,7 +100,7 @@ def test_who_pulls_ccw_high_while_the_chip_drives_it_low_loses_with_a_finding() 
 
 
 @pytest.mark.fact("CY545-CMD-P-1", "CY545-UND-P-DIRECTION")
-def test_p_finds_its_direction_and_leaves_it_and_takes_no_step_to_where_it_is() -> None:
+def test_p_finds_its_direction_and_leaves_it_and_takes_no_step_to_its_position() -> None:
     rig = rigged("A 0", "N 5", "P 40")
     assert rig.x.position == 40 and rig.level("ccw") == 0
     rig.send("P 15\r")
@@ -116,7 +116,7 @@ def test_p_finds_its_direction_and_leaves_it_and_takes_no_step_to_where_it_is() 
 
 @pytest.mark.fact("CY545-UND-RESET-DIRECTION")
 @pytest.mark.parametrize("first", ["+", "-", "P 3", None])
-def test_a_g_whose_direction_nobody_has_set_is_told_once(first: str | None) -> None:
+def test_a_g_with_no_direction_set_is_reported_once(first: str | None) -> None:
     rig = rigged("N 5", *([first] if first else []), "G", "G")
     assert rig.codes == ([] if first else ["direction-inferred"])
     told = rig.x.findings[-1].text if rig.codes else "counter-clockwise (inferred), and the position counts down"
@@ -142,7 +142,7 @@ def test_g_with_n_0_takes_no_step_and_is_a_finding() -> None:
 
 
 @pytest.mark.fact("CY545-UND-FIRST-STEP", "CY545-UND-CCW-SETUP")
-def test_a_motion_begins_100_us_behind_its_command_and_ccw_comes_well_before() -> None:
+def test_a_motion_begins_100_us_after_its_command_and_ccw_comes_well_before() -> None:
     rig = rigged("+", "N 3", "F 255")
     began: list[int] = []
     rig.x.on_motion_begin.add(lambda motion: began.append(motion.time_ps))
@@ -159,7 +159,7 @@ def test_a_motion_begins_100_us_behind_its_command_and_ccw_comes_well_before() -
 # ------------------------------------------------------------------------------------------------------- STOPPED, SLEW
 @pytest.mark.fact("CY545-STOPPED-1", "CY545-STOPPED-2", "CY545-STOPPED-3", "CY545-STOPPED-4", "CY545-UND-STOPPED-REF")
 @pytest.mark.parametrize(("crystal", "hold"), [("12 MHz", 5 * MS), ("6 MHz", 10 * MS)])
-def test_stopped_is_low_throughout_and_rises_5_ms_behind_the_last_step(crystal: str, hold: int) -> None:
+def test_stopped_is_low_throughout_and_rises_5_ms_after_the_last_step(crystal: str, hold: int) -> None:
     rig = rigged("+", "N 10", "F 36", crystal=crystal)
     assert rig.level("stopped") == 1
     rig.send("G\r")
@@ -234,7 +234,7 @@ def test_rates_are_those_of_the_table_times_the_crystal_over_12_mhz(crystal: str
 
 
 @pytest.mark.fact("CY545-RATE-4", "CY545-RATE-2", "CY545-DER-RATE-FIT")
-def test_all_256_rates_follow_the_law_and_their_distances_grow_as_told() -> None:
+def test_all_256_rates_follow_the_law_and_their_distances_grow_as_documented() -> None:
     by = [b - a for a, b in pairwise(RATES)]
     assert len(RATES) == 256 and set(by[:36]) == {25} and set(by[36:136]) == {50}
     assert by[136] == 32 and by[137:141] == [36, 36, 37, 37]
@@ -246,7 +246,7 @@ def test_all_256_rates_follow_the_law_and_their_distances_grow_as_told() -> None
 
 
 @pytest.mark.fact("CY545-RATE-3", "CY545-CON-RATE-TOP", "CY545-DER-RATE-TOP-16")
-def test_the_top_rate_is_20000_or_27000_as_the_option_says() -> None:
+def test_the_option_selects_a_top_rate_of_20000_or_27000() -> None:
     tops = []
     for crystal, table in (("12 MHz", "20k"), ("16 MHz", "20k"), ("12 MHz", "27k")):
         rig = rigged("+", "F 255", "R 255", "N 9", "G", crystal=crystal, rate_table=table)
@@ -258,7 +258,7 @@ MINE = [10 * (k + 1) for k in range(256)]
 
 
 @pytest.mark.fact("CY545-RATE-4")
-def test_rates_of_ones_own_replace_the_table_in_the_chip_and_in_its_sheet() -> None:
+def test_custom_rates_replace_the_table_in_the_chip_and_in_its_sheet() -> None:
     rig = rigged("+", "F 9", "R 9", "N 3", "G", inferred={"rates": MINE})
     assert {near(period, 10 * MS, 0.01) for period in periods(rig)} == {True}
     assert rig.x.sheet.rates == tuple(MINE) and sheet.CY545B.rates == RATES
@@ -272,7 +272,7 @@ def test_rates_of_ones_own_replace_the_table_in_the_chip_and_in_its_sheet() -> N
         ([0, *MINE[1:]], "allowed whole numbers, each 1..40000"),
     ],
 )
-def test_a_table_that_is_none_is_refused(wrong: list[int], says: str) -> None:
+def test_an_invalid_table_is_refused(wrong: list[int], says: str) -> None:
     with pytest.raises(UsageError, match=says):
         slewline.Bench().add("cy545", inferred={"rates": wrong})
 
@@ -304,9 +304,7 @@ def by_hand(first: int, rate: int, slope: int, jumps: bool = True) -> list[int]:
 @pytest.mark.fact("CY545-RAMP-4", "CY545-UND-RAMP-RULE", "CY545-DER-RAMP-CONST", "CY545-CMD-S-1")
 @pytest.mark.parametrize("jumps", [True, False])
 @pytest.mark.parametrize(("first", "rate", "slope"), [(14, 100, 220), (0, 60, 250), (36, 136, 254), (100, 255, 255)])
-def test_a_ramp_takes_the_rates_that_are_due_all_at_once_or_one_a_step(
-    first: int, rate: int, slope: int, jumps: bool
-) -> None:
+def test_a_ramp_takes_the_due_rates_together_or_one_a_step(first: int, rate: int, slope: int, jumps: bool) -> None:
     up = by_hand(first, rate, slope, jumps)
     number = 2 * len(up) + 3
     rig = rigged("+", f"F {first}", f"R {rate}", f"S {slope}", f"N {number}", "G", ramp_jumps=jumps)
@@ -416,7 +414,7 @@ def test_p_in_continuous_mode_takes_its_direction_from_the_target_and_runs_on(ta
 
 
 @pytest.mark.fact("CY545-UND-CONT-RELEASE")
-def test_a_continuous_motion_whose_abort_is_taken_back_goes_on_at_the_first_rate_until_the_line_is_low() -> None:
+def test_a_continuous_motion_whose_abort_is_taken_back_continues_at_the_first_rate_until_the_line_is_low() -> None:
     rig = rigged("+", "N 10", "C")
     rig.start("G\r")
     rig.bench.run("2 s")
@@ -450,7 +448,7 @@ def test_inhibit_abort_low_holds_a_motion_back_however_long_and_nothing_else_end
 
 
 @pytest.mark.fact("CY545-UND-FIRST-STEP", "CY545-INHIB-1")
-def test_a_held_motion_begins_25_us_behind_the_rise_of_the_line() -> None:
+def test_an_inhibited_motion_begins_25_us_after_the_rise_of_the_line() -> None:
     rig = rigged("+", "N 3")
     rig.drive("inhibit_abort", 0)
     rig.start("G\r")
@@ -483,7 +481,7 @@ def test_several_chips_on_one_line_begin_together() -> None:
 
 
 @pytest.mark.fact("CY545-INHIB-4", "CY545-INHIB-5", "CY545-INHIB-8", "CY545-UND-INHIB-SAMPLE")
-def test_held_low_it_brings_a_motion_down_the_mirror_of_its_way_up_and_stops_it_at_the_first_rate() -> None:
+def test_kept_low_it_decelerates_a_motion_by_the_mirrored_up_ramp_and_stops_it_at_the_first_rate() -> None:
     rig = slewing()
     rig.drive("inhibit_abort", 0)
     rig.bench.run_until(rig.x.pin("stopped").is_(1), "5 s")
@@ -499,7 +497,7 @@ def test_held_low_it_brings_a_motion_down_the_mirror_of_its_way_up_and_stops_it_
 
 
 @pytest.mark.fact("CY545-UND-INHIB-SAMPLE")
-def test_on_the_way_up_it_turns_at_once_and_comes_back_down_as_far_as_it_went_up() -> None:
+def test_on_the_up_ramp_it_turns_immediately_and_descends_as_far_as_it_climbed() -> None:
     rig = rigged("+", "N 10000")
     rig.start("G\r")
     rig.bench.run("300 ms")
@@ -513,7 +511,7 @@ def test_on_the_way_up_it_turns_at_once_and_comes_back_down_as_far_as_it_went_up
     assert not rig.edges("slew")
 
 
-def test_a_low_between_two_looks_is_not_seen() -> None:
+def test_a_low_between_two_samples_is_missed() -> None:
     rig = slewing()
     rig.bench.run_until(rig.x.pin("pulse").is_(0))
     rig.x.pin("inhibit_abort").pulse(0, "100 us", at=rig.bench.now_ps + 50 * US)
@@ -523,9 +521,7 @@ def test_a_low_between_two_looks_is_not_seen() -> None:
 
 
 @pytest.mark.fact("CY545-INHIB-6", "CY545-INHIB-7")
-def test_released_before_the_first_rate_it_lets_the_motion_go_on_slowly_to_its_target_and_a_second_low_stops_it() -> (
-    None
-):
+def test_released_before_the_first_rate_it_lets_the_motion_crawl_to_its_target_and_a_second_low_stops_it() -> None:
     for second in (False, True):
         rig = slewing(number=6000)
         rig.x.pin("inhibit_abort").pulse(0, "50 ms")
@@ -606,7 +602,7 @@ def test_a_limit_that_is_low_already_refuses_its_direction_and_no_other() -> Non
 
 
 @pytest.mark.fact("CY545-LIMIT-4", "CY545-UND-LIMIT-SAMPLE")
-def test_a_limit_counts_behind_a_hold_and_a_short_low_between_steps_does_not() -> None:
+def test_a_limit_counts_after_a_hold_and_a_short_low_between_steps_does_not() -> None:
     rig = rigged("+", "N 30")
     rig.drive("inhibit_abort", 0)
     rig.start("G\r")
@@ -624,7 +620,7 @@ def test_a_limit_counts_behind_a_hold_and_a_short_low_between_steps_does_not() -
 
 
 @pytest.mark.fact("CY545-UND-LIMIT-PROGRAM")
-def test_a_program_goes_on_behind_a_limit() -> None:
+def test_a_program_continues_after_a_limit() -> None:
     rig = Rig545(*PINS, replies=False)
     rig.enter("N 50", "+", "G", "-", "N 20", "G", "B 16", "0")
     rig.drive("cw_limit", 0)
@@ -656,5 +652,5 @@ def test_reset_in_mid_motion_ends_it_and_the_next_one_is_whole() -> None:
 
 
 @pytest.mark.fact("CY545-LIMIT-6")
-def test_the_reference_says_that_limits_are_no_safety_device() -> None:
+def test_the_reference_warns_that_limits_are_not_a_safety_device() -> None:
     assert "no safety device" in sheet.CY545.notes["limits"] and "cut the power" in sheet.CY545.notes["limits"]

@@ -98,7 +98,7 @@ def test_a_program_runs_across_a_page(rig: Rig545) -> None:
 
 # ----------------------------------------------------------------------------------------------------------- branches
 @pytest.mark.fact("CY545-CMD-J-1")
-def test_j_goes_on_at_a_byte_of_its_page(rig: Rig545) -> None:
+def test_j_continues_at_a_byte_of_its_page(rig: Rig545) -> None:
     rig.ram.load(b"J 8\rB 16\r0\r", at=512)
     rig.ram.load(b"B 17\r0\r", at=520)
     rig.run_program(512)
@@ -106,7 +106,7 @@ def test_j_goes_on_at_a_byte_of_its_page(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-XMEM-16")
-def test_the_page_of_a_branch_is_that_of_the_byte_behind_it(rig: Rig545) -> None:
+def test_the_page_of_a_branch_is_that_of_the_byte_after_it(rig: Rig545) -> None:
     rig.ram.load(b"J 10H\r", at=0x1FA)  # ends at 1FF, so the pointer is at 200
     rig.ram.load(b"B 16\r0\r", at=0x210)
     rig.ram.load(b"B 17\r0\r", at=0x110)
@@ -127,7 +127,7 @@ def test_y_sets_the_pointer_for_a_host_and_jumps_in_a_program(rig: Rig545) -> No
 
 @pytest.mark.fact("CY545-CMD-Z-1", "CY545-CMD-L-2")
 @pytest.mark.parametrize(("loop", "passes"), [("L 1,4", 1), ("L 7,4", 7), ("Z 300,4", 300)])
-def test_a_loop_runs_its_body_so_many_times_in_all(rig: Rig545, loop: str, passes: int) -> None:
+def test_a_loop_runs_its_body_the_stated_number_of_times(rig: Rig545, loop: str, passes: int) -> None:
     rig.enter("N 1", "G", loop, "0")
     rig.run_program()
     assert len(rig.x.steps()) == passes
@@ -209,7 +209,7 @@ def test_branches_of_a_host_start_the_program_in_the_page_of_the_pointer(rig: Ri
 
 
 @pytest.mark.fact("CY545-UND-X-PROGRAM", "CY545-UND-STOP-DIRECT", "CY545-UND-STOP-POINTER")
-def test_x_in_a_program_and_0_of_a_host_do_nothing_and_x_goes_on_behind_a_stop(rig: Rig545) -> None:
+def test_x_in_a_program_and_0_of_a_host_do_nothing_and_x_resumes_after_a_stop(rig: Rig545) -> None:
     rig.enter("X", "B 16", "0", "B 17", "0")
     rig.run_program()
     assert rig.user == "111110"
@@ -264,7 +264,7 @@ def test_without_a_memory_nothing_reads_back_and_a_program_is_erased_memory() ->
 @pytest.mark.long
 @pytest.mark.fact("CY545-UND-MEM-FF", "CY545-UND-MEM-NONE")
 @pytest.mark.parametrize("memory", ["ram", None])
-def test_a_program_of_nothing_is_given_up_after_one_turn(memory: str | None) -> None:
+def test_an_empty_program_is_given_up_after_one_turn(memory: str | None) -> None:
     rig = Rig545(memory=memory)
     rig.say("X", timeout="10 s")
     assert rig.codes == ["erased-memory", "no-program"]
@@ -282,7 +282,7 @@ def test_a_listing_shows_the_pointer_and_lines_of_the_memory(rig: Rig545) -> Non
 
 # ------------------------------------------------------------------------------------------------- immediate commands
 @pytest.mark.fact("CY545-IMM-1", "CY545-IMM-6", "CY545-IMM-2", "CY545-IMM-5")
-def test_a_running_program_takes_commands_of_the_host_and_goes_on(rig: Rig545) -> None:
+def test_a_running_program_takes_commands_of_the_host_and_continues(rig: Rig545) -> None:
     rig.enter("N 50", "+", "G", "J 5")
     rig.host.send("Y 0\rX\rB 16\r")
     rig.bench.run("1 s")
@@ -304,7 +304,7 @@ def test_a_running_program_takes_commands_of_the_host_and_goes_on(rig: Rig545) -
 
 
 @pytest.mark.fact("CY545-IMM-3")
-def test_the_first_handshake_waits_for_the_command_in_work(rig: Rig545) -> None:
+def test_the_first_handshake_waits_for_the_current_command(rig: Rig545) -> None:
     rig.enter("D 500", "0")
     rig.host.send("Y 0\rX\r")
     rig.bench.run_until(rig.x.at_instruction(0), "1 s")
@@ -364,7 +364,7 @@ def test_a_motion_may_be_immediate(rig: Rig545) -> None:
 
 
 @pytest.mark.fact("CY545-IMM-13", "CY545-IMM-14", "CY545-IMM-11", "CY545-IMM-12", "CY545-UND-IMM-POLL")
-def test_a_serial_command_stops_the_program_from_its_first_letter_to_its_end() -> None:
+def test_a_serial_command_stops_the_program_from_its_first_letter_to_its_last() -> None:
     rig = Rig545("pulse", serial=True, fixed_baud=9600)
     rig.enter("N 1", "G", "D 10", "J 4")
     rig.host.send("+\rY 0\rX\r")

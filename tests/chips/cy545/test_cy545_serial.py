@@ -40,7 +40,7 @@ def test_commands_come_in_on_rxd_and_answers_go_out_on_txd():
 
 @pytest.mark.fact("CY545-SER-2", "CY545-RESET-4", "CY545-UND-BAUD-ADAPT")
 @pytest.mark.parametrize("before", [b"G\r", b"? R\r", b"G\rG\r", b"\rG\r", b"UUUU\r"])
-def test_nothing_is_heard_before_two_carriage_returns_one_behind_the_other(before):
+def test_nothing_is_received_before_two_consecutive_carriage_returns(before):
     rig = line()
     rig.serial.write(before)
     rig.bench.run("50 ms")
@@ -52,7 +52,7 @@ def test_nothing_is_heard_before_two_carriage_returns_one_behind_the_other(befor
 
 
 @pytest.mark.fact("CY545-SER-2", "CY545-UND-SERIAL-SILENT")
-def test_a_reply_to_nobody_is_lost_and_told():
+def test_a_reply_without_a_receiver_is_lost_and_reported():
     rig = line()
     rig.send("? R\r")
     assert rig.falls("txd") == [] and rig.codes == ["not-adapted"]
@@ -100,7 +100,7 @@ def test_which_rates_it_finds_at_which_crystal(crystal, baud, found):
 
 
 @pytest.mark.fact("CY545-UND-BAUD-ADAPT")
-def test_two_carriage_returns_of_different_rates_are_none():
+def test_two_carriage_returns_of_different_rates_do_not_count():
     rig = line(crystal="11 MHz", baud=9600)
     rig.serial.write(b"\r")
     rig.bench.run("5 ms")
@@ -115,7 +115,7 @@ def test_two_carriage_returns_of_different_rates_are_none():
 
 @pytest.mark.fact("CY545-RESET-4", "CY545-SER-2")
 @pytest.mark.parametrize("how", ["I", "reset"])
-def test_after_a_reset_the_rate_is_found_anew(how):
+def test_after_a_reset_the_rate_is_detected_again(how):
     rig = line(baud=9600)
     assert rig.serial.ask("? R") == "R=00100"
     if how == "I":
@@ -152,7 +152,7 @@ def test_an_answer_goes_to_txd_also_if_the_question_came_over_the_bus():
 
 @pytest.mark.fact("CY545-SER-10")
 @pytest.mark.parametrize("baud", [600, 19200])
-def test_an_answer_begins_behind_the_stop_bit_of_the_question(baud):
+def test_an_answer_begins_after_the_stop_bit_of_the_question(baud):
     rig = line(baud=baud)
     rig.serial.send("? R\r")
     rig.bench.run_until(lambda: bool(rig.falls("txd")), "2 s")
@@ -186,7 +186,7 @@ def test_characters_may_follow_each_other_without_a_gap_up_to_the_end_of_a_comma
 
 
 @pytest.mark.fact("CY545-SER-8")
-def test_of_what_comes_within_a_long_motion_three_characters_are_left():
+def test_of_the_characters_within_a_long_motion_three_are_left():
     rig = line()
     rig.serial.send("-\rN 3000\rG\r")
     rig.bench.run("100 ms")
@@ -196,7 +196,7 @@ def test_of_what_comes_within_a_long_motion_three_characters_are_left():
     assert rig.x.waiting.startswith("x: waiting for the rest of a command on RXD") and rig.x.unfinished == "B 1"
 
 
-def test_a_character_without_a_stop_bit_is_lost_and_told():
+def test_a_character_without_a_stop_bit_is_lost_and_reported():
     rig = line(baud=19200)
     rig.serial.send("")
     rig.bench.run_until_idle()
@@ -207,7 +207,7 @@ def test_a_character_without_a_stop_bit_is_lost_and_told():
 
 # ------------------------------------------------------------------------------------------------------------- CTS
 @pytest.mark.fact("CY545-CTS-1")
-def test_cts_is_on_user_bit_6_while_the_mode_says_so():
+def test_cts_is_on_user_bit_6_while_the_mode_selects_it():
     rig = line()
     rig.serial.send("")
     rig.send("B 22\r")

@@ -108,7 +108,7 @@ def lab():
     return Lab()
 
 
-def test_a_part_without_some_pins_steps_and_says_nothing_of_them(lab):
+def test_a_part_without_some_pins_steps_and_does_not_mention_them(lab):
     lab.send("N 5\rR 9\rS 1\r+\rG\r")
     lab.bench.run("10 ms")
     assert lab.x.travel == 5
@@ -119,7 +119,7 @@ def test_a_part_without_some_pins_steps_and_says_nothing_of_them(lab):
     assert lab.x.travel == 0
 
 
-def test_a_look_may_wait_and_the_steps_go_on_from_there(lab):
+def test_a_sample_may_wait_and_the_steps_continue_from_there(lab):
     lab.send("N 4\rG\r")
     lab.bench.run_until(lambda: lab.x.travel == 2)
     begin = lab.x.clock.ticks_until(lab.bench.now_ps)
@@ -131,7 +131,7 @@ def test_a_look_may_wait_and_the_steps_go_on_from_there(lab):
     assert lab.x.travel == 4
 
 
-def test_prog_live_is_nobodys_where_there_are_no_live_commands(lab):
+def test_prog_live_is_unused_without_live_commands(lab):
     lab.send("E\rN 3\rG\rB\rQX\r")
     lab.x.pin("prog").drive(0)
     lab.bench.run("20 ms")
@@ -179,7 +179,7 @@ def test_ready_has_one_writer():
     assert writers == {"interfaces/command_port.py"}
 
 
-def test_the_family_takes_nothing_of_a_sheet_at_module_level():
+def test_the_family_imports_no_sheet_at_module_level():
     """A module of the family imports no part; what it needs of a sheet it is given."""
     for path, tree in (
         (path, ast.parse(path.read_text("utf-8"))) for path in Path(family.__file__).parent.glob("*.py")

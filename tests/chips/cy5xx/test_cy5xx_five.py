@@ -88,7 +88,7 @@ class Sister(Rig):
 
 
 @all_five
-def test_the_letters_that_none_exchanges_stand_for_the_same(part: str) -> None:
+def test_letters_that_are_not_exchanged_have_the_same_meaning(part: str) -> None:
     rows, reference = sheet_of(part).commands, sheet_of("cy525").commands
     for letter in "EGIQRS+-0":
         assert rows[letter].role == reference[letter].role or letter == "I"
@@ -106,7 +106,7 @@ def test_a_program_switches_an_output(part: str) -> None:
 
 @pytest.mark.fact("CY545-CMD-G-1", "CY545-CMD-G-2", "CY545-CMD-PLUS-1")
 @all_five
-def test_g_takes_n_steps_the_way_that_is_set(part: str) -> None:
+def test_g_takes_n_steps_in_the_set_direction(part: str) -> None:
     rig = Sister(part).quick("N 9", "+", "G", "G", "-", "N 4", "G")
     assert rig.x.position == 14
     assert rig.x.steps().directions.tolist() == [1] * 18 + [-1] * 4
@@ -116,7 +116,7 @@ def test_g_takes_n_steps_the_way_that_is_set(part: str) -> None:
 
 @pytest.mark.fact("CY545-UND-N-ZERO")
 @all_five
-def test_n_0_takes_no_step_and_is_told_of(part: str) -> None:
+def test_n_0_takes_no_step_and_is_reported(part: str) -> None:
     rig = Sister(part).quick("N 0", "G")
     assert len(rig.x.steps()) == 0
     assert rig.codes[-1] == "no-steps"
@@ -153,7 +153,7 @@ def test_program_entry_stores_and_does_not_perform(part: str) -> None:
 
 @pytest.mark.fact("CY545-CMD-0-1")
 @all_five
-def test_0_ends_a_program_and_what_stands_behind_it_is_not_performed(part: str) -> None:
+def test_0_ends_a_program_and_the_rest_is_not_performed(part: str) -> None:
     rig = Sister(part).quick()
     rig.store("N 5", "G", "0", rig.way.off)
     rig.say(rig.way.on).go()
@@ -173,7 +173,7 @@ def test_i_ends_a_program(part: str) -> None:
 
 
 @all_five
-def test_each_instruction_is_told_with_its_address(part: str) -> None:
+def test_each_instruction_is_reported_with_its_address(part: str) -> None:
     rig = Sister(part)
     seen: list[int] = []
     rig.x.on_instruction.add(seen.append)
@@ -186,7 +186,7 @@ def test_each_instruction_is_told_with_its_address(part: str) -> None:
 @pytest.mark.fact("CY545-UND-LETTER")
 @pytest.mark.parametrize("letter", "KMa")
 @all_five
-def test_what_is_no_command_takes_its_line_along_and_nothing_else(part: str, letter: str) -> None:
+def test_an_unknown_command_swallows_only_its_own_line(part: str, letter: str) -> None:
     rig = Sister(part).say(WAYS[part].off, f"{letter} 3", WAYS[part].on)
     assert rig.codes == ["unknown-command"]
     assert rig.out == 1
@@ -194,7 +194,7 @@ def test_what_is_no_command_takes_its_line_along_and_nothing_else(part: str, let
 
 @pytest.mark.fact("CY545-UND-LF", "CY545-UND-ILLEGAL")
 @all_five
-def test_bad_numbers_surplus_ones_and_line_feeds_are_told(part: str) -> None:
+def test_bad_numbers_surplus_ones_and_line_feeds_are_reported(part: str) -> None:
     rig = Sister(part).quick("N two", "N 3", "G 7")
     assert rig.codes == ["bad-number", "extra-argument"]
     assert rig.x.position == 3

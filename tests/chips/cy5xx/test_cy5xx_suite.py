@@ -161,7 +161,7 @@ def test_program_entry_stores_and_does_not_perform(part: str) -> None:
 
 
 @family
-def test_a_return_behind_q_is_told_of(part: str) -> None:
+def test_a_return_after_q_is_reported(part: str) -> None:
     rig = alone(part).say("E", "B")
     rig.send("Q\r")
     assert rig.codes == ["unfinished", "q-terminated"]  # it was idle in program entry
@@ -169,7 +169,7 @@ def test_a_return_behind_q_is_told_of(part: str) -> None:
 
 @pytest.mark.fact("CY500-PROG-1", "CY500-UND-OVERFLOW", "CY512-PROG-1", "CY512-CON-BUFFER")
 @family
-def test_the_program_buffer_holds_what_the_sheet_says_and_drops_the_rest(part: str) -> None:
+def test_the_program_buffer_holds_the_size_in_the_sheet_and_drops_the_rest(part: str) -> None:
     rig = alone(part)
     room = rig.x.sheet.buffer_bytes
     assert room == rig.way.room
@@ -200,7 +200,7 @@ def test_i_ends_a_program_and_switches_the_coils_off(part: str) -> None:
 
 @pytest.mark.fact("CY500-CMD-G-1", "CY500-CMD-N-1", "CY500-CMD-PLUS-1", "CY512-CMD-G-1")
 @family
-def test_g_takes_n_steps_the_way_that_is_set(part: str) -> None:
+def test_g_takes_n_steps_in_the_set_direction(part: str) -> None:
     rig = alone(part).quick("N 9", "+", "G", "G", "-", "N 4", "G")
     assert rig.x.position == 14
     assert rig.x.steps().directions.tolist() == [1] * 18 + [-1] * 4
@@ -217,7 +217,7 @@ def test_a_relative_move_takes_up_to_65535_steps(part: str) -> None:
 
 @pytest.mark.fact("CY500-UND-N-ZERO")
 @family
-def test_n_0_takes_no_step_and_is_told_of(part: str) -> None:
+def test_n_0_takes_no_step_and_is_reported(part: str) -> None:
     rig = alone(part).quick("N 0", "G")
     assert len(rig.x.steps()) == 0
     assert rig.codes == ["range", "no-steps"]
@@ -292,7 +292,7 @@ def test_pulse_falls_with_each_step_and_phases_change_with_it(part: str) -> None
 
 
 @family
-def test_motion_complete_falls_behind_the_last_step_and_rises_with_the_next_byte(part: str) -> None:
+def test_motion_complete_falls_after_the_last_step_and_rises_with_the_next_byte(part: str) -> None:
     rig = Sister(part, "pulse", "motion_complete", "instrobe").quick("N 4", "G")
     fell = rig.falls("motion_complete")[-1]
     assert fell > rig.rises("pulse")[-1] - US
@@ -302,7 +302,7 @@ def test_motion_complete_falls_behind_the_last_step_and_rises_with_the_next_byte
 
 @pytest.mark.fact("CY512-INHIB-1")
 @family
-def test_the_next_step_is_held_by_its_pin(part: str) -> None:
+def test_the_next_step_is_inhibited_by_its_pin(part: str) -> None:
     rig = alone(part).quick("N 40")
     rig.start("G\r")
     rig.bench.run_until(rig.x.reaches(10), "1 s")
@@ -373,7 +373,7 @@ def test_a_motion_is_made_at_its_rate_in_proportion_to_the_crystal(part: str, di
 @pytest.mark.fact("CY500-UND-ERRORS", "CY512-SET-2", "CY512-UND-ERRORS")
 @pytest.mark.parametrize("letter", "KMYa")
 @family
-def test_what_is_no_command_takes_its_line_along_and_nothing_else(part: str, letter: str) -> None:
+def test_an_unknown_command_swallows_only_its_own_line(part: str, letter: str) -> None:
     rig = alone(part).say("C", f"{letter} 3", "B")
     assert rig.codes == ["unknown-command"]
     assert rig.level("programmable_output") == 1
@@ -480,7 +480,7 @@ def test_pulse_is_high_for_16_us_at_6_mhz_between_steps(part: str) -> None:
 
 
 @older
-def test_a_held_step_has_pulse_high(part: str) -> None:
+def test_an_inhibited_step_has_pulse_high(part: str) -> None:
     rig = alone(part).quick("N 40")
     rig.start("G\r")
     rig.bench.run_until(rig.x.reaches(10), "1 s")
@@ -501,9 +501,9 @@ def test_the_pins_of_the_cy512_are_those_of_the_cy525_and_one_without_a_number()
     ours, theirs = ({pin.name: pin for pin in sheet_of(part).pins} for part in ("cy512", "cy525"))
     assert set(ours) - set(theirs) == {"terminate"}
     assert not set(theirs) - set(ours)
-    alike = ("number", "way", "active", "pull", "tie", "reset", "role")
+    alike = ("number", "in_out", "active", "pull", "tie", "reset", "role")
     for name, pin in theirs.items():
-        same = [each for each in alike if name != "prog" or each not in ("way", "pull")]
+        same = [each for each in alike if name != "prog" or each not in ("in_out", "pull")]
         assert [getattr(ours[name], each) for each in same] == [getattr(pin, each) for each in same], name
     assert (ours["prog"].way, theirs["prog"].way) == ("out", "both")  # no live commands come through it
 
@@ -521,7 +521,7 @@ def test_jump_continues_at_a_byte(part: str) -> None:
 @pytest.mark.fact("CY512-CMD-L-1")
 @pytest.mark.parametrize("count", [1, 5, 255])
 @later
-def test_a_loop_makes_as_many_passes_as_it_counts(part: str, count: int) -> None:
+def test_a_loop_makes_the_counted_number_of_passes(part: str, count: int) -> None:
     rig = alone(part).quick("N 1")
     rig.enter("G", f"L {count},0", "0")
     assert rig.go().x.position == count
@@ -547,7 +547,7 @@ def test_the_position_is_read_as_digits_or_as_two_bytes(part: str, text: int, ex
 
 @pytest.mark.fact("CY512-CMD-V-1", "CY512-UND-V-END")
 @later
-def test_program_and_status_are_read_and_ff_behind_the_end(part: str) -> None:
+def test_program_and_status_are_read_and_ff_after_the_end(part: str) -> None:
     rig = alone(part)
     rig.enter("B", "0")
     rig.send("-\r")
@@ -560,7 +560,7 @@ def test_program_and_status_are_read_and_ff_behind_the_end(part: str) -> None:
 
 @pytest.mark.fact("CY512-CMD-D-2")
 @family
-def test_run_in_a_program_begins_it_anew(part: str) -> None:
+def test_run_in_a_program_restarts_it(part: str) -> None:
     rig = alone(part).quick("N 1")
     rig.enter("G", rig.way.run)
     rig.start(f"{rig.way.run}\r")
@@ -582,7 +582,7 @@ def test_the_delay_counts_milliseconds_of_an_11_mhz_crystal(part: str, crystal: 
 
 @pytest.mark.fact("CY512-UND-EXPEND")
 @later
-def test_a_delay_of_0_is_over_at_once(part: str) -> None:
+def test_a_delay_of_0_ends_immediately(part: str) -> None:
     rig = alone(part)
     rig.send(f"{rig.way.delay} 0\r")
     assert rig.bench.now_ps < 2 * MS
@@ -602,7 +602,7 @@ def test_each_part_has_its_letters(part: str, letters: str) -> None:
 
 
 @pytest.mark.fact("CY500-FAM-4")
-def test_nine_tenths_of_the_letters_of_the_cy500_go_on() -> None:
+def test_nine_tenths_of_the_letters_of_the_cy500_remain() -> None:
     ours, theirs = sheet_of("cy500").commands, sheet_of("cy512").commands
     same = [row.form for row in ours if row.form in theirs.by_form and theirs[row.form].args == row.args]
     assert set("ABCDEGHIQTU+-0") <= set(same)
@@ -610,13 +610,13 @@ def test_nine_tenths_of_the_letters_of_the_cy500_go_on() -> None:
 
 
 @family
-def test_p_starts_the_motion_but_in_the_cy500(part: str) -> None:
+def test_p_starts_the_motion_except_in_the_cy500(part: str) -> None:
     rig = alone(part).quick("P 6")
     assert rig.x.position == (0 if part == "cy500" else 6)
 
 
 @family
-def test_p_finds_its_direction_but_in_the_cy500(part: str) -> None:
+def test_p_finds_its_direction_except_in_the_cy500(part: str) -> None:
     rig = alone(part).quick("N 9", "G", "P 4", *["G"] * (part == "cy500"))
     assert rig.x.position == 4
     assert rig.x.travel == (65540 if part == "cy500" else 4)
@@ -672,7 +672,7 @@ def test_the_program_run_without_one_returns_to_command_mode_in_the_cy500_only(p
 
 
 @family
-def test_n_right_behind_a_loses_a_step_in_the_cy500_only(part: str) -> None:
+def test_n_directly_after_a_loses_a_step_in_the_cy500_only(part: str) -> None:
     rig = alone(part)
     rig.send(rig.way.quick)
     rig.say(rig.way.home, "N 10", "G")
@@ -680,7 +680,7 @@ def test_n_right_behind_a_loses_a_step_in_the_cy500_only(part: str) -> None:
 
 
 @family
-def test_q_in_command_mode_is_a_mistake_but_in_the_cy500(part: str) -> None:
+def test_q_in_command_mode_is_a_mistake_except_in_the_cy500(part: str) -> None:
     rig = alone(part)
     rig.send("Q")
     assert rig.codes == ([] if part == "cy500" else ["quit-outside-entry"])

@@ -47,7 +47,7 @@ class Shared:
 @both
 @pytest.mark.parametrize("straps", ADDRESSES)
 @pytest.mark.fact("GSC-ADDR-1", "GSC-CON-ADDR-ORDER")
-def test_the_straps_say_the_address_sel2_counting_one(part: str, straps: str) -> None:
+def test_the_straps_set_the_address_with_sel2_counting_one(part: str, straps: str) -> None:
     rig = base(part, **{f"sel{2 - n}": int(level) for n, level in enumerate(straps)})
     answers = [rig.wire(f"{address}F\r", wait="200 ms") for address in range(1, 8)]
     assert answers == [b"R\r" if address == ADDRESSES[straps] else b"" for address in range(1, 8)]
@@ -86,7 +86,7 @@ def test_straps_that_are_all_open_mean_point_to_point_and_all_low_address_7(part
 
 @both
 @pytest.mark.fact("GSC-ADDR-3", "GSC-ADDR-9")
-def test_seven_modules_share_a_line_and_nobody_else_is_on_it(part: str) -> None:
+def test_seven_modules_share_a_line_without_any_other(part: str) -> None:
     line = Shared(part, 1, 2, 3, 4, 5, 6, 7)
     assert [line.wire(f"{address}F\r") for address in range(1, 8)] == [b"R\r"] * 7
     assert [line.wire(f"{address}V2\r") for address in range(1, 8)] == [b"V%d0\r" % address for address in range(1, 8)]
@@ -109,7 +109,7 @@ def test_the_address_comes_first(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ADDR-5", "GSC-ADDR-9")
-def test_a_string_for_somebody_else_is_not_obeyed(part: str) -> None:
+def test_a_string_for_another_address_is_not_obeyed(part: str) -> None:
     rig = base(part, **sel(2))
     rig.start(*STR, "+999999")
     for foreign in ("5K\r", "0K\r", "K\r"):
@@ -160,7 +160,7 @@ def test_the_address_takes_part_in_the_checksum(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ADDR-11")
-def test_only_the_module_that_is_meant_complains_of_a_fault(part: str) -> None:
+def test_only_the_addressed_module_reports_a_fault(part: str) -> None:
     line = Shared(part, 2, 5, chs=1)
     assert line.wire("3F \r") == b""
     assert line.wire("2F \r") == b"E1v\r"
@@ -175,7 +175,7 @@ def test_only_the_module_that_is_meant_complains_of_a_fault(part: str) -> None:
 @both
 @pytest.mark.parametrize("fault", ["parity", "framing"])
 @pytest.mark.fact("GSC-UND-ADDR-FAULT", "GSC-UND-FRAMING")
-def test_nobody_answers_when_the_address_itself_is_faulty(part: str, fault: str) -> None:
+def test_no_module_answers_a_faulty_address(part: str, fault: str) -> None:
     line = Shared(part, 1, 2)
     line.host.write("2", fault)
     assert line.wire("F\r") == b""
@@ -195,7 +195,7 @@ def test_an_address_costs_one_character_of_time(part: str) -> None:
 
 
 @pytest.mark.parametrize(("straps", "who"), [(({}, {}), "x, y"), (({"sel2": 0}, {}), "y")])
-def test_modules_without_an_address_on_a_line_are_told(straps: tuple[dict[str, int], ...], who: str) -> None:
+def test_modules_without_an_address_on_a_line_are_reported(straps: tuple[dict[str, int], ...], who: str) -> None:
     bench = slewline.Bench()
     modules = [bench.add(C200S, name, straps=own) for name, own in zip("xy", straps, strict=True)]
     line = bench.host(*modules)

@@ -33,7 +33,7 @@ def outputs(digit: int) -> list[str]:
 # ------------------------------------------------------------------------------------------------------------- forms
 @both
 @pytest.mark.fact("GSC-REPLY-1", "GSC-REPLY-2", "GSC-CON-ERROR-WORD", "GSC-CON-V-LETTER")
-def test_every_string_gets_one_answer_and_they_all_look_like_this(part: str) -> None:
+def test_every_string_gets_one_answer_of_this_form(part: str) -> None:
     form = re.compile(rb"(Y|B|R|E[1-6]|V[0-7]{2}|V[+-]?[0-9]{1,7})\r")
     rig = base(part)
     answers = [rig.wire(f"{line}\r", wait="50 ms") for line in (*IDLE, PROGRAM[part], *ENTERING, *RUNNING)]
@@ -49,7 +49,7 @@ def test_y_confirms_a_command(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-REPLY-4")
-def test_b_refuses_everything_but_f_k_and_z_while_a_program_runs(part: str) -> None:
+def test_b_refuses_everything_except_f_k_and_z_while_a_program_runs(part: str) -> None:
     rig = base(part, eot=0, home=0, ui1=0)
     program = ["A2", "D100"]
     rig.start(*program)
@@ -87,7 +87,7 @@ def test_each_line_of_a_program_is_answered_on_its_own(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-REPLY-14")
-def test_e_is_answered_at_once_and_rdy_tells_the_end(part: str) -> None:
+def test_e_is_answered_immediately_and_rdy_shows_the_end(part: str) -> None:
     rig = base(part, "rdy")
     rig.prg("D50")
     sent = rig.bench.now_ps + 2 * (11 * S // 9600)
@@ -99,7 +99,7 @@ def test_e_is_answered_at_once_and_rdy_tells_the_end(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-REPLY-14")
-def test_h_is_answered_at_once_and_f_tells_the_end(part: str) -> None:
+def test_h_is_answered_immediately_and_f_shows_the_end(part: str) -> None:
     rig = base(part, "rdy", home=0)
     rig.prg("S10")
     if part == C200S:
@@ -148,7 +148,7 @@ def test_v1_of_a_gs_c200s_has_a_sign_and_no_leading_zeros() -> None:
 
 
 @pytest.mark.fact("GSC-REPLY-9", "GSC-CON-V-LENGTH")
-def test_an_answer_may_have_eight_characters_behind_the_v() -> None:
+def test_an_answer_may_have_eight_characters_after_the_v() -> None:
     rig = base(C200S, chs=1)
     assert rig.wire(b"f-8388608\x1c\r") == b"YY\r"
     assert rig.wire(b"V1\x17\r") == b"V-8388608|\r"
@@ -211,7 +211,7 @@ def test_e2_an_argument_out_of_its_limits(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ERR-4")
-def test_e2_an_argument_that_nobody_asked_for(part: str) -> None:
+def test_e2_a_superfluous_argument(part: str) -> None:
     refused(base(part), "E2", "E1", "F1", "K1", "M1", "Q1", "X1", "Z1", "H+1", "H1", "E ")
 
 
@@ -257,7 +257,7 @@ def test_e3_an_instruction_that_does_not_fit(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ERR-7")
-def test_e4_what_is_unknown_or_cannot_be_done_now(part: str) -> None:
+def test_e4_an_unknown_or_presently_impossible_command(part: str) -> None:
     rig = base(part)
     refused(rig, "E4", "N1", "O", "Y", "a1", "5", "?", "B", "O1", "+100", "A1", "S10", "E")
     rig.prg("S10")
@@ -267,7 +267,7 @@ def test_e4_what_is_unknown_or_cannot_be_done_now(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ERR-8")
-def test_e5_tells_once_that_the_counter_of_a_gs_c200_overflowed(part: str) -> None:
+def test_e5_reports_once_that_the_counter_of_a_gs_c200_overflowed(part: str) -> None:
     rig = base(part, "rdy", "clock")
     start = rig.run(*STR, "-1")
     assert rig.level("rdy") == 1
@@ -305,7 +305,7 @@ def test_the_order_of_the_checks(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ERR-12", "GSC-UND-BUSY-PRIORITY", "GSC-UND-CHECK-ORDER")
-def test_a_running_program_answers_e1_to_what_came_badly_and_b_to_the_rest(part: str) -> None:
+def test_a_running_program_answers_e1_to_damaged_lines_and_b_to_the_rest(part: str) -> None:
     rig = base(part, chs=1)
     rig.start("D50")
     assert rig.wire("V1@\r") == b"E1v\r"
@@ -320,7 +320,7 @@ def test_a_running_program_answers_e1_to_what_came_badly_and_b_to_the_rest(part:
 
 @both
 @pytest.mark.fact("GSC-ERR-11")
-def test_what_was_answered_with_an_error_has_no_effect_and_may_be_sent_again(part: str) -> None:
+def test_a_refused_command_has_no_effect_and_may_be_sent_again(part: str) -> None:
     rig = base(part)
     assert rig.prg(*STR, "+0", "+5") == ["Y", "Y", "Y", "E2", "Y"]
     assert rig.listed() == [*STR, "+5"]
@@ -350,7 +350,7 @@ def test_a_lenient_gs_c200s_takes_p0_for_po(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ERR-14")
-def test_letters_have_a_case_and_blanks_are_no_part_of_the_language(part: str) -> None:
+def test_letters_have_a_case_and_blanks_are_not_part_of_the_language(part: str) -> None:
     rig = base(part)
     unknown = ("a1", "s10", "k", "e", "J5", " S10", " F", "p", "l5")
     refused(rig, "E4", *unknown)

@@ -61,7 +61,7 @@ def test_the_program_is_recalled_homed_and_run_without_a_host(part: str) -> None
 @both
 @pytest.mark.fact("GSC-AUTO-2")
 @pytest.mark.parametrize(("straps", "direction"), [({}, 1), ({"rxd": 1}, -1)])
-def test_rxd_says_the_direction_of_the_homing(part: str, straps: dict[str, int], direction: int) -> None:
+def test_rxd_selects_the_direction_of_the_homing(part: str, straps: dict[str, int], direction: int) -> None:
     bench, x = without_host(part, **straps)
     bench.run("15 ms")
     assert x.steps().times_ps.tolist() == [RESET + SETUP, RESET + SETUP + 10 * MS]
@@ -184,7 +184,7 @@ def test_the_line_works_during_a_stand_alone_run(part: str, end: str) -> None:
 
 
 @both
-def test_a_line_that_the_supply_cuts_short_does_not_hold_rdy_low_behind_the_run(part: str) -> None:
+def test_a_line_that_the_supply_cuts_short_does_not_keep_rdy_low_after_the_run(part: str) -> None:
     rig = alone(part, *PROGRAM, eot=0, home=0)
     rig.bench.run_until_idle()
     rig.host.write("F\r")

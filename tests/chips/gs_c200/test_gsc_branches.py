@@ -23,7 +23,7 @@ def put(rig: Rig, pattern: int) -> None:
 @both
 @pytest.mark.fact("GSC-CMD-L-1")
 @pytest.mark.parametrize(("steps", "passes"), [(10, 10), (10, 1), (10, 2), (1, 255)])
-def test_a_loop_makes_as_many_passes_as_it_says(part: str, steps: int, passes: int) -> None:
+def test_a_loop_has_the_programmed_number_of_passes(part: str, steps: int, passes: int) -> None:
     rig = base(part, "mov")
     rig.run(*STR, "+3", "L0", f"+{steps}", f"L{passes}", "-1")
     assert rig.moves() == [3 + steps * passes, -1]
@@ -66,7 +66,7 @@ def test_loops_may_follow_one_another(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-LOOP-NEST")
-def test_there_is_one_loop_at_a_time_and_a_loop_end_without_a_start_is_told_of_once(part: str) -> None:
+def test_there_is_one_loop_at_a_time_and_a_loop_end_without_a_start_is_reported_once(part: str) -> None:
     rig = base(part, "mov")
     rig.start("A1", *STR, "L0", "+1", "L0", "+2", "L2", "C1", "L3")  # the L3 goes back to location 0, for ever
     rig.bench.run("30 s")
@@ -94,7 +94,7 @@ def test_the_inner_start_of_nested_loops_replaces_the_outer_one(part: str) -> No
 
 @both
 @pytest.mark.fact("GSC-UND-LOOP-NEST")
-def test_a_second_loop_without_a_start_is_told_of(part: str) -> None:
+def test_a_second_loop_without_a_start_is_reported(part: str) -> None:
     rig = base(part)
     rig.start(*STR, "+1", "L2", "+1", "L2")
     rig.bench.run("5 s")
@@ -121,7 +121,7 @@ def test_a_loop_that_is_left_keeps_start_and_count_until_the_next_run() -> None:
 
 
 @pytest.mark.fact("GSC-UND-LOOP-JC")
-def test_a_loop_start_counts_anew() -> None:
+def test_a_loop_start_counts_from_zero() -> None:
     rig = base(C200S, ui1=0, ui2=0, ui3=0)
     rig.start(*STR, "L0", "+1", "jc1,12", "L3")
     rig.bench.run_until(rig.x.reaches(2), "1 s")
@@ -134,7 +134,7 @@ def test_a_loop_start_counts_anew() -> None:
 
 # ---------------------------------------------------------------------------------------------------------------- jumps
 @pytest.mark.fact("GSC-CMD-J-1")
-def test_jump_goes_on_at_its_location() -> None:
+def test_jump_continues_at_its_location() -> None:
     rig = base(C200S)
     rig.start(*STR, "+10", "j12")
     rig.bench.run("5 s")
@@ -177,7 +177,7 @@ def test_inputs_choose_a_segment_of_a_program(inputs: int, steps: int) -> None:
 
 
 @pytest.mark.fact("GSC-CMD-JC-2")
-def test_a_condition_weighs_the_inputs_1_2_4_and_wants_all_three() -> None:
+def test_a_condition_weighs_the_inputs_1_2_4_and_requires_all_three() -> None:
     rig = base(C200S)
     for wanted in range(8):
         assert rig.prg("C1", f"jc{wanted},8", "D1", "j10", "A1", "D1") == ["Y"] * 6
@@ -203,7 +203,7 @@ def test_a_conditional_jump_is_written_condition_comma_location() -> None:
 
 @pytest.mark.fact("GSC-UND-JUMP-PAST")
 @pytest.mark.parametrize("target", [16, 18, 118])
-def test_a_jump_behind_the_program_ends_it(target: int) -> None:
+def test_a_jump_beyond_the_program_ends_it(target: int) -> None:
     rig = base(C200S, "rdy")
     start = rig.run(*STR, "A1", f"j{target}")
     assert rig.rises("rdy")[-1] == start + 5 * MS

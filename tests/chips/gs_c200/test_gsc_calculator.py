@@ -34,7 +34,7 @@ def asked(start: int, top: int, length: int, law: str, part: str = C200) -> Any:
 
 @pytest.mark.parametrize("move", MOVES)
 @both
-def test_every_step_of_a_move_comes_when_the_calculator_says(part: str, move: tuple[Any, ...]) -> None:
+def test_every_step_of_a_move_comes_at_its_calculated_time(part: str, move: tuple[Any, ...]) -> None:
     start, top, length, law, number = move
     rig = base(part, "ramp", "mov", options={"law": law})
     rig.run(f"S{start}", f"T{top}", f"R{length}", f"+{number}")
@@ -116,7 +116,7 @@ def cases() -> list[tuple[int, int, str, str, float]]:
 
 
 @pytest.mark.parametrize("case", few(cases(), 12))
-def test_what_is_found_is_the_best_of_all_ramp_lengths(case: tuple[int, int, str, str, Any]) -> None:
+def test_the_search_finds_the_best_of_all_ramp_lengths(case: tuple[int, int, str, str, Any]) -> None:
     start, top, law, goal, value = case
     found = slewline.find_ramps(C200, S=start, T=top, law=law, **{goal: value})
     assert [ramp.values["R"] for ramp in found] == best_of_all(*case)

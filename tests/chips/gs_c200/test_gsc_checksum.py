@@ -133,7 +133,7 @@ def test_a_missing_checksum_is_a_wrong_one(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CHK-8")
-def test_a_checksum_that_nobody_asked_for_belongs_to_the_argument(part: str) -> None:
+def test_a_checksum_that_is_not_required_belongs_to_the_argument(part: str) -> None:
     rig = base(part)
     assert rig.wire("FV\r") == b"E2\r"
     rig.prg()
@@ -152,7 +152,7 @@ def test_damage_that_changes_bit_4_of_the_sum_alone_passes_the_checksum(part: st
 
 @both
 @pytest.mark.fact("GSC-CHK-14")
-def test_a_module_on_its_own_wants_checksums(part: str) -> None:
+def test_a_module_on_its_own_expects_checksums(part: str) -> None:
     bench = slewline.Bench()
     host = bench.host(bench.add(part, name="x", straps=NINE_SIX))
     host.write("F\rFV\r")
@@ -191,7 +191,7 @@ def test_no_gs_c200s_is_older_than_the_bit() -> None:
 
 
 @pytest.mark.parametrize("firmware", ["2", "new", "2.x", "", 2.1])
-def test_a_firmware_that_is_no_version_is_refused(firmware: object) -> None:
+def test_a_firmware_that_is_not_a_version_is_refused(firmware: object) -> None:
     with pytest.raises(UsageError, match=r"firmware .*; (allowed text|a version is two numbers,) such as '2\.1'"):
         base(C200, options={"firmware": firmware})
 

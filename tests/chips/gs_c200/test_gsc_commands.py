@@ -48,7 +48,7 @@ def test_outputs_belong_to_programs_and_are_numbered_1_to_3(part: str, letter: s
 @both
 @pytest.mark.fact("GSC-CMD-D-1")
 @pytest.mark.parametrize("tenths", [1, 15, 255])
-def test_delay_waits_so_many_tenths_of_a_second(part: str, tenths: int) -> None:
+def test_delay_waits_in_tenths_of_a_second(part: str, tenths: int) -> None:
     rig = base(part, "uo1")
     start = rig.run("A1", f"D{tenths}", "C1")
     assert rig.edges("uo1") == [(start + MS, 1), (start + 3 * MS + tenths * TENTH, 0)]
@@ -72,7 +72,7 @@ def test_a_delay_is_busy_and_does_not_move(part: str) -> None:
 # ------------------------------------------------------------------------------------------------------------- feedback
 @both
 @pytest.mark.fact("GSC-CMD-F-1")
-def test_feedback_tells_busy_from_ready_at_any_time(part: str) -> None:
+def test_feedback_distinguishes_busy_from_ready_at_any_time(part: str) -> None:
     rig = base(part)
     assert rig.asks("F", "F1", "F+") == ["R", "E2", "E2"]
     assert rig.prg(*STR, "+200") == ["Y"] * 4
@@ -83,7 +83,7 @@ def test_feedback_tells_busy_from_ready_at_any_time(part: str) -> None:
 
 
 @pytest.mark.fact("GSC-CMD-F-2")
-def test_feedback_tells_of_an_overflow_once() -> None:
+def test_feedback_reports_an_overflow_once() -> None:
     rig = base(C200)
     rig.run(*STR, "-1")
     assert rig.asks("V1", "F", "F") == ["V0", "E5", "R"]
@@ -94,7 +94,7 @@ def test_feedback_tells_of_an_overflow_once() -> None:
 
 # ----------------------------------------------------------------------------------------------------- position counter
 @pytest.mark.fact("GSC-CMD-FORCE-1", "GSC-CMD-FORCE-3", "GSC-UND-F-SIGN")
-def test_force_presets_the_counter_at_once() -> None:
+def test_force_presets_the_counter_immediately() -> None:
     rig = base(C200S, *STILL)
     for position in (1000, -8388608, 8388607, 0):
         assert rig.asks(f"f{position:+d}", "V1") == ["Y", f"V{position:+d}"]
@@ -132,7 +132,7 @@ def test_initialize_clears_the_counter_the_outputs_or_both(part: str) -> None:
 
 
 @pytest.mark.fact("GSC-CMD-I-2", "GSC-CON-I-BYTES")
-def test_initialize_may_stand_in_a_program_of_the_c200s() -> None:
+def test_initialize_is_allowed_in_a_program_of_the_c200s() -> None:
     rig = base(C200S, "reset", "uo1")
     start = rig.run(*STR, "+5", "I1", "+7", "A1", "I2")
     fifth, sixth = rig.pulses()[4:6]
@@ -240,7 +240,7 @@ def test_zero_brings_the_motor_to_rest_through_its_ramp(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CMD-Z-2")
-def test_zero_without_motion_ends_the_program_at_once(part: str) -> None:
+def test_zero_without_motion_ends_the_program_immediately(part: str) -> None:
     rig = base(part, "rdy")
     rig.start(*STR, "D100", "A1")
     rig.bench.run("2 s")

@@ -142,7 +142,7 @@ def test_an_empty_program_may_be_kept_and_recalled(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-X-SESSION")
-def test_lines_behind_an_exchange_are_appended(part: str) -> None:
+def test_lines_after_an_exchange_are_appended(part: str) -> None:
     rig = saved(part, *PROGRAM)
     assert rig.prg("A3", "A2") == ["Y", "Y"]
     assert rig.asks("X", "A1", "E") == ["Y", "Y", "Y"]
@@ -196,7 +196,7 @@ def test_a_write_takes_ten_milliseconds_a_byte(part: str, lines: list[str], loca
 @both
 @pytest.mark.fact("GSC-UND-E6", "GSC-UND-M-REPLY")
 @pytest.mark.parametrize("after", range(0, 18))
-def test_a_supply_that_fails_in_a_write_leaves_what_has_been_written(part: str, after: int) -> None:
+def test_a_supply_that_fails_in_a_write_leaves_the_bytes_written_so_far(part: str, after: int) -> None:
     new = ["S20", "T200", "R20", "+9"]
     rig = saved(part, *PROGRAM)
     old = rig.x.program
@@ -221,7 +221,7 @@ def test_a_supply_that_fails_in_a_write_leaves_what_has_been_written(part: str, 
 
 
 @pytest.mark.fact("GSC-UND-E6")
-def test_a_supply_that_fails_again_and_again_mixes_what_was_there() -> None:
+def test_a_supply_that_fails_repeatedly_mixes_old_contents() -> None:
     rig = saved(C200S, "A1", "A2")
     for line, after in (("C1", 1), ("C3", 2)):
         assert rig.prg(line, line) == ["Y", "Y"]
@@ -247,7 +247,7 @@ def test_a_supply_that_fails_while_the_store_fails_makes_the_eeprom_invalid() ->
 
 
 @pytest.mark.fact("GSC-UND-E6", "GSC-EEPROM-3")
-def test_the_same_program_again_spoils_nothing() -> None:
+def test_the_same_program_again_does_no_damage() -> None:
     rig = saved(C200S, *PROGRAM)
     rig.host.write(b"M\r")
     rig.bench.run(LINE + MS + 8 * BYTE)
@@ -367,7 +367,7 @@ class Slow(Failing):
 @both
 @pytest.mark.fact("GSC-UND-E6")
 @pytest.mark.parametrize(("ms", "answer"), [(45, "E6"), (50, "Y"), (55, "Y")])
-def test_what_was_written_whole_is_valid_after_a_write_that_failed(part: str, ms: int, answer: str) -> None:
+def test_completely_written_data_is_valid_after_a_failed_write(part: str, ms: int, answer: str) -> None:
     rig = base(part, options={"store": Slow(), "eeprom_fault": True})
     assert rig.prg("A1", "A2") == ["Y"] * 2
     assert rig.ask("M") == "E6"
@@ -411,7 +411,7 @@ def test_a_journal_repeats_the_fault_of_the_eeprom(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "data", [b"\xff", b"\0", b"A", b"A\1" * 60, b"S\x0a\0\0S", b"A\4", b"S\0\0\0", b"T\xe9\3\0", b"+\0\0\0", b"x\1\0\0"]
 )
-def test_what_is_no_program_is_not_recalled(part: str, data: bytes) -> None:
+def test_an_invalid_program_is_not_recalled(part: str, data: bytes) -> None:
     store = Failing()
     store.data = data
     rig = base(part, options={"store": store})

@@ -73,7 +73,7 @@ def test_a_step_is_never_made_before_it_is_due(part: str) -> None:
 @both
 @pytest.mark.fact("GSC-UND-ENABLE-LATENCY")
 @pytest.mark.parametrize(("fall", "held"), [(-1, True), (0, False), (US, False)])
-def test_enable_is_looked_at_just_before_a_step_and_a_pulse_that_has_begun_is_completed(
+def test_enable_is_sampled_just_before_a_step_and_a_pulse_that_has_begun_is_completed(
     part: str, fall: int, held: bool
 ) -> None:
     rig, first = moving(part, "clock")
@@ -93,7 +93,7 @@ def test_enable_is_looked_at_just_before_a_step_and_a_pulse_that_has_begun_is_co
 @both
 @pytest.mark.fact("GSC-UND-ENABLE-LATENCY", "GSC-ENABLE-4")
 @pytest.mark.parametrize("rise", [0, 1, 100 * US])
-def test_a_release_in_the_instant_of_the_look_comes_too_late_for_it(part: str, rise: int) -> None:
+def test_a_release_in_the_instant_of_the_sample_comes_too_late_for_it(part: str, rise: int) -> None:
     rig, first = moving(part)
     due = first + DUE[100]
     rig.drive("enable", 0, at=due - 10 * US)
@@ -105,7 +105,7 @@ def test_a_release_in_the_instant_of_the_look_comes_too_late_for_it(part: str, r
 
 @both
 @pytest.mark.fact("GSC-UND-ENABLE-LATENCY")
-def test_a_release_shorter_than_its_latency_makes_no_step(part: str) -> None:
+def test_a_release_shorter_than_its_latency_causes_no_step(part: str) -> None:
     rig, first = moving(part)
     due = first + DUE[100]
     rig.drive("enable", 0, at=due - 10 * US)
@@ -122,7 +122,7 @@ def test_a_release_shorter_than_its_latency_makes_no_step(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ENABLE-2", "GSC-ENABLE-3")
-def test_a_move_that_begins_held_waits_with_its_pins_up(part: str) -> None:
+def test_a_move_that_begins_inhibited_waits_with_its_pins_set(part: str) -> None:
     rig = base(part, "mov", "ramp", "dir", enable=0)
     acted = rig.start(*STR, "+20")
     rig.bench.run("10 s")
@@ -136,7 +136,7 @@ def test_a_move_that_begins_held_waits_with_its_pins_up(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ENABLE-2")
-def test_enable_low_behind_the_last_step_holds_nothing(part: str) -> None:
+def test_enable_low_after_the_last_step_has_no_effect(part: str) -> None:
     rig, first = moving(part, "mov", "uo1", move="+20", ramp="R10")
     last = first + sum(spacing(20, 10, 100, 10)[:19])
     rig.drive("enable", 0, at=last)
@@ -192,7 +192,7 @@ def test_a_gate_at_enable_times_the_steps(part: str) -> None:
 # --------------------------------------------------------------------------------------------------------- K, Z, H
 @both
 @pytest.mark.fact("GSC-ENABLE-7")
-def test_k_ends_a_move_that_is_held(part: str) -> None:
+def test_k_ends_an_inhibited_move(part: str) -> None:
     rig, first = moving(part, "mov")
     rig.drive("enable", 0, at=first + DUE[199] + 1)
     rig.bench.run_to(first + DUE[250])
@@ -206,7 +206,7 @@ def test_k_ends_a_move_that_is_held(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ENABLE-7")
-def test_z_in_a_hold_makes_its_way_down_when_it_is_released(part: str) -> None:
+def test_z_in_a_hold_decelerates_on_release(part: str) -> None:
     rig, first = moving(part, move="+5000")
     rig.drive("enable", 0, at=first + DUE[199] + 1)
     rig.bench.run_to(first + DUE[250])
@@ -223,7 +223,7 @@ def test_z_in_a_hold_makes_its_way_down_when_it_is_released(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ENABLE-7")
-def test_z_ends_a_hold_at_the_start_stop_rate_at_once(part: str) -> None:
+def test_z_ends_a_hold_at_the_start_stop_rate_immediately(part: str) -> None:
     rig = base(part, "mov", enable=0)
     rig.start(*STR, "+50", "+50")
     rig.bench.run("1 s")
@@ -237,7 +237,7 @@ def test_z_ends_a_hold_at_the_start_stop_rate_at_once(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ENABLE-7", "GSC-UND-T-LE-S")
-def test_z_ends_a_hold_at_once_where_there_is_no_ramp(part: str) -> None:
+def test_z_ends_a_hold_immediately_without_a_ramp(part: str) -> None:
     rig = base(part, "mov")
     rig.start("S50", "T50", "R9", "+500", "+500")
     rig.bench.run_until(rig.x.reaches(100))
@@ -274,7 +274,7 @@ def test_enable_gates_homing_too(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-ENABLE-8")
-def test_enable_means_nothing_to_delays_waits_and_outputs(part: str) -> None:
+def test_enable_does_not_affect_delays_waits_and_outputs(part: str) -> None:
     seen = []
     for enable in (0, 1):
         rig = base(part, "uo1", enable=enable, ui2=0)
@@ -287,7 +287,7 @@ def test_enable_means_nothing_to_delays_waits_and_outputs(part: str) -> None:
 
 @pytest.mark.fact("GSC-ENABLE-6")
 @pytest.mark.parametrize("part", [C200, C200S])
-def test_a_move_stands_still_for_as_long_as_enable_is_low(part: str) -> None:
+def test_a_move_pauses_for_as_long_as_enable_is_low(part: str) -> None:
     rig, first = moving(part)
     rig.drive("enable", 0, at=first + DUE[10] + 1)
     rig.bench.run("86400 s")

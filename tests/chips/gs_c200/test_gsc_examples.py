@@ -61,7 +61,7 @@ def test_m_before_e_saves_the_example(part: str) -> None:
 @pytest.mark.fact("GSC-EXAMPLE-4", "GSC-EXAMPLE-5")
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(("lines", "locations"), [(BAR, 50), (DRILL, 36), (BAR + DRILL, 86), (("U3", *BAR), 52)])
-def test_the_programs_of_the_second_example_take_as_much_room_as_the_sheet_says(
+def test_the_programs_of_the_second_example_take_the_room_in_the_sheet(
     part: str, lines: tuple[str, ...], locations: int
 ) -> None:
     rig = base(part)
@@ -84,7 +84,7 @@ def test_t200_of_the_drill_is_2000_steps_a_second(part: str) -> None:
 
 
 @pytest.mark.fact("GSC-EXAMPLE-1")
-def test_any_monotonous_law_brings_the_example_to_its_end_in_time() -> None:
+def test_any_monotonic_law_completes_the_example_in_time() -> None:
     for law in ("linear in steps", lambda start, top, ramp, k: start, lambda start, top, ramp, k: top):
         rig = base(C200S, options={"law": law})
         rig.run(*SPEEDS, "G+500000")

@@ -14,7 +14,7 @@ from slewline.errors import BenchFileError, UnknownName
 
 
 @both
-def test_a_homing_that_is_stopped_leaves_the_register_alone_all_the_while(part):
+def test_a_homing_that_is_stopped_never_changes_the_register(part):
     rig = base(part)
     rig.run(*STR, "+20")
     assert rig.asks("H+") == ["Y"]
@@ -87,7 +87,7 @@ def test_a_host_takes_chips_and_names_and_one_command_at_a_time():
 
 
 @pytest.mark.parametrize("timeout", ["1 ms", "4 ms"])
-def test_a_question_that_is_given_up_goes_out_whole_and_leaves_the_host_in_order(timeout):
+def test_a_query_that_is_given_up_is_sent_completely_and_leaves_the_host_in_order(timeout):
     bench = slewline.Bench()
     host = bench.host(bench.add("gs-c200s", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}))
     bench.run("2 ms")
@@ -115,7 +115,7 @@ def test_a_journal_takes_exact_numbers_of_any_type(tmp_path):
     assert [*slewline.replay(path).parts] == ["serial_sender", "motor"]
 
 
-def test_a_host_that_speaks_another_rate_is_told_so():
+def test_a_host_at_another_rate_is_notified():
     bench = slewline.Bench()
     x = bench.add("gs-c200")
     host = bench.host(x)
@@ -126,7 +126,7 @@ def test_a_host_that_speaks_another_rate_is_told_so():
     assert host.baud == 4800
 
 
-def test_options_are_what_they_are_said_to_be():
+def test_options_agree_with_their_description():
     bench = slewline.Bench()
     for options, text in (
         ({"lenient": "no"}, "lenient 'no'; allowed True, False"),

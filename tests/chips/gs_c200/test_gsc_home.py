@@ -60,7 +60,7 @@ def test_homing_begins_with_its_answer(part: str) -> None:
 @both
 @pytest.mark.fact("GSC-HOME-8", "GSC-UND-H-REVERSE")
 @pytest.mark.parametrize(("late", "extra"), [(-1, 0), (0, 1)])
-def test_switches_are_looked_at_just_before_each_step(part: str, late: int, extra: int) -> None:
+def test_switches_are_sampled_just_before_each_step(part: str, late: int, extra: int) -> None:
     rig = ready(part)
     begin = begun(rig)
     look = begin + 5 * 10 * MS  # of step 5, counted from 0
@@ -73,7 +73,7 @@ def test_switches_are_looked_at_just_before_each_step(part: str, late: int, extr
 
 @both
 @pytest.mark.fact("GSC-HOME-8", "GSC-UND-H-REVERSE")
-def test_a_switch_that_is_low_between_two_looks_is_not_seen(part: str) -> None:
+def test_a_switch_that_is_low_between_two_samples_is_missed(part: str) -> None:
     rig = ready(part)
     begin = begun(rig)
     rig.x.pin("eot").pulse(0, 10 * MS - 1, at=begin + 50 * MS)  # from look to look, neither included
@@ -85,7 +85,7 @@ def test_a_switch_that_is_low_between_two_looks_is_not_seen(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-H-REVERSE")
-def test_home_is_ignored_on_the_way_out(part: str) -> None:
+def test_home_is_ignored_on_the_outward_move(part: str) -> None:
     rig = ready(part, home=0)
     begin = begun(rig)
     rig.drive("home", 1, at=begin + 195 * MS)
@@ -257,7 +257,7 @@ def test_after_homing_the_counter_begins_at_zero_and_can_be_moved_from(part: str
 
 @both
 @pytest.mark.fact("GSC-PIN-EOT-1")
-def test_eot_and_home_mean_nothing_outside_homing(part: str) -> None:
+def test_eot_and_home_are_ignored_outside_homing(part: str) -> None:
     rig = base(part, eot=0, home=0)
     rig.run(*STR, "+100")
     assert len(rig.pulses()) == 100

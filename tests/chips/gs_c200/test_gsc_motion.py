@@ -59,7 +59,7 @@ def test_the_intervals_of_a_move_read_the_same_backwards(part: str, length: int,
 @pytest.mark.fact("GSC-RAMP-7", "GSC-UND-FIRST-PULSE")
 @pytest.mark.parametrize("length", [1, 2, 3, 50])
 @pytest.mark.parametrize("issued", few([1, 3, 2, 4, 50, 51, 52, 60], 4))
-def test_z_leads_down_as_the_motion_went_up(part: str, length: int, issued: int) -> None:
+def test_z_decelerates_as_the_motion_accelerated(part: str, length: int, issued: int) -> None:
     rig = base(part, "ramp")
     rig.start("S10", "T100", f"R{length}", endless(part))
     up = spacing(1000, 10, 100, length)
@@ -85,7 +85,7 @@ def test_the_speed_of_a_ramp_grows_at_constant_acceleration(part: str) -> None:
 
 @pytest.mark.fact("GSC-UND-RAMP-LAW", "GSC-RAMP-2")
 @pytest.mark.parametrize("law", ["linear in steps", lambda start, top, ramp, k: start + (top - start) * k / ramp])
-def test_another_law_changes_what_lies_between_the_ends_and_nothing_else(law: object) -> None:
+def test_another_law_changes_only_the_steps_between_the_ends(law: object) -> None:
     rig = base(C200S, "ramp", options={"law": law})
     rig.run("S10", "T100", "R50", "+1000", "+60")
     steps = gaps(rig.pulses())
@@ -163,7 +163,7 @@ def test_a_ramp_has_from_1_to_999_steps(part: str, length: int) -> None:
 
 @both
 @pytest.mark.fact("GSC-RAMP-8", "GSC-SPEED-1", "GSC-CON-SPEED-GRID")
-def test_what_lies_outside_the_ranges_of_s_t_and_r_is_refused(part: str) -> None:
+def test_values_outside_the_ranges_of_s_t_and_r_are_refused(part: str) -> None:
     rig = base(part)
     assert rig.prg("R1", "R999", "S1", "S1000", "T1", "T1000") == ["Y"] * 6
     assert rig.asks("R0", "R1000", "S0", "S1001", "T0", "T1001", "S1.5") == ["E2"] * 7
@@ -297,7 +297,7 @@ def test_delays_count_in_tenths_of_a_second(part: str, tenths: int) -> None:
 
 @both
 @pytest.mark.fact("GSC-TIME-5", "GSC-UND-INSTR-TIME", "GSC-CON-PULSE-WIDTH")
-def test_an_output_set_and_cleared_by_neighbours_makes_a_pulse_of_an_instruction_time(part: str) -> None:
+def test_an_output_set_and_cleared_by_neighbours_pulses_for_an_instruction_time(part: str) -> None:
     rig = base(part, "uo2")
     rig.run("A2", "C2", "A2", "C2")
     first, *_ = rig.rises("uo2")
@@ -320,7 +320,7 @@ def test_a_wait_sees_every_pulse_of_an_instruction_time(part: str, phase: int) -
 
 @pytest.mark.fact("GSC-TIME-5", "GSC-CON-PULSE-WIDTH")
 @pytest.mark.parametrize("late", range(0, 1100, 100))
-def test_another_module_waits_for_the_short_pulse_and_goes_on(late: int) -> None:
+def test_another_module_waits_for_the_short_pulse_and_continues(late: int) -> None:
     rig = base(C200)
     bench = rig.bench
     y = bench.add("gs-c200s", name="y", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
@@ -340,7 +340,7 @@ COMMANDS = {
 
 @both
 @pytest.mark.fact("GSC-TIME-6")
-def test_an_answer_begins_a_millisecond_behind_the_carriage_return(part: str) -> None:
+def test_an_answer_begins_a_millisecond_after_the_carriage_return(part: str) -> None:
     rig = base(part, "txd", options={"eeprom_time": "1.2 s"})
     rig.bench.run("2 ms")
     for command in [*COMMANDS[part].split(), "nonsense", "S9999", "F"]:
@@ -370,7 +370,7 @@ def test_z_slows_down_from_the_rate_that_was_reached(part: str, number: int) -> 
 
 @both
 @pytest.mark.fact("GSC-RAMP-7")
-def test_z_is_looked_at_just_before_each_step(part: str) -> None:
+def test_z_is_sampled_just_before_each_step(part: str) -> None:
     for early, number in ((0, 162), (1, 161)):  # exactly with step 150, counted from 0, it comes too late for it
         rig = base(part)
         rig.start(*STR, endless(part))
@@ -383,7 +383,7 @@ def test_z_is_looked_at_just_before_each_step(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-RAMP-7")
-def test_z_on_the_way_down_changes_nothing(part: str) -> None:
+def test_z_during_deceleration_changes_nothing(part: str) -> None:
     rig = base(part)
     rig.start(*STR, "+30", "+30")
     rig.bench.run_until(rig.x.reaches(25))
@@ -441,7 +441,7 @@ def test_k_in_a_ramp_drops_mov_and_ramp_together(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-K-DETAIL")
-def test_k_between_dir_and_the_first_step_makes_no_step(part: str) -> None:
+def test_k_between_dir_and_the_first_step_prevents_the_step(part: str) -> None:
     rig = base(part, "mov", "dir")
     rig.start(*STR, "-5" if part == C200S else "+5", "D5", "+5")
     rig.bench.run_until_idle()
@@ -458,7 +458,7 @@ def test_k_between_dir_and_the_first_step_makes_no_step(part: str) -> None:
 @both
 @pytest.mark.fact("GSC-UND-GX-STOP", "GSC-TIME-7", "GSC-UND-INSTR-TIME")
 @pytest.mark.parametrize("steps", [4, 100])
-def test_controlled_velocity_slows_down_when_its_input_is_low_and_the_program_goes_on(part: str, steps: int) -> None:
+def test_controlled_velocity_slows_down_when_its_input_is_low_and_the_program_continues(part: str, steps: int) -> None:
     rig = base(part, "mov", "uo1")
     rig.start(*STR, endless(part) + "2", "A1")
     rig.bench.run_until(rig.x.reaches(1))
@@ -477,7 +477,7 @@ def test_controlled_velocity_slows_down_when_its_input_is_low_and_the_program_go
 
 @both
 @pytest.mark.fact("GSC-UND-GX-STOP")
-def test_controlled_velocity_with_its_input_low_makes_no_step(part: str) -> None:
+def test_controlled_velocity_with_its_input_low_takes_no_step(part: str) -> None:
     rig = base(part, "mov", "dir", "uo1", ui2=0)
     rig.run(*STR, endless(part, "-") + "2", "A1")
     assert rig.pulses() == [] and rig.edges("mov") == [] and rig.edges("dir") == []
@@ -486,7 +486,7 @@ def test_controlled_velocity_with_its_input_low_makes_no_step(part: str) -> None
 
 @both
 @pytest.mark.fact("GSC-UND-GX-STOP")
-def test_controlled_velocity_does_not_see_an_input_that_is_low_between_two_looks(part: str) -> None:
+def test_controlled_velocity_misses_an_input_that_is_low_between_two_samples(part: str) -> None:
     rig = base(part, "mov")
     rig.start(*STR, endless(part) + "1")
     rig.bench.run_until(rig.x.pin("mov").is_(1))
@@ -501,7 +501,7 @@ def test_controlled_velocity_does_not_see_an_input_that_is_low_between_two_looks
 @both
 @pytest.mark.fact("GSC-UND-GX-STOP")
 @pytest.mark.parametrize(("early", "steps"), [(0, 2), (1, 0)])
-def test_the_first_look_of_controlled_velocity_is_at_its_beginning(part: str, early: int, steps: int) -> None:
+def test_controlled_velocity_first_samples_at_its_start(part: str, early: int, steps: int) -> None:
     rig = base(part)
     begin = rig.start(*STR, endless(part) + "2", "D1", "+1") + 4 * MS
     rig.drive("ui2", 0, at=begin - early)
@@ -531,7 +531,7 @@ def test_a_stop_holds_for_one_motion_only(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CON-W-EDGE", "GSC-TIME-7")
-def test_a_wait_looks_at_the_level_and_not_for_an_edge(part: str) -> None:
+def test_a_wait_samples_the_level_and_not_an_edge(part: str) -> None:
     rig = base(part, "uo1")
     rig.prg("W1", "A1")  # UI1 is high from the beginning
     sent = rig.bench.now_ps
@@ -542,7 +542,7 @@ def test_a_wait_looks_at_the_level_and_not_for_an_edge(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CON-U")
-def test_until_repeats_while_its_input_is_high_and_goes_on_when_it_is_low(part: str) -> None:
+def test_until_repeats_while_its_input_is_high_and_continues_when_it_is_low(part: str) -> None:
     rig = base(part, "uo2")
     rig.start("A2", "D1", "C2", "U3", "A1")
     rig.bench.run_until(rig.x.pin("uo2").edges(5))

@@ -86,7 +86,7 @@ def test_a_homing_finds_the_end_of_travel_and_home(stepwise: bool) -> None:
 
 
 @BOTH
-def test_a_step_that_is_held_ends_the_ideal_and_so_does_a_kill(stepwise: bool) -> None:
+def test_an_inhibited_step_ends_the_ideal_and_so_does_a_kill(stepwise: bool) -> None:
     x, host, run = running("S50 T400 R20 +9000", stepwise)
     run("200 ms")
     x.pin("enable").drive(0)

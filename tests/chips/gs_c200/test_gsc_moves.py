@@ -33,7 +33,7 @@ def test_goto_of_the_c200s_takes_a_signed_position() -> None:
 
 @both
 @pytest.mark.fact("GSC-CMD-G-2")
-def test_goto_where_we_are_makes_no_step(part: str) -> None:
+def test_goto_the_present_position_takes_no_step(part: str) -> None:
     rig = base(part, "mov", "uo1")
     rig.run(*STR, "G50", "G50", "A1")
     last = rig.pulses()[-1]
@@ -43,7 +43,7 @@ def test_goto_where_we_are_makes_no_step(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CMD-INC-1")
-def test_a_signed_number_moves_from_where_we_are(part: str) -> None:
+def test_a_signed_number_moves_from_the_present_position(part: str) -> None:
     rig = base(part)
     rig.run(*STR, "+37", "-12")
     assert rig.moves() == [37, -12]
@@ -123,7 +123,7 @@ def test_a_controlled_run_ramps_down_when_its_input_falls(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CMD-GC-3")
-def test_a_controlled_run_makes_no_step_when_its_input_is_low(part: str) -> None:
+def test_a_controlled_run_takes_no_step_when_its_input_is_low(part: str) -> None:
     rig = base(part, "mov", "uo1", ui2=0)
     start = rig.run(*FAST, f"{velocity(part)}+2", "A1")
     assert rig.pulses() == rig.edges("mov") == []
@@ -162,7 +162,7 @@ def test_speeds_count_tens_of_steps_a_second(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-CMD-R-1")
-def test_ramps_are_as_long_as_the_last_r_says(part: str) -> None:
+def test_the_last_r_sets_the_length_of_ramps(part: str) -> None:
     rig = base(part, "ramp")
     rig.run("S10", "T100", "R25", "+3000", "R85", "-800")
     pulses, ramps = rig.pulses(), [time for time, _ in rig.edges("ramp")]

@@ -29,9 +29,9 @@ NO_SIGNAL = {"gnd8", "vsl_minus", "vsl_plus", "vs17", "vs18", "gnd19", "v5_20", 
 def test_the_module_has_38_pins_in_this_order(part: str) -> None:
     rows = chip_class(part).sheet.pins
     assert [(row.number, row.name) for row in rows] == list(enumerate(NAMES, 1))
-    assert {row.name for row in rows if row.way == "out"} == OUTPUTS
-    assert {row.name for row in rows if row.way in ("power", "none")} == NO_SIGNAL
-    assert {row.name for row in rows if row.way == "in"} == set(NAMES) - OUTPUTS - NO_SIGNAL
+    assert {row.name for row in rows if row.in_out == "out"} == OUTPUTS
+    assert {row.name for row in rows if row.in_out in ("power", "none")} == NO_SIGNAL
+    assert {row.name for row in rows if row.in_out == "in"} == set(NAMES) - OUTPUTS - NO_SIGNAL
     with pytest.raises(WiringError, match=r"x\.nc25 \(pin 25: not connected\)"):
         base(part).bench.wire("x.nc25", "x.ui1")
     ui = {row.name: row for row in rows if row.name.startswith("ui")}
@@ -40,7 +40,7 @@ def test_the_module_has_38_pins_in_this_order(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-PIN-1")
-def test_an_open_test_pin_is_told_of_and_changes_nothing_else(part: str) -> None:
+def test_an_open_pin_is_reported_and_changes_nothing_else(part: str) -> None:
     rig = base(part, test=1)
     assert rig.ask("F") == "R"
     assert rig.codes == ["test-pin"]
@@ -51,7 +51,7 @@ def test_an_open_test_pin_is_told_of_and_changes_nothing_else(part: str) -> None
 
 @both
 @pytest.mark.fact("GSC-PIN-2", "GSC-PIN-SUPPLY-1", "GSC-PIN-ENV-1", "GSC-UND-SUPPLY")
-def test_the_sheet_tells_volts_amperes_and_limits(part: str) -> None:
+def test_the_sheet_lists_volts_amperes_and_limits(part: str) -> None:
     notes = chip_class(part).sheet.notes
     assert all(text in notes["logic levels"] for text in ("low up to 0.8 V, high 2 to 5 V", "low at most 0.8 V"))
     assert all(text in notes["supply"] for text in ("12 to 40 V", "42 V", "80 mA", "100 mA", "10 mA"))
@@ -221,7 +221,7 @@ def test_mov_falls_between_two_moves(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-PIN-RAMP-1", "GSC-PIN-RAMP-2", "GSC-PIN-MOV-3", "GSC-CON-MOV-END")
-def test_mov_and_ramp_tell_rest_ramp_and_slew(part: str) -> None:
+def test_mov_and_ramp_indicate_rest_ramp_and_slew(part: str) -> None:
     rig = base(part, "mov", "ramp")
     rig.run("S10", "T100", "R50", "+1000")
     steps = rig.pulses()
@@ -284,7 +284,7 @@ def test_dir_changes_with_clock_high_and_before_the_first_step(part: str) -> Non
 
 @both
 @pytest.mark.fact("GSC-PIN-CLOCK-2")
-def test_nothing_but_a_motion_makes_a_clock_pulse(part: str) -> None:
+def test_only_a_motion_causes_a_clock_pulse(part: str) -> None:
     rig = base(part, "clock")
     assert rig.asks("I3", "F", "V2") == ["Y", "R", "V70"]
     rig.run("A1", "C1", "D1", "W1", "L0", "L5")
@@ -327,7 +327,7 @@ def test_lines_are_taken_from_the_end_of_the_reset_pulse_on(part: str, early: in
 
 @both
 @pytest.mark.fact("GSC-UND-POWERUP")
-def test_after_power_up_there_is_no_program_no_speed_and_no_way_made(part: str) -> None:
+def test_after_power_up_there_is_no_program_no_speed_and_no_distance(part: str) -> None:
     rig = base(part)
     for _ in range(2):
         rig.bench.run("1 s")
@@ -451,7 +451,7 @@ def test_a_line_has_one_pull_down() -> None:
 @both
 @pytest.mark.fact("GSC-PIN-TXPD-1")
 @pytest.mark.parametrize("sel", [{}, {"sel0": 0}])
-def test_a_module_without_a_pull_down_on_its_line_says_so(part: str, sel: dict[str, int]) -> None:
+def test_a_module_without_a_pull_down_on_its_line_is_reported(part: str, sel: dict[str, int]) -> None:
     bench = slewline.Bench()
     x = bench.add(part, name="x", straps={"test": 0, **sel}, bare=True)
     y = bench.add(part, name="y", straps={"test": 0, **sel}, bare=True)
@@ -461,7 +461,7 @@ def test_a_module_without_a_pull_down_on_its_line_says_so(part: str, sel: dict[s
     assert y.findings == []
 
 
-def test_a_rig_is_wired_as_the_sheet_wants_it() -> None:
+def test_a_rig_is_wired_as_the_sheet_requires() -> None:
     rig: Rig = base(C200)
     rig.bench.run("1 s")
     assert rig.codes == []

@@ -57,7 +57,7 @@ def test_a_move_beyond_the_upper_end_is_refused_before_its_first_step() -> None:
 
 
 @pytest.mark.fact("GSC-POS-6", "GSC-UND-E5")
-def test_below_zero_lies_the_same_overflow() -> None:
+def test_below_zero_there_is_the_same_overflow() -> None:
     rig = at(3)
     before = rig.bench.now_ps
     rig.run(*STR, "-4", "+5")
@@ -69,7 +69,7 @@ def test_below_zero_lies_the_same_overflow() -> None:
 
 
 @pytest.mark.fact("GSC-UND-E5", "GSC-CON-E5-REPORT")
-def test_an_overflow_is_told_once_or_forgotten_by_the_next_run() -> None:
+def test_an_overflow_is_reported_once_or_forgotten_by_the_next_run() -> None:
     rig = at(0)
     rig.run(*STR, "-1")
     assert rig.level("rdy") == 1
@@ -106,7 +106,7 @@ def test_an_endless_run_stops_dead_at_the_upper_end() -> None:
 @pytest.mark.fact("GSC-POS-7", "GSC-UND-E5", "GSC-RAMP-7")
 @pytest.mark.parametrize(("room", "end", "answer"), [(1, 0, "E5"), (50, 0, "E5"), (51, 0, "R"), (52, 1, "R")])
 @pytest.mark.parametrize("stop", ["Z", "ui1"])
-def test_the_way_down_of_an_endless_run_ends_at_the_end_of_the_counter(
+def test_the_stop_ramp_of_an_endless_run_ends_at_the_end_of_the_counter(
     stop: str, room: int, end: int, answer: str
 ) -> None:
     rig = at(500)
@@ -161,7 +161,7 @@ def test_the_counter_of_a_c200s_wraps_downward_too() -> None:
 
 @pytest.mark.fact("GSC-POS-12", "GSC-UND-WRAP-G")
 @pytest.mark.parametrize(("start", "goal", "sign"), [(HIGH, LOW, -1), (LOW, HIGH, 1)])
-def test_a_goto_across_the_wrap_point_takes_the_long_way(start: int, goal: int, sign: int) -> None:
+def test_a_goto_across_the_wrap_point_takes_the_long_route(start: int, goal: int, sign: int) -> None:
     rig = base(C200S)
     assert rig.ask(f"f{start:+d}") == "Y"
     rig.start(*STR, f"G{goal:+d}")
@@ -172,7 +172,7 @@ def test_a_goto_across_the_wrap_point_takes_the_long_way(start: int, goal: int, 
 
 
 @pytest.mark.fact("GSC-POS-12", "GSC-UND-WRAP-G")
-def test_the_long_way_is_made_whole() -> None:
+def test_the_long_route_is_travelled_completely() -> None:
     rig = base(C200S)
     assert rig.ask(f"f{HIGH:+d}") == "Y"
     rig.run(*FAST, f"G{LOW}", timeout="2000 s")
@@ -270,7 +270,7 @@ def test_coming_and_going_leads_back_to_the_same_step(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-POS-8")
-def test_a_goto_to_where_the_motor_is_makes_no_step(part: str) -> None:
+def test_a_goto_to_the_position_of_the_motor_takes_no_step(part: str) -> None:
     rig = base(part, "mov", "uo1")
     rig.run(*STR, "+7", "G7", "A1")
     assert len(rig.pulses()) == 7 and len(rig.rises("mov")) == 1

@@ -36,7 +36,7 @@ def test_a_period_is_rounded_to_the_nearest_picosecond(speed: int, interval: int
 
 @pytest.mark.fact("GSC-RAMP-1", "GSC-RAMP-2", "GSC-RAMP-3", "GSC-RAMP-4", "GSC-RAMP-6", "GSC-UND-SHORT-ODD")
 @given(st.integers(1, 2500), speeds, speeds, lengths)
-def test_a_move_is_the_reckoning_step_by_step(number: int, start: int, top: int, length: int) -> None:
+def test_a_move_equals_the_calculation_step_by_step(number: int, start: int, top: int, length: int) -> None:
     assert spread(profile.move(number, start, top, length).runs) == spacing(number, start, top, length)
 
 
@@ -91,7 +91,7 @@ def test_a_law_that_leaves_its_range_or_turns_back_is_refused(law: profile.Law, 
 
 @pytest.mark.fact("GSC-RAMP-7")
 @given(st.integers(0, 3000), speeds, speeds, lengths)
-def test_a_motion_that_is_stopped_comes_down_the_way_it_went_up(step: int, start: int, top: int, length: int) -> None:
+def test_a_stopped_motion_decelerates_as_it_accelerated(step: int, start: int, top: int, length: int) -> None:
     run = profile.endless(start, top, length)
     assert run.steps >= OPEN
     rest = spread(profile.stopped(run, step).runs)
@@ -119,7 +119,7 @@ def test_a_move_that_is_stopped_never_goes_further(
 
 @pytest.mark.fact("GSC-POS-7", "GSC-UND-E5")
 @given(st.integers(1, 3000), st.integers(0, 3000), speeds, speeds, lengths)
-def test_the_end_of_the_counter_cuts_a_run_and_its_way_down(
+def test_the_end_of_the_counter_cuts_a_run_and_its_stop_ramp(
     limit: int, step: int, start: int, top: int, length: int
 ) -> None:
     run = profile.endless(start, top, length, limit=limit)

@@ -118,7 +118,7 @@ def test_query_lists_an_instruction_a_line_and_the_word_end(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-Q-FORMAT")
-def test_no_address_stands_before_the_lines_of_a_listing(part: str) -> None:
+def test_no_address_precedes_the_lines_of_a_listing(part: str) -> None:
     rig = base(part, sel2=0, sel1=0, sel0=0)
     assert rig.prg(*STR) == ["Y"] * 3
     assert rig.wire(b"7Q\r") == b"S10\rT100\rR10\rEND\r"
@@ -195,7 +195,7 @@ def test_immediate_commands_take_no_location(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-PROG-4")
-def test_what_does_not_fit_is_left_out_and_the_session_goes_on(part: str) -> None:
+def test_surplus_lines_are_left_out_and_the_session_continues(part: str) -> None:
     rig = base(part)
     rig.run(*STR, "C1")
     assert rig.prg(*STEP * 29) == ["Y"] * 29
@@ -206,7 +206,7 @@ def test_what_does_not_fit_is_left_out_and_the_session_goes_on(part: str) -> Non
 
 @both
 @pytest.mark.fact("GSC-PROG-5")
-def test_a_faulty_line_is_answered_at_once_and_not_stored(part: str) -> None:
+def test_a_faulty_line_is_answered_immediately_and_not_stored(part: str) -> None:
     rig = base(part)
     assert rig.prg(*STR) == ["Y"] * 3
     assert rig.wire(b"A1\r", "parity") == b"E1\r"
@@ -244,7 +244,7 @@ def test_delayed_commands_are_refused_outside_a_session(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-DELAYED-OUTSIDE")
-def test_delayed_commands_may_act_at_once_by_option(part: str) -> None:
+def test_delayed_commands_may_act_immediately_by_option(part: str) -> None:
     rig = base(part, "uo3", options={"direct": True})
     for line in ("A3", *STR, "+5"):
         assert rig.ask(line) == "Y"
@@ -300,7 +300,7 @@ def test_a_jump_past_the_speeds_ends_the_program_at_the_motion() -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-PERSIST")
-def test_speeds_stay_until_the_supply_goes(part: str) -> None:
+def test_speeds_stay_until_power_off_of_the_module(part: str) -> None:
     rig = base(part, eot=0, home=0)
     rig.run(*STR, "+5")
     assert rig.asks("I3", "H") == ["Y", "Y"]

@@ -79,7 +79,7 @@ class Alone:
 # ------------------------------------------------------------------------------------------------ characters and rates
 @both
 @pytest.mark.fact("GSC-SER-1", "GSC-SER-7", "GSC-SER-11", "GSC-UND-TURNAROUND")
-def test_an_answer_begins_a_millisecond_behind_the_return_and_looks_like_this(part: str) -> None:
+def test_the_form_and_delay_of_an_answer_after_the_return(part: str) -> None:
     module = Alone(part)
     module.draw(*drawn("F\r", UP))
     assert module.x.pin("txd").level == 0  # mark: the negative voltage
@@ -153,7 +153,7 @@ def test_the_late_answer_to_m_is_written_as_its_own_string(part: str) -> None:
 # ------------------------------------------------------------------------------------------------------------ dialogue
 @both
 @pytest.mark.fact("GSC-SER-4", "GSC-UND-RX-WHILE-TX")
-def test_there_is_no_handshake_an_answer_comes_while_the_host_still_speaks(part: str) -> None:
+def test_without_handshake_an_answer_comes_while_the_host_is_still_sending(part: str) -> None:
     rig = base(part)
     assert set(rig.host.pins) == {"txd", "rxd"}
     assert not {"rts", "cts", "dtr", "dsr", "dcd"} & set(rig.x.pins)
@@ -176,7 +176,7 @@ def test_xon_and_xoff_are_checksums_and_nothing_else(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-SER-6")
-def test_a_module_never_speaks_first(part: str) -> None:
+def test_a_module_never_sends_first(part: str) -> None:
     store = Memory()
     writer = base(part, options={"store": store})
     writer.prg(*STR, "A1", "-5", "+2")
@@ -262,7 +262,7 @@ def test_one_stop_bit_will_do_and_two_are_sent(part: str) -> None:
 
 @both
 @pytest.mark.fact("GSC-SER-13")
-def test_another_rate_gives_no_dialogue(part: str) -> None:
+def test_no_dialogue_at_another_rate(part: str) -> None:
     pins = ("clock", "mov", "dir", "uo1", "uo2", "uo3")
     slow = base(part, *pins, baud=4800)
     assert slow.wire("+12345678\r", wait="1 s") == b""
@@ -313,7 +313,7 @@ def test_with_checksums_a_lone_character_is_the_checksum_of_nothing(part: str) -
 
 @both
 @pytest.mark.fact("GSC-UND-LF")
-def test_a_line_feed_is_a_character_unless_it_is_forgiven(part: str) -> None:
+def test_a_line_feed_is_a_character_unless_it_is_tolerated(part: str) -> None:
     rig = base(part)
     assert rig.wire("F\r\n") == b"R\r"
     assert rig.wire("F\r") == b"E4\r"
@@ -327,7 +327,7 @@ def test_a_line_feed_is_a_character_unless_it_is_forgiven(part: str) -> None:
 @both
 @pytest.mark.fact("GSC-UND-LF")
 @pytest.mark.parametrize("chs", [0, 1])
-def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(part: str, chs: int) -> None:
+def test_a_host_that_ends_its_lines_with_a_line_feed_is_reported_once(part: str, chs: int) -> None:
     rig = base(part, chs=chs)
     line = b"FV\n" if chs else b"F\n"
     assert rig.wire(line * 2, wait="1 s") == b""
@@ -344,7 +344,7 @@ def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(part: str, 
 
 @both
 @pytest.mark.fact("GSC-UND-LF")
-def test_a_host_that_ends_its_lines_with_both_is_told_of_once(part: str) -> None:
+def test_a_host_that_ends_its_lines_with_both_is_reported_once(part: str) -> None:
     rig = base(part)
     assert rig.wire("F\r\nF\r\nF\r\n") == b"R\rE4\rE4\r"
     assert rig.codes == ["line-end", "E4", "E4"]
@@ -356,7 +356,7 @@ def test_a_host_that_ends_its_lines_with_both_is_told_of_once(part: str) -> None
     assert rig.wire("F\n", wait="1 s") == b"" and rig.codes == ["line-end"]
 
 
-def test_a_line_feed_that_may_be_a_checksum_is_not_complained_of() -> None:
+def test_a_line_feed_that_may_be_a_checksum_is_not_reported() -> None:
     rig = base(C200, chs=1, options={"firmware": "2.1"})
     assert rig.wire(b"FF\r") == b"RR\r"
     assert rig.wire(b"F\n\r") == b"E1v\r" and rig.codes == ["E1"]

@@ -42,7 +42,7 @@ def test_an_instruction_of_the_same_instant_comes_before_kill(stepwise: bool) ->
 
 
 @ways
-def test_a_killed_motion_whose_step_was_held_makes_none_of_the_steps_it_missed(stepwise: bool) -> None:
+def test_a_killed_motion_with_an_inhibited_step_takes_none_of_the_missed_steps(stepwise: bool) -> None:
     x = rig(C200S, stepwise)
     x.start("S100", "T100", "R1", "+2000")
     x.bench.run("50 ms")
@@ -57,7 +57,7 @@ def test_a_killed_motion_whose_step_was_held_makes_none_of_the_steps_it_missed(s
 
 @ways
 @both
-def test_the_step_of_the_instant_in_which_the_supply_goes_is_made(part: str, stepwise: bool) -> None:
+def test_the_step_at_the_instant_of_a_supply_failure_is_made(part: str, stepwise: bool) -> None:
     x = rig(part, stepwise, "clock")
     x.start("S100", "T100", "R1", "+2000")
     x.bench.run("10 ms")
@@ -70,7 +70,7 @@ def test_the_step_of_the_instant_in_which_the_supply_goes_is_made(part: str, ste
 
 
 @ways
-def test_a_supply_that_goes_within_a_homing_leaves_nothing_of_it_behind(stepwise: bool) -> None:
+def test_a_supply_failure_within_a_homing_leaves_no_trace(stepwise: bool) -> None:
     x = rig(C200S, stepwise)
     x.run(*STR)
     assert x.ask("H") == "Y"
@@ -87,7 +87,7 @@ def test_a_supply_that_goes_within_a_homing_leaves_nothing_of_it_behind(stepwise
 
 
 @ways
-def test_a_low_input_is_looked_at_an_instruction_time_apart(stepwise: bool) -> None:
+def test_a_low_input_is_sampled_an_instruction_time_apart(stepwise: bool) -> None:
     lasting = []
     for late in (0, 1):
         x = rig(C200S, stepwise, "mov")
@@ -102,7 +102,7 @@ def test_a_low_input_is_looked_at_an_instruction_time_apart(stepwise: bool) -> N
 
 
 @ways
-def test_an_input_that_falls_as_a_controlled_run_begins_is_seen_at_the_next_look(stepwise: bool) -> None:
+def test_an_input_that_falls_as_a_controlled_run_begins_is_seen_at_the_following_sample(stepwise: bool) -> None:
     lines = ("S1", "T1", "R1", "g+2")
     x = rig(C200S, stepwise, "mov")
     start = x.start(*lines)

@@ -30,7 +30,7 @@ def wrapped(stepwise: bool):
     return x.position, bench.edges("x.pulse1")[0].tolist(), x.pin("dir1").level
 
 
-def test_a_target_that_wraps_lies_on_the_other_side_of_its_destination():
+def test_a_target_that_wraps_is_on_the_other_side_of_its_destination():
     position, edges, direction = wrapped(stepwise=False)
     assert (position, edges, direction) == wrapped(stepwise=True)
     assert (
@@ -40,7 +40,7 @@ def test_a_target_that_wraps_lies_on_the_other_side_of_its_destination():
 
 @pytest.mark.fact("PMD-HOME-1")
 @pytest.mark.parametrize("phase", range(0, 330, 30))
-def test_a_stop_that_is_loaded_behind_an_update_waits_for_the_next(phase):
+def test_a_stop_that_is_loaded_after_an_update_waits_for_the_next(phase):
     """The homing of the manual, from a host that reads no checksum, wherever in a cycle it begins."""
     bench, x, host = driven()
     for name, value in (("SET_POS", 12345), ("SET_VEL", 65536), ("SET_ACC", 345)):
@@ -57,7 +57,7 @@ def test_a_stop_that_is_loaded_behind_an_update_waits_for_the_next(phase):
 
 @pytest.mark.fact("PMD-BUF-3")
 @pytest.mark.parametrize("phase", range(0, 330, 30))
-def test_what_is_written_behind_an_update_waits_for_the_next(phase):
+def test_registers_written_after_an_update_wait_for_the_next(phase):
     bench, x, host = driven()
     for name, value in (("SET_POS", 100), ("SET_VEL", 65536), ("SET_ACC", 65536)):
         host.command(name, value)

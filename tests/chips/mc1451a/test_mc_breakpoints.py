@@ -183,7 +183,7 @@ def test_a_target_at_the_value_or_below_stops_the_axis_in_the_next_cycle(part: s
 
 @each
 @pytest.mark.fact("PMD-BRK-21", "PMD-BRK-1")
-def test_the_axis_halts_a_cycle_behind_the_position_every_time(part: str) -> None:
+def test_the_axis_halts_a_cycle_after_the_position_every_time(part: str) -> None:
     rig = mover(part)
     for _ in range(3):
         rig.begin(*T1, "SET_BRK_PNT 500", "SET_POS_BRK")
@@ -195,7 +195,7 @@ def test_the_axis_halts_a_cycle_behind_the_position_every_time(part: str) -> Non
 
 @each
 @pytest.mark.fact("PMD-BRK-11", "PMD-BRK-14")
-def test_passing_the_position_to_and_fro_fires_no_second_time(part: str) -> None:
+def test_passing_the_position_back_and_forth_does_not_fire_again(part: str) -> None:
     rig = mover(part)
     rig.do("SET_AUTO_UPDATE_OFF", "SET_BRK_PNT 20", "SET_POS_BRK")
     rig.begin(*SHORT)
@@ -236,7 +236,7 @@ def test_a_value_that_is_written_later_counts(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-BRK-19", "PMD-UND-BRK-VALUE")
-def test_a_value_counts_from_the_cycle_behind_the_command_on(part: str) -> None:
+def test_a_value_counts_from_the_cycle_after_the_command(part: str) -> None:
     rig = mover(part)
     rig.do("SET_BRK_PNT 5", "SET_POS_BRK")
     cycle = rig.next()
@@ -317,7 +317,7 @@ def test_a_time_fires_in_its_cycle_and_starts_the_move_in_the_next(part: str) ->
 
 @each
 @pytest.mark.fact("PMD-BRK-6", "PMD-UND-BRK-TRUE", "PMD-UND-BRK-SIGN")
-def test_a_time_that_is_over_fires_when_the_32_bits_have_come_round(part: str) -> None:
+def test_a_past_time_fires_when_the_32_bits_have_wrapped(part: str) -> None:
     rig = mover(part)
     rig.to(100)
     rig.do("SET_BRK_PNT 90", "SET_TIME_BRK")
@@ -444,7 +444,7 @@ def test_each_axis_has_its_own_home(part: str) -> None:
 # --------------------------------------------------------------------------------------------------------------- reset
 @each
 @pytest.mark.fact("PMD-UND-BRK-RESET", "PMD-RESET-6")
-def test_behind_a_reset_none_is_armed(part: str) -> None:
+def test_after_a_reset_no_breakpoint_is_armed(part: str) -> None:
     rig = mover(part)
     rig.next(1000)
     assert rig.look().status == 0x0300
@@ -456,7 +456,7 @@ def test_behind_a_reset_none_is_armed(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_a_cycle_tests_breakpoints_behind_its_update_and_acts_on_them_in_the_next(part: str) -> None:
+def test_a_cycle_tests_breakpoints_after_its_update_and_acts_on_them_in_the_next(part: str) -> None:
     rig = mover(part)
     n = rig.begin(*V1)
     rig.to(n + 74)

@@ -48,7 +48,7 @@ def compare(ramp: Any, commands: list[str], steps: int, velocity: int) -> list[i
 
 
 @pytest.mark.parametrize("move", TRAPEZOIDS)
-def test_every_step_of_a_trapezoid_comes_when_the_calculator_says(move: tuple[int, int, int, int]) -> None:
+def test_every_step_of_a_trapezoid_comes_at_its_calculated_time(move: tuple[int, int, int, int]) -> None:
     velocity, acceleration, start, steps = move
     commands = [f"SET_VEL {velocity}", f"SET_ACC {acceleration}", f"SET_START_VEL {start}"]
     ramp, top = asked(velocity, acceleration, start), min(velocity, 16 * ONE)
@@ -86,7 +86,7 @@ def ideal(velocity: float, acceleration: float, jerk: float) -> float:
 
 
 @pytest.mark.parametrize("move", S_CURVES)
-def test_every_step_of_an_s_curve_comes_when_the_calculator_says(move: tuple[int, int, int, int]) -> None:
+def test_every_step_of_an_s_curve_comes_at_its_calculated_time(move: tuple[int, int, int, int]) -> None:
     velocity, acceleration, jerk, steps = move
     ramp, top = curve(velocity, acceleration, jerk), min(velocity, 16 * ONE)
     commands = ["SET_PRFL_S_CRV", f"SET_VEL {velocity}", f"SET_MAX_ACC {acceleration}", f"SET_JERK {jerk}"]
@@ -109,13 +109,13 @@ def test_the_shortest_s_curve_that_reaches_its_velocity_is_two_ramps_long(move: 
     assert [ramp.move(ramp.reached_from + more).reached for more in (-1, 0, 1)] == [False, True, True]
 
 
-def test_an_s_curve_that_needs_more_than_the_longest_move_says_so() -> None:
+def test_an_s_curve_that_needs_more_than_the_longest_move_is_reported() -> None:
     ramp = curve((1 << 30) - 1, 1, 1, output="high")
     assert ramp.reached_from is None
     assert ramp.time_ps == pytest.approx(ideal(512 * ONE, 1, 1) * CYCLE_PS)
 
 
-def test_the_high_pulse_range_lets_a_ramp_go_on() -> None:
+def test_the_high_pulse_range_lets_a_ramp_continue() -> None:
     standard, high = (asked(2_000_000, 9001, 0, output=output) for output in ("standard", "high"))
     assert (standard.top, high.top) == (16 * PER_S, 2_000_000 / ONE * PER_S)
     commands = ["SET_OUTPUT_HIGH", "SET_VEL 2000000", "SET_ACC 9001", "SET_START_VEL 0"]
@@ -130,7 +130,7 @@ def test_from_the_shortest_move_that_reaches_its_velocity_on_all_do_and_none_bel
     assert [ramp.move(steps).reached for steps in around] == [steps >= shortest for steps in around]
 
 
-def test_a_velocity_that_no_move_comes_to_says_so() -> None:
+def test_a_velocity_that_no_move_reaches_is_reported() -> None:
     ramp = slewline.ramp("mc1451a", SET_VEL=(1 << 30) - 1, SET_ACC=1, output="high")
     assert ramp.reached_from is None
     assert ramp.time_ps == (512 * ONE - 1) * CYCLE_PS
@@ -153,7 +153,7 @@ def test_registers_may_be_given_in_steps_and_seconds(part: str) -> None:
     ({"SET_VEL": 1, "SET_ACC": 1, "SET_JERK": 1}, "SET_JERK belongs to profile s-curve; leave it out, or set profile="),
     ({"SET_VEL": 1, "profile": "gear"}, "profile 'gear'; allowed trapezoid, s-curve"),
 ])  # fmt: skip
-def test_what_does_not_fit_the_profile_is_refused(values: dict[str, Any], says: str) -> None:
+def test_parameters_unsuited_to_the_profile_are_refused(values: dict[str, Any], says: str) -> None:
     with pytest.raises(UsageError, match=says):
         slewline.ramp("mc1451a", **values)
 
@@ -209,7 +209,7 @@ def cases() -> list[tuple[int, int, str, float]]:
 
 
 @pytest.mark.parametrize("case", cases())
-def test_what_is_found_is_the_best_of_all_accelerations(case: tuple[int, int, str, Any]) -> None:
+def test_the_search_finds_the_best_of_all_accelerations(case: tuple[int, int, str, Any]) -> None:
     velocity, start, goal, value = case
     found = slewline.find_ramps("mc1451a", SET_VEL=velocity, SET_START_VEL=start, **{goal: value})
     assert [ramp.values["SET_ACC"] for ramp in found] == best_of_all(*case)
@@ -247,7 +247,7 @@ S_CASES = [  # free, SET_VEL, what is fixed, ramp time in cycles
 
 @pytest.mark.parametrize(("free", "velocity", "fixed", "cycles"), S_CASES)
 @pytest.mark.parametrize("goal", few(["time", "steps", "acceleration"], 1))
-def test_what_is_found_for_an_s_curve_is_the_best_of_all(
+def test_the_search_for_an_s_curve_finds_the_best_of_all(
     goal: str, free: str, velocity: int, fixed: dict[str, int], cycles: float
 ) -> None:
     values = np.arange(1, 32_768 if free == "SET_MAX_ACC" else 1_000_000).astype(float)

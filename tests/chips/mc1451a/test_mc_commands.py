@@ -104,7 +104,7 @@ def test_a_start_velocity_needs_no_update(part: str) -> None:
 # --------------------------------------------------------------------------------------------------------------- stops
 @each
 @pytest.mark.fact("PMD-CMD-STOP-1")
-def test_stop_waits_for_its_update_and_acts_at_once_then(part: str) -> None:
+def test_stop_waits_for_its_update_and_acts_immediately_then(part: str) -> None:
     rig = mover(part)
     n = rig.begin(*T1)
     rig.to(n + 400)
@@ -120,7 +120,7 @@ def test_stop_waits_for_its_update_and_acts_at_once_then(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-CMD-SMOOTH_STOP-1", "PMD-CON-RESERVED-4E")
-def test_smooth_stop_goes_down_with_the_acceleration(part: str) -> None:
+def test_smooth_stop_decelerates_with_the_acceleration(part: str) -> None:
     rig = mover(part)
     n = rig.begin(*T1)
     rig.to(n + 400)
@@ -133,7 +133,7 @@ def test_smooth_stop_goes_down_with_the_acceleration(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-CMD-MTR_OFF-1", "PMD-CMD-MTR_ON-1")
-def test_mtr_off_ends_the_pulses_and_mtr_on_brings_back_none(part: str) -> None:
+def test_mtr_off_ends_the_pulses_and_mtr_on_restores_none(part: str) -> None:
     rig = mover(part)
     n = rig.begin(*T1)
     rig.to(n + 500)
@@ -267,7 +267,7 @@ def test_synch_prfl_takes_the_target_to_the_actual_position_with_an_update(part:
 
 @each
 @pytest.mark.fact("PMD-CMD-SET_ACTL_POS-1")
-def test_set_actl_pos_declares_both_positions_at_once(part: str) -> None:
+def test_set_actl_pos_declares_both_positions_at_the_same_time(part: str) -> None:
     encoder = part.endswith("-e")
     rig = mover(part, "pulse1", **{"quadrature": {}} if encoder else {})
     rig.do("SET_STEP_RATIO 0x100")

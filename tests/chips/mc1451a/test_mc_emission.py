@@ -41,7 +41,7 @@ def ticks(rig: Mover, pin: str, cycle: int) -> list[tuple[int, int]]:
 # ------------------------------------------------------------------------------------------------------------ the edges
 @pytest.mark.fact("PMD-UND-PULSE-PHASE")
 @pytest.mark.parametrize("speed", [0x10000, 0x5555, 0x4001, 0x2C000, 0xFFFFF, 16 * ONE])
-def test_at_any_speed_the_edges_of_pulse_stand_where_half_and_whole_steps_are_passed(speed: int) -> None:
+def test_at_any_speed_the_edges_of_pulse_are_where_half_and_whole_steps_are_passed(speed: int) -> None:
     rig = mover("mc1151a", "pulse1")
     begun = rig.begin("SET_PRFL_VEL", f"SET_VEL {speed}", f"SET_ACC {speed}")
     rig.to(begun + 40)
@@ -69,7 +69,7 @@ def test_pulse_and_direction_follow_the_target_through_stops_and_turns(seed: int
 
 @each
 @pytest.mark.fact("PMD-UND-PULSE-IDLE", "PMD-UND-DIR-IDLE")
-def test_behind_a_reset_pulse_is_low_and_dir_high_and_both_keep_their_levels_at_rest(part: str) -> None:
+def test_after_a_reset_pulse_is_low_and_dir_high_and_both_keep_their_levels_at_rest(part: str) -> None:
     rig = mover(part)
     for axis in range(1, len(rig.x.axes) + 1):
         pins = f"pulse{axis}", f"dir{axis}"
@@ -121,7 +121,7 @@ def test_steps_are_the_change_of_the_target(seed: int) -> None:
     ],
 )
 @pytest.mark.parametrize(("output", "range_"), [("SET_OUTPUT_STNDRD", 16), ("SET_OUTPUT_HIGH", 512)])
-def test_a_velocity_above_the_pulse_range_is_held_there_and_reported(
+def test_a_velocity_above_the_pulse_range_is_limited_there_and_reported(
     setup: tuple[str, ...], output: str, range_: int
 ) -> None:
     rig = mover("mc1151a")
@@ -159,7 +159,7 @@ def test_a_range_changed_in_motion_counts_from_the_next_cycle() -> None:
 @pytest.mark.fact("PMD-PULSE-13")
 @each
 @pytest.mark.parametrize("word", [0x0000, 0xFFFF])
-def test_no_command_turns_the_polarity_of_pulse_or_dir(part: str, word: int) -> None:
+def test_no_command_inverts_the_polarity_of_pulse_or_dir(part: str, word: int) -> None:
     rig = mover(part, "pulse1", "dir1")
     for row in rig.x.sheet.commands:
         if row.name not in ("UPDATE", "MULTI_UPDATE", "RESET"):

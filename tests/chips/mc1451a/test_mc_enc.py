@@ -88,7 +88,7 @@ def test_a_period_gives_four_counts():
 
 
 @pytest.mark.fact("PMD-ENC-2")
-def test_a_ahead_of_b_counts_up_and_behind_it_down():
+def test_a_leading_b_counts_up_and_a_lagging_b_counts_down():
     i = Inputs()
     tick, found = 100, []
     i.counts(tick)
@@ -179,7 +179,7 @@ def test_home_goes_through_the_same_filter():
 
 
 @pytest.mark.fact("PMD-UND-HOME-OPEN")
-def test_an_open_input_reads_low_behind_the_filter_and_a_tied_one_as_it_is_tied():
+def test_an_open_input_reads_low_after_the_filter_and_a_tied_one_its_level():
     kernel = Kernel()
     for tie, pull, level in ((1, None, 1), (None, None, 0), (None, 0, 0)):
         pin = Terminal("x", Pin(1, "home1", "in", "home"), Net(kernel, "home1", pull, tie))
@@ -222,7 +222,7 @@ def decoded(a, b):
 @pytest.mark.parametrize("hz", CRYSTALS)
 @pytest.mark.parametrize("seed", few(range(12), 2))
 @pytest.mark.parametrize("crowded", [(5, 11, 12, 13, 25, 40), (12, 20, 24), (40,)])
-def test_filter_and_counter_agree_with_a_look_at_every_tick(hz, seed, crowded):
+def test_filter_and_counter_agree_with_a_sample_at_every_tick(hz, seed, crowded):
     random, ticks = Random(seed), 6000
     i = Inputs(hz)
     channels = [glitchy(random, ticks - 20, crowded) for _ in "ab"]
@@ -291,7 +291,7 @@ def test_states_below_the_filter_are_lost():
 
 # ----------------------------------------------------------------------------------------------------- asked and asleep
 @pytest.mark.fact("PMD-ENC-5")
-def test_quiet_says_that_no_count_can_come_and_a_change_is_told():
+def test_quiet_reports_that_no_count_can_come_and_a_change_is_reported():
     i = Inputs()
     told = []
     i.counter.watch(lambda: told.append(i.kernel.now))
@@ -312,7 +312,7 @@ def test_quiet_says_that_no_count_can_come_and_a_change_is_told():
     assert i.counter.quiet
 
 
-def test_a_train_costs_no_event_until_it_is_asked_for():
+def test_a_train_costs_no_event_until_it_is_queried():
     i = Inputs()
     for name, origin in (("quada1", 20), ("quadb1", 40)):
         i.drivers[name].play(PulseView(Playing(StepTrain(i.clock, origin, [(80, OPEN)])), 40))
@@ -334,7 +334,7 @@ def windows(i, cycles):
     return [stop // CYCLE - n for n, stop in found]
 
 
-def test_a_window_is_twice_as_long_as_the_one_before_and_short_again_when_a_driver_is_told_something(monkeypatch):
+def test_a_window_is_twice_as_long_as_the_one_before_and_short_again_when_a_driver_is_notified(monkeypatch):
     monkeypatch.setattr(QuadratureCounter, "most", 16)
     i = Inputs()
     i.quadrature(100 * US, 2000)
@@ -344,7 +344,7 @@ def test_a_window_is_twice_as_long_as_the_one_before_and_short_again_when_a_driv
     assert i.findings == []
 
 
-def test_asked_for_the_past_it_has_counted_up_to_the_last_question_and_goes_on():
+def test_a_query_of_the_past_counts_up_to_the_last_query_and_counting_continues():
     i = Inputs()
     i.quadrature(100 * US, 2000)
     assert [i.counts(n * CYCLE) for n in range(1, 9)] == [3 * n + (n * 27_680) // 100_000 for n in range(1, 9)]
@@ -354,7 +354,7 @@ def test_asked_for_the_past_it_has_counted_up_to_the_last_question_and_goes_on()
     assert i.counts(9 * CYCLE) == 29 and i.counter.history.last == 29
 
 
-def test_a_window_that_would_find_something_is_refused_and_what_is_found_is_told_when_it_has_happened():
+def test_a_window_with_a_finding_is_refused_and_findings_come_when_they_happen():
     i = Inputs()
     both = 3 * CYCLE + 100
     i.wave("quada1", [500, both, 4 * CYCLE], [1, 0, 1])
@@ -367,7 +367,7 @@ def test_a_window_that_would_find_something_is_refused_and_what_is_found_is_told
 
 
 @pytest.mark.parametrize("asked", [5, 7])  # there it is asked last: where a window begins, and in it
-def test_a_reset_in_a_window_begins_anew(asked):
+def test_a_reset_in_a_window_starts_it_again(asked):
     i = Inputs()
     i.quadrature(100 * US, 2000)
     for n in range(1, asked + 1):
@@ -381,7 +381,7 @@ def test_a_reset_in_a_window_begins_anew(asked):
     assert [count for _, count in i.counter.history] == [*range(before + 1), 0, 1, 2, 3]
 
 
-def test_a_count_at_the_very_tick_of_the_question_is_still_to_come():
+def test_a_count_at_the_very_tick_of_the_query_comes_later():
     i = Inputs()
     i.wave("quada1", [2 * CYCLE - 12], [1])
     assert (i.counts(CYCLE), i.counter.quiet) == (0, False)

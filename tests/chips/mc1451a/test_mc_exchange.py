@@ -58,7 +58,7 @@ def test_every_command_takes_and_returns_its_words_and_then_their_sum(part: str)
     ],
 )
 def test_a_checksum(packet: str) -> None:
-    base("mc1451a").says(packet)
+    base("mc1451a").description(packet)
 
 
 @pytest.mark.fact("PMD-PKT-7")
@@ -80,7 +80,7 @@ def test_numbers_with_a_sign_come_back_with_it() -> None:
 
 @pytest.mark.fact("PMD-PKT-5", "PMD-UND-PACKET-ABORT")
 @pytest.mark.parametrize("seed", few(range(5, 9), 1))
-def test_nobody_has_to_read_checksums(seed: int) -> None:
+def test_checksums_need_not_be_read(seed: int) -> None:
     random, rig = Random(seed), base("mc1151a")
     for _ in range(25):
         values = [random.randrange(1 << 30) for _ in range(9)]
@@ -141,7 +141,7 @@ def test_half_a_word_before_a_command_is_dropped() -> None:
 
 
 @pytest.mark.fact("PMD-PKT-12", "PMD-UND-READ-BEYOND")
-def test_behind_the_checksum_there_are_zeros() -> None:
+def test_after_the_checksum_there_are_zeros() -> None:
     rig = base("mc1151a", "hostrdy")
     for code, reads in ((0x1A, 0), (0x6C, 1), (0x4A, 2)):
         rig.packet(code, reads=reads)
@@ -162,7 +162,7 @@ def test_words_that_a_command_does_not_take_are_dropped() -> None:
 
 
 @pytest.mark.fact("PMD-UND-EARLY-READ")
-def test_a_read_before_all_words_are_there_finds_0_and_the_packet_goes_on() -> None:
+def test_a_read_before_all_words_are_there_finds_0_and_the_packet_continues() -> None:
     rig = base("mc1151a")
     rig.host.write_command(0x10)
     assert rig.host.read_word() == 0
@@ -203,7 +203,7 @@ def test_a_command_acts_though_its_checksum_is_never_read(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-PKT-15")
-def test_a_packet_that_is_sent_again_leaves_what_one_good_packet_leaves(part: str) -> None:
+def test_a_repeated_packet_has_the_effect_of_one_good_packet(part: str) -> None:
     random, once, twice = Random(15), base(part), base(part)
     for rig in (once, twice):
         rig.do("LMTS_OFF")  # a garbled sense word would trip them
@@ -233,14 +233,14 @@ def test_illegal_codes_have_the_checksum_0_and_no_effect(part: str) -> None:
 
 
 @pytest.mark.fact("PMD-ERRC-3", "PMD-UND-ILLEGAL-DATA")
-def test_words_behind_an_illegal_code_are_dropped_and_all_that_is_read_is_0() -> None:
+def test_words_after_an_illegal_code_are_dropped_and_all_reads_return_0() -> None:
     rig = base("mc1151a")
     rig.says("80 1234 5678 > 0000", "22 ffff > 0000", "ff > 0000 0000 0000 0000")
     assert rig.codes == ["illegal-command"] * 3  # its words are not told of besides
 
 
 @pytest.mark.fact("PMD-ERRC-4")
-def test_the_command_behind_an_illegal_code_is_taken() -> None:
+def test_the_command_after_an_illegal_code_is_taken() -> None:
     rig = base("mc1151a")
     rig.says("ff > 0000", "31 > 0300 0331", "80 1234 > 0000", "10 0000 0007 > 0017", "4a > 0000 0007 0051")
 
@@ -267,7 +267,7 @@ def test_the_command_behind_an_illegal_code_is_taken() -> None:
 )
 @pytest.mark.parametrize("encoder", ["", "-e"])
 def test_axes_that_a_part_lacks_cannot_be_selected(part: str, packets: tuple[str, ...], encoder: str) -> None:
-    base(part + encoder).says(*packets)
+    base(part + encoder).description(*packets)
 
 
 @each
@@ -281,7 +281,7 @@ def test_the_reserved_code_is_answered_and_does_nothing(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-ERRC-9", "PMD-UND-CODES")
-def test_codes_without_a_meaning_are_answered_do_nothing_and_are_told_of(part: str) -> None:
+def test_codes_without_a_meaning_are_answered_do_nothing_and_are_reported(part: str) -> None:
     rig = base(part)
     before = seen(rig)
     codes = (*(0x0D, 0x0E, 0x1F, 0x20, 0x21, 0x23, 0x24, 0x2A, 0x2C, 0x3D, 0x3F, 0x5A, 0x5F, 0x63), *range(0x72, 0x80))
@@ -292,7 +292,7 @@ def test_codes_without_a_meaning_are_answered_do_nothing_and_are_told_of(part: s
 
 @each
 @pytest.mark.fact("PMD-ERRC-10", "PMD-STAT-9", "PMD-UND-CODES")
-def test_switching_an_axis_on_and_off_is_accepted_and_the_motion_goes_on(part: str) -> None:
+def test_switching_an_axis_on_and_off_is_accepted_and_the_motion_continues(part: str) -> None:
     rig = base(part)
     begun = rig.begin(*T1)
     rig.says("41 > 0041", "40 > 0040")

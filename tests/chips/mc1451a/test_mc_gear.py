@@ -118,7 +118,7 @@ def test_the_ratio_changes_with_an_update_and_no_step_is_lost() -> None:
 
 
 @pytest.mark.fact("PMD-GEAR-8", "PMD-UND-MODE-SWITCH")
-def test_a_trapezoid_that_is_put_in_gear_stands_still_with_its_encoder() -> None:
+def test_a_trapezoid_put_in_gear_stops_with_its_encoder() -> None:
     rig = mover("mc1151a-e")
     begun = rig.begin(*T1)
     rig.heeds(begun + 500, GEAR)
@@ -143,7 +143,7 @@ def test_counts_from_before_the_gear_move_nothing() -> None:
 
 
 @pytest.mark.fact("PMD-GEAR-10", "PMD-UND-SMOOTH-GEAR")
-def test_a_smooth_stop_is_nothing_to_the_gear_and_is_forgotten() -> None:
+def test_a_smooth_stop_does_not_affect_the_gear_and_is_forgotten() -> None:
     rig, now = following()
     rig.heeds(now + 5, "SMOOTH_STOP", "UPDATE")
     assert moved(rig, 5) == [ONE] * 5
@@ -174,7 +174,7 @@ def test_the_start_velocity_has_no_part_in_it() -> None:
 
 
 @pytest.mark.fact("PMD-CMD-SET_POS-3")
-def test_a_destination_is_nothing_to_it() -> None:
+def test_a_destination_does_not_affect_it() -> None:
     rig, now = following()
     rig.heeds(now + 5, "SET_POS 1000", "SET_VEL 0x10000", "SET_ACC 0x400", "UPDATE")
     assert moved(rig, 50) == [ONE] * 50
@@ -233,7 +233,7 @@ def test_a_stall_is_detected_in_gear() -> None:
 
 @without_encoder
 @pytest.mark.fact("PMD-GEAR-11", "PMD-CON-GEAR-PARTS")
-def test_without_an_encoder_the_mode_is_accepted_and_the_axis_stands_still(part: str) -> None:
+def test_without_an_encoder_the_mode_is_accepted_and_the_axis_does_not_move(part: str) -> None:
     rig = mover(part)
     begun = rig.begin(*T1, f"SET_RATIO {ONE}")
     rig.to(begun + 500)

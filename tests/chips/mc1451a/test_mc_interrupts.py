@@ -52,7 +52,7 @@ def lows(rig: Rig) -> list[int]:
 # ------------------------------------------------------------------------------------------------------ what interrupts
 @each
 @pytest.mark.fact("PMD-INT-1", "PMD-INT-2", "PMD-CON-INT-BITS")
-def test_the_line_is_high_behind_a_reset_and_falls_with_the_event(part: str) -> None:
+def test_the_line_is_high_after_a_reset_and_falls_with_the_event(part: str) -> None:
     rig = rig_of(part)
     assert lows(rig) == [] and rig.level("hostintrpt") == 1
     rig.do("SET_INTRPT_MASK 1")
@@ -192,7 +192,7 @@ def test_the_status_commands_leave_the_line_low(part: str, command: str) -> None
 
 @each
 @pytest.mark.fact("PMD-INT-10", "PMD-INT-11", "PMD-UND-INT-GAP")
-def test_behind_rst_intrpt_the_line_is_high_until_the_next_cycle_looks(part: str) -> None:
+def test_after_rst_intrpt_the_line_is_high_until_the_sample_in_the_next_cycle(part: str) -> None:
     rig = rig_of(part)
     rig.do("SET_INTRPT_MASK 0x21")
     rig.drive("poslimit1", 1)
@@ -340,7 +340,7 @@ def test_a_host_deals_with_two_events_one_after_the_other(part: str) -> None:
 
 @pytest.mark.parametrize("part", ["mc1251a-e", "mc1451a-e"])
 @pytest.mark.fact("PMD-INT-16")
-def test_several_events_may_be_cleared_at_once(part: str) -> None:
+def test_several_events_may_be_cleared_together(part: str) -> None:
     rig = crashed(part)
     rig.do("SET_2", "SYNCH_PRFL", "STOP", "UPDATE")
     rig.next(2)
@@ -375,7 +375,7 @@ def test_a_host_that_notes_clears_and_then_acts_loses_no_event(part: str) -> Non
 # ------------------------------------------------------------------------------------------------ an error that lasts
 @with_encoder
 @pytest.mark.fact("PMD-STAT-16", "PMD-CON-INT-ERROR", "PMD-UND-INT-LASTING")
-def test_a_motion_error_that_rst_intrpt_cannot_clear_interrupts_once_and_again_as_it_occurs_anew(part: str) -> None:
+def test_a_motion_error_that_rst_intrpt_cannot_clear_interrupts_once_and_again_as_it_recurs(part: str) -> None:
     rig = rig_of(part)
     rig.do("SET_STEP_RATIO 256", "SET_POS_ERR 5", "SET_INTRPT_MASK 0x10", "SET_AUTO_STOP_ON")
     rig.begin(*STEP, "SET_POS 10")

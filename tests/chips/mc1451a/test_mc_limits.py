@@ -117,7 +117,7 @@ def test_a_trip_halts_the_gear(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-UND-LIMIT-SAMPLE", "PMD-UND-LIMIT-EDGE")
-def test_inputs_are_looked_at_once_per_cycle_without_a_filter(part: str) -> None:
+def test_inputs_are_sampled_once_per_cycle_without_a_filter(part: str) -> None:
     rig = base(part)
     cycle = rig.next() + 2
     for first, last in ((1, 8190), (8192 + 8191, 8192 + 8192)):  # a clock past the look to the one before it; at it
@@ -283,7 +283,7 @@ def test_while_the_bit_is_set_a_move_out_is_a_command_error(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-UND-LIMIT-OUT")
-def test_updates_that_start_nothing_are_no_error_while_the_bit_is_set(part: str) -> None:
+def test_updates_that_start_nothing_are_tolerated_while_the_bit_is_set(part: str) -> None:
     rig = tripped(part)
     here = rig.shows("trgt_pos")
     rig.do("RST_STATUS 0xFE")
@@ -407,7 +407,7 @@ def test_a_move_further_into_an_active_switch_is_a_command_error(
 @each
 @pytest.mark.fact("PMD-LIMIT-15", "PMD-UND-LIMIT-VEL", "PMD-UND-LIMIT-OUT")
 @switches
-def test_velocity_contouring_refuses_in_silence(part: str, pin: str, word: int, way: int) -> None:
+def test_velocity_contouring_refuses_silently(part: str, pin: str, word: int, way: int) -> None:
     rig = base(part, *OUTPUTS)
     rig.drive(pin, 1)
     rig.next(2)
@@ -423,7 +423,7 @@ def test_velocity_contouring_refuses_in_silence(part: str, pin: str, word: int, 
 
 @pytest.mark.parametrize("part", ENCODERS)
 @pytest.mark.fact("PMD-UND-LIMIT-VEL")
-def test_the_gear_drops_steps_into_the_switch_and_follows_again_behind_a_cleared_bit_and_an_update(part: str) -> None:
+def test_the_gear_drops_steps_into_the_switch_and_follows_again_after_a_cleared_bit_and_an_update(part: str) -> None:
     rig = base(part)
     rig.begin("SET_PRFL_GEAR", f"SET_RATIO {ONE}")
     rig.drive("poslimit1", 1)

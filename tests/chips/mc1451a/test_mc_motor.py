@@ -118,7 +118,7 @@ def test_an_update_in_front_of_motor_on_starts_nothing(way: Way, stepwise: bool,
 
 @both
 @pytest.mark.fact("PMD-PULSE-10", "PMD-UND-MTR-OFF-UPDATE")
-def test_an_update_behind_motor_on_starts_the_move_in_whichever_cycle(stepwise: bool) -> None:
+def test_an_update_after_motor_on_starts_the_move_in_whichever_cycle(stepwise: bool) -> None:
     rig = mover("mc1151a", options={"stepwise": stepwise})
     rig.do(*FAST)
     for n, phase in enumerate(phases(25)):
@@ -156,7 +156,7 @@ def test_a_breakpoint_that_is_met_while_the_motor_is_off_starts_nothing(stepwise
     ],
     ids=" ".join,
 )
-def test_a_gear_follows_behind_motor_on_with_an_update(stepwise: bool, commands: tuple[str, ...]) -> None:
+def test_a_gear_follows_after_motor_on_with_an_update(stepwise: bool, commands: tuple[str, ...]) -> None:
     rig = mover("mc1151a-e", options={"stepwise": stepwise}, quadrature={})
     shaft = rig.shafts["quadrature"]
     rig.begin("SET_OUTPUT_HIGH", f"SET_RATIO {ONE}")

@@ -14,7 +14,7 @@ from slewline.chips.mc1451a.registers import MOTION_COMPLETE, POSITIVE_LIMIT, Ax
 from slewline.core.time.timebase import Clock
 
 
-def test_a_reset_leaves_nothing_of_what_was_in_the_registers():
+def test_a_reset_clears_all_registers():
     registers = Registers(2)
     registers.current, registers.limit_sense, registers.limits_on = 2, 0xF, False
     state = registers.axis
@@ -78,7 +78,7 @@ class Moves:
     ("command", "attended"),
     [("SET_POS", 1), ("UPDATE", 1), ("MTR_OFF", 1), ("GET_TIME", 0), ("SET_2", 0), ("SET_I", 0), ("RESET", 0)],
 )
-def test_a_cycle_looks_at_what_a_command_has_written(command, attended):
+def test_a_cycle_uses_the_values_written_by_a_command(command, attended):
     chip = slewline.Bench().add("mc1251a")
     moves = Moves()
     instructions = Instructions(chip, chip.state, chip._interrupt, chip._activity, chip._supply, moves)

@@ -65,7 +65,7 @@ def linted(*commands: str) -> list[str]:
 
 @both
 @pytest.mark.parametrize(("commands", "missing"), TOLD)
-def test_an_update_behind_which_nothing_starts_is_told_with_what_is_missing(commands, missing, stepwise) -> None:
+def test_an_update_without_effect_is_reported_with_the_missing_command(commands, missing, stepwise) -> None:
     rig = begun(commands, stepwise)
     assert len(starts(rig)) == 1 and rig.x.axis(4).travel == 0
     if not stepwise:
@@ -79,7 +79,7 @@ def test_an_update_behind_which_nothing_starts_is_told_with_what_is_missing(comm
 
 @both
 @pytest.mark.parametrize("commands", NOT_TOLD)
-def test_an_update_that_moves_or_is_not_meant_to_is_not_told(commands, stepwise) -> None:
+def test_an_update_that_moves_or_is_not_meant_to_is_not_reported(commands, stepwise) -> None:
     assert starts(begun(commands, stepwise)) == []
     assert linted(*commands, "UPDATE") == []
 
@@ -91,7 +91,7 @@ def test_a_motor_that_is_off_is_reason_enough(stepwise) -> None:
 
 
 @both
-def test_it_is_told_once_while_the_same_is_missing(stepwise) -> None:
+def test_it_is_reported_once_while_the_same_is_missing(stepwise) -> None:
     rig = begun((POS,), stepwise)
     steps = (
         (("UPDATE",), 1),
@@ -118,7 +118,7 @@ def test_it_is_told_once_while_the_same_is_missing(stepwise) -> None:
 
 
 @both
-def test_a_breakpoint_is_named_as_what_has_updated(stepwise) -> None:
+def test_a_breakpoint_is_named_as_the_cause_of_an_update(stepwise) -> None:
     rig = mover("mc1151a", options={"stepwise": stepwise})
     rig.do("SET_MTN_CMPLT_BRK", "SET_VEL 0", "UPDATE", "CLR_STATUS")
     rig.next(3)
@@ -138,7 +138,7 @@ def left(rig: Mover) -> list[str]:
 
 
 @both
-def test_what_waits_for_an_update_that_nobody_announces_is_told_when_all_is_at_rest(stepwise) -> None:
+def test_commands_that_wait_for_an_update_are_reported_when_all_is_at_rest(stepwise) -> None:
     rig = mover("mc1451a", options={"stepwise": stepwise})
     rig.do(VEL, POS, "SET_3", "STOP")
     rig.bench.run_until_idle()

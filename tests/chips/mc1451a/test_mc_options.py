@@ -7,7 +7,7 @@ import pytest
 import slewline
 
 
-def test_how_long_the_port_is_busy_may_be_chosen():
+def test_the_busy_time_of_the_port_may_be_chosen():
     bench = slewline.Bench()
     x = bench.add("mc1151a", busy_ticks=2500, reset_cycles=3)
     bench.record("mc1151a.hostrdy")
@@ -20,6 +20,6 @@ def test_how_long_the_port_is_busy_may_be_chosen():
 
 @pytest.mark.parametrize("option", ["busy_ticks", "reset_cycles"])
 @pytest.mark.parametrize("value", [0, "2", 1.5])
-def test_an_option_that_is_no_number_of_clocks_is_refused(option, value):
+def test_an_option_that_is_not_a_number_of_clocks_is_refused(option, value):
     with pytest.raises(slewline.UsageError, match=f"{option} {value!r}; allowed 1 and more"):
         slewline.Bench().add("mc1151a", **{option: value})

@@ -9,7 +9,7 @@ MOVE = ("SET_VEL 0x10000", "SET_ACC 0x10000")  # a step in every cycle
 
 
 @pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_a_limit_is_looked_at_behind_the_update_and_before_the_first_displacement() -> None:
+def test_a_limit_is_sampled_after_the_update_and_before_the_first_displacement() -> None:
     rig = mover("mc1151a")
     begun = rig.update(*MOVE, "SET_POS 10")
     rig.drive("neglimit1", 1, at=rig.at(begun) - 1)
@@ -20,7 +20,7 @@ def test_a_limit_is_looked_at_behind_the_update_and_before_the_first_displacemen
 
 
 @pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_a_breakpoint_is_tested_behind_the_arrival_and_updates_in_the_next_cycle() -> None:
+def test_a_breakpoint_is_tested_after_the_arrival_and_updates_in_the_next_cycle() -> None:
     rig = mover("mc1151a")
     begun = rig.begin(*MOVE, "SET_POS 5")
     rig.do("SET_MTN_CMPLT_BRK", "SET_POS 0")
@@ -30,7 +30,7 @@ def test_a_breakpoint_is_tested_behind_the_arrival_and_updates_in_the_next_cycle
 
 
 @pytest.mark.fact("PMD-UND-CYCLE-ORDER")
-def test_the_time_counts_behind_everything_else() -> None:
+def test_the_time_counts_after_everything_else() -> None:
     rig = mover("mc1151a")
     rig.do(*MOVE, "SET_POS 5", "SET_BRK_PNT 40", "SET_TIME_BRK")
     rig.to(40)

@@ -24,7 +24,7 @@ def halted(setup: tuple[str, ...] = T1, switch: str = "poslimit1") -> tuple[Move
 @modes
 @pytest.mark.fact("PMD-LIMIT-2", "PMD-LIMIT-3", "PMD-STAT-22")
 @pytest.mark.parametrize(("switch", "bit"), [("poslimit1", 0x20), ("neglimit1", 0x40)])
-def test_a_switch_halts_its_axis_at_once(setup: tuple[str, ...], switch: str, bit: int) -> None:
+def test_a_switch_halts_its_axis_immediately(setup: tuple[str, ...], switch: str, bit: int) -> None:
     rig, begun = halted(setup, switch)
     place = 452 if setup is S1 else 468
     assert rig.look() == (place, 0, 0x301 | bit, 0) and rig.level("atrest1") == 1
@@ -34,7 +34,7 @@ def test_a_switch_halts_its_axis_at_once(setup: tuple[str, ...], switch: str, bi
 
 
 @pytest.mark.fact("PMD-LIMIT-3", "PMD-CON-MC-GEAR", "PMD-UND-LIMIT-VEL", "PMD-UND-MC-GEAR", "PMD-UND-LIMIT-MC")
-def test_a_switch_halts_an_axis_in_gear_until_an_update_behind_a_cleared_bit() -> None:
+def test_a_switch_halts_an_axis_in_gear_until_an_update_after_a_cleared_bit() -> None:
     rig = mover("mc1151a-e")
     begun = rig.begin("SET_PRFL_GEAR", f"SET_RATIO {ONE}")
     rig.turn(100, apart=8192)
@@ -98,7 +98,7 @@ def test_with_sensing_off_nothing_is_halted(part: str) -> None:
 @pytest.mark.fact("PMD-ERRC-17", "PMD-UND-LIMIT-REFUSED")
 @pytest.mark.parametrize("mode", ["SET_PRFL_TRAP", "SET_PRFL_S_CRV"])
 @pytest.mark.parametrize(("switch", "way"), [("poslimit1", 1), ("neglimit1", -1)])
-def test_a_move_into_an_active_limit_is_refused_and_the_next_update_decides_anew(
+def test_a_move_into_an_active_limit_is_refused_and_the_next_update_decides_again(
     mode: str, switch: str, way: int
 ) -> None:
     rig = mover("mc1151a")
@@ -123,7 +123,7 @@ def test_a_move_into_an_active_limit_is_refused_and_the_next_update_decides_anew
 @pytest.mark.parametrize(
     ("switch", "into", "out"), [("poslimit1", "0x400", "-0x400"), ("neglimit1", "-0x400", "0x400")]
 )
-def test_velocity_contouring_into_an_active_limit_stands_still_in_silence(switch: str, into: str, out: str) -> None:
+def test_velocity_contouring_into_an_active_limit_does_not_move_or_report(switch: str, into: str, out: str) -> None:
     rig = mover("mc1151a")
     rig.drive(switch, 1)
     rig.next(2)
@@ -146,7 +146,7 @@ def test_with_the_bit_set_a_move_out_is_refused() -> None:
 
 @pytest.mark.fact("PMD-UND-LIMIT-OUT")
 @pytest.mark.parametrize("nothing", [("STOP",), ("SET_POS 468",), ("MTR_OFF",)])
-def test_with_the_bit_set_updates_that_start_nothing_are_no_error(nothing: tuple[str, ...]) -> None:
+def test_with_the_bit_set_updates_that_start_nothing_are_tolerated(nothing: tuple[str, ...]) -> None:
     rig = mover("mc1151a")
     rig.begin("SET_VEL 0x10000", "SET_ACC 0x10000", "SET_POS 468")
     rig.rest()
@@ -229,7 +229,7 @@ def test_at_home_already_the_stop_waits_for_another_update() -> None:
 
 @each
 @pytest.mark.fact("PMD-HOME-4")
-def test_home_is_nothing_to_an_axis_without_its_breakpoint(part: str) -> None:
+def test_home_does_not_affect_an_axis_without_its_breakpoint(part: str) -> None:
     rig = mover(part)
     begun = rig.begin(*T1)
     for level in (0, 1) * 5:
@@ -245,7 +245,7 @@ def test_home_is_nothing_to_an_axis_without_its_breakpoint(part: str) -> None:
     ("low", "width", "seen"),
     [(100, 8192, True), (100, 25, False), *((8192 - early, 25, early in range(13, 38)) for early in (12, 13, 37, 38))],
 )
-def test_home_is_looked_at_once_per_cycle(low: int, width: int, seen: bool) -> None:
+def test_home_is_sampled_once_per_cycle(low: int, width: int, seen: bool) -> None:
     rig = mover("mc1151a")
     rig.do("SET_AUTO_UPDATE_OFF", "SET_EXT_BRK")
     cycle = rig.next(2)

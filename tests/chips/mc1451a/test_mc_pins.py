@@ -97,7 +97,7 @@ def test_pulse_is_a_square_wave_evenly_spaced_across_the_cycles(velocity: int, s
 
 
 @pytest.mark.fact("PMD-PULSE-3", "PMD-PULSE-11")
-def test_how_long_pulse_is_high_and_low() -> None:
+def test_high_and_low_times_of_pulse() -> None:
     rig, begun = steady(ONE // 4)
     assert set(gaps([tick for tick, _ in shown(rig, begun)])) == {655_360_000 // TICK}  # 655.36 us each
     rig, begun = steady(3 * ONE)
@@ -121,7 +121,7 @@ def test_the_high_range_is_512_steps_per_cycle() -> None:
 
 
 @pytest.mark.fact("PMD-PULSE-14")
-def test_a_slow_rate_is_no_burst_per_cycle() -> None:
+def test_a_slow_rate_is_not_a_burst_per_cycle() -> None:
     rig, begun = steady(0x100, cycles=1300)
     falls = rig.falls("pulse1", rig.at(begun))
     assert falls == [rig.at(begun + 256 * n) for n in range(1, 6)]  # 83.886 ms
@@ -335,7 +335,7 @@ def test_pins_of_axes_that_a_part_lacks_are_not_there(part: str) -> None:
 
 @pytest.mark.fact("PMD-PIN-7")
 @pytest.mark.parametrize(("ps", "codes"), [(250 * MS, []), (250 * MS - 1, ["early-reset"]), (2 * US, ["early-reset"])])
-def test_reset_waits_for_a_quarter_of_a_second_behind_the_supply(ps: int, codes: list[str]) -> None:
+def test_reset_waits_for_a_quarter_of_a_second_after_the_supply(ps: int, codes: list[str]) -> None:
     bench = slewline.Bench()
     x = bench.add("mc1151a", name="x", straps={"reset": 0}, cold=True)
     bench.run("1 ms")
@@ -347,7 +347,7 @@ def test_reset_waits_for_a_quarter_of_a_second_behind_the_supply(ps: int, codes:
 
 
 @pytest.mark.fact("PMD-PIN-7")
-def test_a_part_that_is_held_in_reset_from_the_beginning_begins_when_it_is_let_go() -> None:
+def test_a_part_kept_in_reset_from_the_beginning_starts_when_it_is_released() -> None:
     bench = slewline.Bench()
     x = bench.add("mc1151a", name="x", straps={"reset": 0})
     bench.run("300 ms")

@@ -211,7 +211,7 @@ def test_a_packet_is_a_slice_for_its_command_and_one_for_each_word() -> None:
 
 @pytest.mark.fact("PMD-UND-COMMAND-LATENCY", "PMD-CON-UPDATE-WHEN")
 @pytest.mark.parametrize(("early", "begins"), [(1, 0), (0, 1), (-1, 1)])
-def test_an_update_that_is_ready_with_the_begin_of_a_cycle_waits_for_the_next_one(early: int, begins: int) -> None:
+def test_an_update_that_is_ready_at_the_start_of_a_cycle_waits_for_the_next_one(early: int, begins: int) -> None:
     hand = Hand()
     clock, origin = hand.x.clock, hand.x._cycle_clock.origin
     for code, high, low in MOVE_AT_ONCE:
@@ -227,7 +227,7 @@ def test_an_update_that_is_ready_with_the_begin_of_a_cycle_waits_for_the_next_on
 
 
 @pytest.mark.fact("PMD-UND-COMMAND-LATENCY")
-def test_a_command_acts_in_the_instant_in_which_hostrdy_rises_and_what_is_read_is_frozen_then() -> None:
+def test_a_command_acts_in_the_instant_in_which_hostrdy_rises_and_read_values_are_frozen_then() -> None:
     hand = Hand()
     hand.packet(0x10, 0, 1)
     hand.command(0x10)
@@ -265,7 +265,7 @@ def test_both_words_of_a_number_come_from_one_cycle() -> None:
 
 @pytest.mark.fact("PMD-UND-READY-RESET")
 @each
-def test_the_port_is_ready_with_the_begin_of_cycle_10_and_the_first_word_is_0(part: str) -> None:
+def test_the_port_is_ready_at_the_start_of_cycle_10_and_the_first_word_is_0(part: str) -> None:
     hand = Hand(part)
     assert hand.begun == US + 10 * CYCLE  # behind the power-up reset
     assert (hand.read_word(), hand.read_word(), hand.codes) == (0, 0, [])
@@ -301,7 +301,7 @@ def test_while_hostslct_is_high_nothing_is_taken_and_nothing_driven(part: str) -
 
 
 @pytest.mark.fact("PMD-HOST-9")
-def test_a_strobe_that_was_not_selected_from_its_begin_is_none() -> None:
+def test_a_strobe_that_is_selected_after_its_start_does_not_count() -> None:
     hand = Hand()
     hand.put(hostcmd=1)
     hand.bus(UPDATE)
@@ -315,7 +315,7 @@ def test_a_strobe_that_was_not_selected_from_its_begin_is_none() -> None:
 
 
 @pytest.mark.fact("PMD-HOST-9", "PMD-HOST-10")
-def test_a_read_that_is_not_selected_up_to_its_end_is_none() -> None:
+def test_a_read_that_is_deselected_before_its_end_does_not_count() -> None:
     hand = Hand()
     hand.packet(0x11, 0x1234, 0x5678)
     hand.command(0x4B)
@@ -334,7 +334,7 @@ def test_a_read_that_is_not_selected_up_to_its_end_is_none() -> None:
 
 @pytest.mark.fact("PMD-HOST-10")
 @pytest.mark.parametrize("low", [50, 1000])
-def test_the_bus_is_driven_from_40_ns_behind_the_begin_of_a_read_to_40_ns_behind_its_end(low: int) -> None:
+def test_the_bus_is_driven_from_40_ns_after_the_start_of_a_read_to_40_ns_after_its_end(low: int) -> None:
     hand = Hand()
     hand.packet(0x11, 0x1234, 0x5678)
     hand.command(0x4B)
@@ -390,7 +390,7 @@ def test_strobes_that_are_too_short_or_too_close_are_found_and_taken_all_the_sam
 
 @pytest.mark.fact("PMD-HOST-11")
 @pytest.mark.parametrize(("recovery", "codes"), [(60, []), (59, ["short-recovery"])])
-def test_between_two_strobes_lie_60_ns(recovery: int, codes: list[str]) -> None:
+def test_two_strobes_are_60_ns_apart(recovery: int, codes: list[str]) -> None:
     hand = Hand()
     hand.command(0x6C)
     hand.ready()
@@ -407,7 +407,7 @@ def test_between_two_strobes_lie_60_ns(recovery: int, codes: list[str]) -> None:
 
 # ---------------------------------------------------------------------------------------------------- against the rules
 @pytest.mark.fact("PMD-HOST-15", "PMD-UND-BUSY-ACCESS")
-def test_what_comes_while_hostrdy_is_low_is_lost_and_the_packet_goes_on() -> None:
+def test_words_sent_while_hostrdy_is_low_are_lost_and_the_packet_continues() -> None:
     hand = Hand()
     for code, high, low in MOVE_AT_ONCE:
         hand.packet(code, high, low)
@@ -436,7 +436,7 @@ def test_a_read_while_hostrdy_is_low_finds_the_byte_that_was_read_last() -> None
 
 
 @pytest.mark.fact("PMD-UND-STROBES")
-def test_both_strobes_at_once_transfer_nothing() -> None:
+def test_both_strobes_together_transfer_nothing() -> None:
     hand = Hand()
     hand.command(0x6C)
     hand.ready()
@@ -473,7 +473,7 @@ def test_a_read_with_hostcmd_high_transfers_nothing() -> None:
 
 @pytest.mark.fact("PMD-UND-RELEASE-2US", "PMD-UND-DIAGNOSTICS")
 @pytest.mark.parametrize(("late", "codes"), [(2000, []), (2001, ["late-release"])])
-def test_hostslct_may_stay_low_for_2_us_behind_a_transfer(late: int, codes: list[str]) -> None:
+def test_hostslct_may_stay_low_for_2_us_after_a_transfer(late: int, codes: list[str]) -> None:
     hand = Hand()
     hand.put(hostslct=0, hostcmd=1)
     hand.bus(GET_STATUS)

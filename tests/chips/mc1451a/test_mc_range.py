@@ -20,7 +20,9 @@ WRAPPED = 2  # bit 1 of the status word
     ids=["up", "down"],
 )
 @pytest.mark.fact("PMD-RANGE-2", "PMD-RANGE-3", "PMD-UND-TRGT-ROUND")
-def test_beyond_an_end_the_position_goes_on_at_the_other(part: str, start: int, acceleration: int, reads: str) -> None:
+def test_beyond_an_end_the_position_continues_at_the_other(
+    part: str, start: int, acceleration: int, reads: str
+) -> None:
     rig = mover(part)
     n = rig.begin(f"SET_ACTL_POS {start}", "SET_PRFL_VEL", f"SET_VEL {ONE}", f"SET_ACC {acceleration}")
     looks = rig.trace(32)
@@ -33,7 +35,7 @@ def test_beyond_an_end_the_position_goes_on_at_the_other(part: str, start: int, 
 
 @each
 @pytest.mark.fact("PMD-UND-WRAP-MOVE", "PMD-RANGE-1", "PMD-CMD-SET_POS-2")
-def test_a_move_never_takes_the_way_round_an_end(part: str) -> None:
+def test_a_move_never_wraps_around_an_end(part: str) -> None:
     rig = mover(part)
     rig.begin(*FAST, f"SET_ACTL_POS {TOP}", f"SET_POS {BOTTOM}")
     rig.next(10)
@@ -42,7 +44,7 @@ def test_a_move_never_takes_the_way_round_an_end(part: str) -> None:
 
 @with_encoder
 @pytest.mark.fact("PMD-UND-WRAP-ACTUAL")
-def test_the_actual_position_passes_the_ends_in_silence(part: str) -> None:
+def test_the_actual_position_passes_the_ends_silently(part: str) -> None:
     rig = mover(part, quadrature={})
     rig.do(f"SET_ACTL_POS {TOP}")
     for counts, reads in ((1, "37 > c000 0000 c037"), (-1, "37 > 3fff ffff 4035")):
@@ -190,7 +192,7 @@ def together(*axes: int) -> list[list[int]]:
 
 
 @pytest.mark.fact("PMD-RANGE-9")
-def test_axes_in_four_modes_at_once_have_nothing_to_do_with_one_another() -> None:
+def test_axes_in_four_modes_do_not_affect_one_another() -> None:
     all_four = together(1, 2, 3, 4)
     assert len(all_four[0]) == 300 and all(all_four)
     for axis in range(1, 5):

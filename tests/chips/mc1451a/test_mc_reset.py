@@ -127,7 +127,7 @@ def test_limits_are_sensed_active_high(part: str, way: str) -> None:
 # ---------------------------------------------------------------------------------------------------------- when, pins
 @each
 @pytest.mark.fact("PMD-RESET-16", "PMD-UND-READY-RESET", "PMD-UND-COMMAND-LATENCY")
-def test_hostrdy_is_low_for_ten_cycles_behind_the_command(part: str) -> None:
+def test_hostrdy_is_low_for_ten_cycles_after_the_command(part: str) -> None:
     rig = mover(part, "hostrdy")
     rig.host.write_command(RESET)
     taken = rig.falls("hostrdy")[-1]
@@ -140,7 +140,7 @@ def test_hostrdy_is_low_for_ten_cycles_behind_the_command(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-CMD-RESET-2")
-def test_a_host_goes_on_without_a_checksum(part: str) -> None:
+def test_a_host_continues_without_a_checksum(part: str) -> None:
     rig = mover(part)
     rig.host.write_command(RESET)
     rig.says({1: "6c > 4411 447d", 2: "6c > 4c11 4c7d", 4: "6c > 5c11 5c7d"}[AXES[part]])
@@ -149,7 +149,7 @@ def test_a_host_goes_on_without_a_checksum(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-RESET-16", "PMD-RESET-14", "PMD-UND-READY-RESET")
-def test_hostrdy_is_low_for_ten_cycles_behind_the_pin(part: str) -> None:
+def test_hostrdy_is_low_for_ten_cycles_after_the_pin(part: str) -> None:
     rig = mover(part, "hostrdy")
     start = rig.bench.now_ps + 100 * US
     rig.drive("reset", 0, at=start)
@@ -160,7 +160,7 @@ def test_hostrdy_is_low_for_ten_cycles_behind_the_pin(part: str) -> None:
 
 
 @each
-def test_what_was_asked_for_before_a_reset_is_not_done_behind_it(part: str) -> None:
+def test_commands_requested_before_a_reset_are_not_done_after_it(part: str) -> None:
     rig = mover(part, "hostrdy")
     rig.host.write_command(GET_STATUS)
     start = rig.bench.now_ps + 1 * US
@@ -201,7 +201,7 @@ def test_the_time_is_0_in_the_first_cycle_and_counts_while_the_port_is_busy(part
 
 @each
 @pytest.mark.fact("PMD-RESET-18")
-def test_levels_behind_a_reset(part: str) -> None:
+def test_levels_after_a_reset(part: str) -> None:
     rig = used(part)
     rig.host.write_command(0x31)
     rig.bench.run_until(rig.x.pin("hostrdy").is_(1))
@@ -235,7 +235,7 @@ def test_a_reset_in_motion_ends_all_pulses(part: str, tick: int) -> None:
 
 @each
 @pytest.mark.fact("PMD-RESET-15", "PMD-RESET-14")
-def test_the_pin_ends_them_at_once(part: str) -> None:
+def test_the_pin_ends_them_immediately(part: str) -> None:
     rig = mover(part, "pulse1")
     n = rig.begin(*T1)
     fall = rig.at(n + 100, 1234)
@@ -268,7 +268,7 @@ def test_the_start_up_of_drivers_passes_with_every_checksum(part: str) -> None:
 @with_encoder
 @pytest.mark.parametrize("counts", [4, 5, 6, 7])
 @pytest.mark.fact("PMD-RESET-1", "PMD-RESET-10", "PMD-ENC-2")
-def test_counts_begin_anew_with_a_reset_wherever_the_shaft_stands(part: str, counts: int) -> None:
+def test_counts_restart_with_a_reset_at_any_position_of_the_shaft(part: str, counts: int) -> None:
     rig = mover(part, quadrature={})
     rig.do("SET_STEP_RATIO 0x100")
     rig.shafts["quadrature"].push(counts)

@@ -253,7 +253,7 @@ def check_maxima(number: int, seed: int) -> None:
 
 
 @pytest.mark.fact("PMD-SCRV-2", "PMD-SCRV-3", "PMD-UND-SCRV-ALGO")
-def test_what_coasts_shows_the_velocity_that_was_set_and_what_speeds_up_evenly_the_acceleration() -> None:
+def test_coasting_shows_the_set_velocity_and_constant_acceleration_the_set_acceleration() -> None:
     check_maxima(60, seed=1)
 
 
@@ -287,7 +287,7 @@ def test_acceleration_and_start_velocity_have_no_part_in_it(extra: str) -> None:
 
 # ----------------------------------------------------------------------------------------------------------- on the way
 @pytest.mark.fact("PMD-SCRV-9", "PMD-ERRC-16", "PMD-UND-SCRV-NEWPOS", "PMD-CON-CMDERR-SCOPE")
-def test_another_destination_in_motion_is_no_error_and_waits_for_an_update_at_rest() -> None:
+def test_another_destination_in_motion_is_allowed_and_waits_for_an_update_at_rest() -> None:
     rig, begun = moving(500)
     rig.heeds(begun + 500, "SET_POS 2000", "UPDATE")
     assert rig.look().status == 0x700
@@ -318,7 +318,7 @@ def test_other_limits_in_motion_are_a_command_error_and_count_from_the_next_star
 
 
 @pytest.mark.fact("PMD-SCRV-12", "PMD-UND-PHASE-END")
-def test_a_smooth_stop_in_phase_4_goes_on_with_phase_5() -> None:
+def test_a_smooth_stop_in_phase_4_continues_with_phase_5() -> None:
     rig, begun = moving(500)
     rig.heeds(begun + 500, "SMOOTH_STOP", "UPDATE")
     place, looks = rig.look().pos, rig.trace(100)
@@ -378,7 +378,7 @@ def test_without_jerk_or_acceleration_nothing_starts(zero: str) -> None:
 
 @pytest.mark.fact("PMD-SCRV-15", "PMD-STAT-23", "PMD-UND-SCRV-ZERO")
 @pytest.mark.parametrize("zero", ["SET_POS 0", "SET_VEL 0"])
-def test_a_curve_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_update(zero: str) -> None:
+def test_a_curve_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_after_its_update(zero: str) -> None:
     rig = mover("mc1151a", "pulse1")
     begun = rig.update(*S1, zero)
     assert rig.shows("status") == 0x300
@@ -391,7 +391,7 @@ def test_a_curve_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its
 # ------------------------------------------------------------------------------------------------------------ the phase
 @pytest.mark.fact("PMD-UND-PHASE-END")
 @pytest.mark.parametrize("end", ["STOP", "MTR_OFF", "poslimit1", "SET_PRFL_TRAP", "SET_PRFL_VEL"])
-def test_the_phase_is_0_behind_any_end(end: str) -> None:
+def test_the_phase_is_0_after_any_end(end: str) -> None:
     rig, begun = moving(500)
     rig.to(begun + 498)
     assert rig.shows("mode") == 0x9000

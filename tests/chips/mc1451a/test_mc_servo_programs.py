@@ -58,12 +58,12 @@ def test_a_program_with_gains_is_one_finding(part):
 
 
 @rows("code", [0x06, 0x07, 0x0F, 0x2D, 0x38, 0x3A, 0x40, 0x41, 0x61, 0x62, 0x69, 0x6E])
-def test_codes_that_a_stepper_part_may_have_too_say_nothing(code):
+def test_codes_that_a_stepper_part_may_have_too_cause_no_finding(code):
     sibling = sheet_of("mc1451a").dialect.siblings[code]
     assert sent("mc1451a", (code, (1,) * sibling.writes, sibling.reads))[1] == []
 
 
-def test_every_code_of_the_part_itself_says_nothing():
+def test_every_code_of_the_part_itself_is_accepted_silently():
     """Whatever words they have: the codes of a servo chip among the data of a packet are data."""
     sheet = sheet_of("mc1451a-e")
     for row in sheet.commands:
@@ -84,10 +84,10 @@ def test_every_code_of_the_part_itself_says_nothing():
         (["@bytes 10 00 25", "@bytes 25 25", "@bytes 25 00 C8"], 3),
     ],
 )
-def test_the_linter_says_it_once(lines, at):
+def test_the_linter_reports_it_once(lines, at):
     found = [each for each in linted("mc1451a", *lines) if each.code == "servo-command"]
     assert [(each.line, each.severity) for each in found] == [(at, "warning")]
-    assert "a servo chip" in found[0].says and "motion commands are the same" in found[0].remedy
+    assert "a servo chip" in found[0].description and "motion commands are the same" in found[0].remedy
 
 
 @rows(
@@ -109,7 +109,7 @@ def test_a_name_of_a_sister_part_is_known(name, says):
     assert problem.severity == "error" and f"it is a command of {says}, without effect here" in problem.remedy
 
 
-def test_a_hex_file_of_a_servo_program_is_parted_in_packets(tmp_path):
+def test_a_hex_file_of_a_servo_program_is_split_into_packets(tmp_path):
     sheet = sheet_of("mc1451a")
     assert sheet.dialect.parted(["25 00 C8 3B", "50 10 00", "00 00 05"], sheet) == [
         "25 00 c8",
@@ -120,6 +120,6 @@ def test_a_hex_file_of_a_servo_program_is_parted_in_packets(tmp_path):
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.name)
-def test_no_program_of_ours_is_taken_for_one_of_a_servo(path: Path):
+def test_none_of_our_programs_is_taken_for_one_of_a_servo(path: Path):
     part = path.suffix[1:]
     assert "servo-command" not in {each.code for each in linted(part, path.read_text("utf-8"))}

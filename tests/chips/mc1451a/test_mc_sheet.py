@@ -128,7 +128,7 @@ def test_commands_for_the_encoder_are_on_every_part_and_marked():
         assert {row.form for row in sheet.commands if row.encoder} == marked
 
 
-def test_a_command_acts_on_the_current_axis_but_for_these():
+def test_a_command_acts_on_the_current_axis_except_these():
     acts = {row.form: row.acts for row in FULL.commands if row.acts != "current"}
     assert acts == {
         **dict.fromkeys(("SET_1", "SET_2", "SET_3", "SET_4"), "set"),
@@ -157,7 +157,7 @@ def test_a_command_acts_on_the_current_axis_but_for_these():
 )
 @pytest.mark.fact("PMD-CON-PARAM-UNIT", "PMD-CON-VELOCITY-SIGN", "PMD-CON-ACC-UNIT", "PMD-CON-MAXACC-RANGE")
 @pytest.mark.fact("PMD-CON-RATIO-RANGE", "PMD-CON-STARTVEL-RANGE", "PMD-CON-STEPRATIO-RANGE")
-def test_what_a_register_holds(command, low, high, unit, fraction):
+def test_contents_of_a_register(command, low, high, unit, fraction):
     (arg,) = FULL.commands[command].args
     assert (arg.low, arg.high, arg.unit, arg.fraction) == (low, high, unit, fraction)
     assert f"/cycle^{arg.cycles}" in unit or (arg.cycles < 2 and arg.cycles == unit.endswith("/cycle"))
@@ -166,7 +166,7 @@ def test_what_a_register_holds(command, low, high, unit, fraction):
 
 
 @pytest.mark.fact("PMD-CON-TIME-WRAP", "PMD-CON-VELOCITY-SIGN")
-def test_what_is_only_read_has_its_range_too():
+def test_read_only_registers_have_a_range_too():
     ranges = {
         "GET_TIME": (0, 4294967295),
         "GET_TRGT_VEL": (-1073741824, 1073741823),
@@ -216,7 +216,7 @@ def test_the_pins_of_all_three_packages():
         full = name if plain else f"{package.replace('/', '')}_{name}{number if signal in ('vcc', 'gnd') else ''}"
         way = "out" if signal in OUT else "in" if signal in IN else "both" if signal == "hostdata" else "none"
         expected[full] = (number, WHERE[package], "power" if signal in ("vcc", "gnd", "clkin") else way)
-    found = {pin.name: (pin.number, pin.where.split(";")[0], pin.way) for pin in FULL.pins}
+    found = {pin.name: (pin.number, pin.where.split(";")[0], pin.in_out) for pin in FULL.pins}
     assert found == expected
     for package in WHERE.values():
         numbers = [number for number, where, _ in found.values() if where == package]
@@ -227,7 +227,7 @@ LOW_ACTIVE = {"home", "hostread", "hostwrite", "hostslct", "hostintrpt", "reset"
 
 
 @pytest.mark.fact("PMD-PIN-1")
-def test_which_level_is_active_and_what_a_bare_part_is_wired_to():
+def test_active_levels_and_wiring_of_a_bare_part():
     for pin in FULL.pins:
         signal = pin.name.rstrip("0123456789")
         if signal in IN or signal == "hostintrpt":
@@ -276,7 +276,7 @@ def test_the_wires_between_the_packages():
 
 
 @pytest.mark.fact("PMD-PIN-6")
-def test_levels_and_supply_stand_in_the_notes():
+def test_levels_and_supply_are_in_the_notes():
     assert NOTES["supply"].startswith("4.75 to 5.25 V")
     assert NOTES["input levels"].startswith("high from 2.0 V (CLKIN 3.0 V, RESET 4.0 V), low up to 0.8 V")
 

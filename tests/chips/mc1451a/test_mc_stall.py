@@ -68,7 +68,7 @@ def test_fractions_of_a_count_are_kept_and_the_error_rounded_down(way: int, erro
 
 
 @pytest.mark.fact("PMD-STALL-13", "PMD-UND-ERR-SATURATE")
-def test_what_is_read_ends_with_16_bits_and_the_error_itself_does_not() -> None:
+def test_read_values_end_with_16_bits_and_the_error_itself_does_not() -> None:
     rig = mover("mc1151a-e")
     rig.begin(RATIO, *FAST, "SET_POS 100000")
     rig.rest()
@@ -120,7 +120,7 @@ def test_with_a_shaft_that_follows_the_actual_position_keeps_up() -> None:
 
 
 @pytest.mark.fact("PMD-UND-WRAP-ACTUAL")
-def test_the_actual_position_wraps_around_in_silence() -> None:
+def test_the_actual_position_wraps_around_silently() -> None:
     rig = mover("mc1151a-e", quadrature={})
     top = (1 << 30) - 1
     rig.do(f"SET_ACTL_POS {top}")
@@ -157,7 +157,7 @@ def test_an_error_beyond_the_limit_sets_its_bit_in_the_same_cycle_and_nothing_el
 
 @pytest.mark.fact("PMD-STALL-3")
 @pytest.mark.parametrize("counts", [100, -100])
-def test_an_error_of_the_limit_is_none(counts: int) -> None:
+def test_an_error_equal_to_the_limit_is_allowed(counts: int) -> None:
     rig = mover("mc1151a-e", quadrature={})
     rig.do(RATIO, LIMIT)
     rig.shafts["quadrature"].push(counts)
@@ -195,7 +195,7 @@ def test_at_rest_the_error_is_watched_too(part: str) -> None:
 
 
 @pytest.mark.fact("PMD-STALL-8")
-def test_another_limit_acts_at_once() -> None:
+def test_another_limit_acts_immediately() -> None:
     rig = mover("mc1151a-e")
     rig.begin(RATIO, LIMIT, *ONE_BY_ONE, "SET_POS 50")
     rig.rest()
@@ -221,7 +221,7 @@ def test_with_ratio_0_no_stall_is_detected_and_the_error_can_be_read() -> None:
 
 @pytest.mark.fact("PMD-STALL-14", "PMD-UND-POSERR-DEFAULT")
 @pytest.mark.parametrize(("place", "status"), [(32_767, 0x301), (-40_000, 0x301), (40_000, 0x311)])
-def test_behind_a_reset_the_limit_is_the_greatest_one(place: int, status: int) -> None:
+def test_after_a_reset_the_limit_is_the_greatest_one(place: int, status: int) -> None:
     rig = mover("mc1151a-e")
     rig.says("55 > 7fff 8054")
     rig.begin(RATIO, *FAST, f"SET_POS {place}")
@@ -230,7 +230,7 @@ def test_behind_a_reset_the_limit_is_the_greatest_one(place: int, status: int) -
 
 
 @pytest.mark.fact("PMD-UND-AUTOSTOP-DEFAULT")
-def test_behind_a_reset_auto_stop_is_off() -> None:
+def test_after_a_reset_auto_stop_is_off() -> None:
     rig = mover("mc1151a-e")
     assert rig.do("GET_MODE") == 0
     rig.begin(RATIO, LIMIT, *T1)
@@ -299,7 +299,7 @@ def test_the_motor_stays_on_while_the_error_persists_and_a_new_one_switches_it_o
     [(0x1A, (), False), (0x29, (30_000,), False), (0x4D, (0, 7), True)],
     ids=["SYNCH_PRFL, UPDATE", "SET_POS_ERR", "SET_ACTL_POS"],
 )
-def test_a_motion_error_can_be_cleared_behind_the_cycle_that_finds_none(
+def test_a_motion_error_can_be_cleared_after_the_cycle_that_finds_none(
     code: int, words: tuple[int, ...], at_once: bool
 ) -> None:
     rig = stalled("SET_AUTO_STOP_ON")
@@ -340,7 +340,7 @@ def test_at_rest_a_destination_elsewhere_starts_a_move_unless_there_is_a_stop(st
 
 
 @pytest.mark.fact("PMD-UND-SYNCH-UNITS")
-def test_the_count_becomes_the_step_number_as_it_is() -> None:
+def test_the_count_becomes_the_step_number_unchanged() -> None:
     rig = mover("mc1151a-e", quadrature={})
     rig.shafts["quadrature"].push(50)
     rig.begin("SET_STEP_RATIO 0x500", *ONE_BY_ONE, "SYNCH_PRFL", "STOP")

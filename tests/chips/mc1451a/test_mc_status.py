@@ -159,7 +159,7 @@ def test_a_command_error_sets_its_bit(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-STAT-8")
-def test_a_bit_tells_whether_the_motor_is_on(part: str) -> None:
+def test_a_bit_shows_whether_the_motor_is_on(part: str) -> None:
     rig = base(part)
     rig.says("42 > 0042", "31 > 0200 0231", "43 > 0043", "31 > 0300 0331")
 
@@ -181,7 +181,7 @@ def test_bit_9_is_always_1_and_bits_11_14_and_15_are_always_0(part: str) -> None
 
 @FAMILY
 @pytest.mark.fact("PMD-STAT-11", "PMD-STAT-26")
-def test_the_number_of_the_axis_stands_in_bits_13_and_12(part: str) -> None:
+def test_the_number_of_the_axis_is_in_bits_13_and_12(part: str) -> None:
     rig = base(part)
     assert [rig.status(axis) for axis in range(1, 5)] == [0x0300, 0x1300, 0x2300, 0x3300]
     assert [rig.do(f"SET_{axis}") for axis in range(1, 5)] == [0x0300, 0x1300, 0x2300, 0x3300]
@@ -339,7 +339,7 @@ def test_a_smooth_stop_completes_when_the_axis_is_at_rest(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-STAT-21", "PMD-ATREST-2")
-def test_a_stop_completes_at_once(part: str) -> None:
+def test_a_stop_completes_immediately(part: str) -> None:
     rig = base(part, "atrest1")
     begun = coast(rig)
     stops = rig.update("STOP")
@@ -349,7 +349,7 @@ def test_a_stop_completes_at_once(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-STAT-22")
-def test_a_limit_switch_completes_at_once(part: str) -> None:
+def test_a_limit_switch_completes_immediately(part: str) -> None:
     rig = base(part)
     coast(rig)
     cycle = rig.next()
@@ -359,7 +359,7 @@ def test_a_limit_switch_completes_at_once(part: str) -> None:
 
 @each
 @pytest.mark.fact("PMD-STAT-23", "PMD-ATREST-5")
-def test_a_move_to_where_the_axis_is_completes_at_once_without_a_step(part: str) -> None:
+def test_a_move_to_the_present_position_completes_immediately_without_a_step(part: str) -> None:
     rig = base(part, "pulse1", "dir1", "atrest1")
     completes = rig.update(*TRAPEZOID, "SET_POS 0")
     assert words(rig, completes - 1, completes + 2) == {completes - 1: 0x0300, completes: 0x0301}
@@ -390,7 +390,7 @@ def test_a_stall_that_switches_the_motor_off_does_not_complete_a_motion(part: st
 # -------------------------------------------------------------------------------------------------------- the mode word
 @each
 @pytest.mark.fact("PMD-MODE-2", "PMD-MODE-3", "PMD-MODE-4", "PMD-MODE-7", "PMD-UND-RESERVED-BITS")
-def test_what_commands_set_shows_in_the_mode_word(part: str) -> None:
+def test_settings_by_commands_show_in_the_mode_word(part: str) -> None:
     rig = base(part)
     for command, word in (
         ("SET_OUTPUT_HIGH", 0x0200),

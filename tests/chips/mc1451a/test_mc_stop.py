@@ -70,7 +70,7 @@ def test_a_smooth_stop_ends_at_the_start_velocity() -> None:
 
 @pytest.mark.fact("PMD-STOP-4", "PMD-UND-STOP-RESUME")
 @pytest.mark.parametrize("stop", ["STOP", "SMOOTH_STOP"])
-def test_a_stopped_axis_rests_until_an_update_and_then_goes_on(stop: str) -> None:
+def test_a_stopped_axis_rests_until_an_update_and_then_continues(stop: str) -> None:
     rig, begun = coasting()
     rig.heeds(begun + 500, stop, "UPDATE")
     rig.rest()
@@ -122,7 +122,7 @@ def test_a_stop_keeps_the_fraction_of_a_step_and_the_level_of_pulse(cycles: int,
 
 
 @pytest.mark.fact("PMD-UND-FRACTION", "PMD-UND-DIR-TIMING")
-def test_behind_a_stop_in_mid_step_the_way_back_makes_no_step_of_what_was_none() -> None:
+def test_after_a_stop_in_mid_step_the_return_adds_no_step() -> None:
     rig = mover("mc1151a", "pulse1", "dir1")
     begun = rig.begin(*QUARTER, "SET_POS 10")
     rig.heeds(begun + 7, "STOP", "UPDATE")  # at 1.75, PULSE high
@@ -158,7 +158,7 @@ def test_a_motor_that_was_off_for_part_of_a_cycle_has_ended_its_motion() -> None
 
 
 @pytest.mark.fact("PMD-PULSE-10", "PMD-UND-MTR-OFF-UPDATE", "PMD-CON-MTR-OFF")
-def test_what_is_updated_while_the_motor_is_off_needs_another_update_behind_motor_on() -> None:
+def test_an_update_while_the_motor_is_off_must_be_repeated_after_motor_on() -> None:
     rig = mover("mc1151a")
     rig.do("MTR_OFF", *T1, "UPDATE")
     rig.next(100)
@@ -223,7 +223,7 @@ def test_another_mode_starts_nothing_before_an_update(before: str) -> None:
 
 # ------------------------------------------------------------------------------------------------ a new number for here
 @pytest.mark.fact("PMD-CMD-SET_ACTL_POS-3")
-def test_a_position_that_is_set_makes_no_pulse_and_leaves_the_destination() -> None:
+def test_a_position_that_is_set_causes_no_pulse_and_leaves_the_destination() -> None:
     rig = mover("mc1151a", "pulse1")
     rig.begin(*T1)
     rig.rest()

@@ -31,7 +31,7 @@ def test_the_time_counts_cycles_of_327_68_us_from_the_end_of_reset_on(part: str)
 
 
 @pytest.mark.fact("PMD-TIME-10", "PMD-CON-TIME-WRAP")
-def test_behind_the_greatest_number_the_time_is_0() -> None:
+def test_after_the_greatest_number_the_time_is_0() -> None:
     rig = base("mc1151a")
     rig.to((1 << 32) - 1)  # 16 days
     rig.says("3e > ffff ffff 003c")
@@ -102,7 +102,7 @@ def test_at_20_mhz_a_cycle_is_409_6_us_and_the_filter_600_ns() -> None:
         ("25.600001 MHz", ["crystal"]),
     ],
 )
-def test_a_crystal_outside_of_6_7_to_25_6_mhz_is_told_of(crystal: str, codes: list[str]) -> None:
+def test_a_crystal_outside_of_6_7_to_25_6_mhz_is_reported(crystal: str, codes: list[str]) -> None:
     rig = base("mc1451a", options={"crystal": crystal})
     assert rig.status() == 0x0300 and rig.codes == codes
 

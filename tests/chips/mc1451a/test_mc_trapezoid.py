@@ -107,7 +107,7 @@ def test_random_moves_follow_the_law_cycle_by_cycle(seed: int) -> None:
 
 @each
 @pytest.mark.fact("PMD-TRAP-5")
-def test_a_short_move_speeds_up_and_slows_down_at_once_on_every_axis_of_every_part(part: str) -> None:
+def test_a_short_move_accelerates_and_decelerates_immediately_on_every_axis_of_every_part(part: str) -> None:
     rig = mover(part)
     for axis in range(1, len(rig.x.axes) + 1):
         rig.do(f"SET_{axis}")
@@ -158,7 +158,7 @@ def test_a_move_back_is_the_mirror_image_of_a_move_forth() -> None:
 
 
 @pytest.mark.fact("PMD-TRAP-14")
-def test_another_update_goes_on_from_where_the_last_move_has_ended() -> None:
+def test_another_update_continues_from_the_end_of_the_last_move() -> None:
     rig = mover("mc1151a")
     rig.begin(*T1)
     rig.rest()
@@ -169,7 +169,7 @@ def test_another_update_goes_on_from_where_the_last_move_has_ended() -> None:
 
 
 @pytest.mark.fact("PMD-TRAP-15")
-def test_an_acceleration_of_the_velocity_gives_full_speed_at_once() -> None:
+def test_an_acceleration_of_the_velocity_gives_full_speed_immediately() -> None:
     rig = mover("mc1151a")
     begun = rig.begin(*command(100, ONE, ONE))
     assert rig.speeds() == [ONE] * 100
@@ -206,7 +206,7 @@ def test_a_low_start_velocity_makes_no_crawl_at_the_end() -> None:
 
 
 @pytest.mark.fact("PMD-TRAP-19", "PMD-UND-WRAP-MOVE")
-def test_the_longest_move_takes_the_long_way() -> None:
+def test_the_longest_move_takes_the_long_route() -> None:
     rig = mover("mc1451a", "dir1")
     far = 1 << 30
     begun = rig.begin("SET_OUTPUT_HIGH", f"SET_ACTL_POS {-far}", *command(far - 1, 512 * ONE, 32 * ONE))
@@ -233,7 +233,7 @@ def test_a_destination_that_is_moved_on_is_reached_without_a_stop() -> None:
 
 
 @pytest.mark.fact("PMD-TRAP-10", "PMD-UND-TRAP-BEHIND")
-def test_a_destination_behind_is_reached_by_braking_and_turning_round() -> None:
+def test_a_destination_already_passed_is_reached_by_braking_and_turning_round() -> None:
     rig, begun = coasting(record=("dir1",))
     rig.heeds(begun + 500, "SET_POS 300", "UPDATE")  # at 468.5
     back = [*UP, *[ONE] * 136, *DOWN]
@@ -256,7 +256,7 @@ def test_a_destination_too_near_is_overrun_and_reached_from_the_other_side() -> 
 
 
 @pytest.mark.fact("PMD-TRAP-11", "PMD-UND-TRAP-ALGO")
-def test_a_destination_within_one_acceleration_is_no_reason_to_stop_at_once() -> None:
+def test_a_destination_within_one_acceleration_does_not_cause_an_immediate_stop() -> None:
     rig = mover("mc1151a")
     begun = rig.begin(*command(1000, 4 * ONE, ONE))
     rig.heeds(begun + 10, "SET_POS 35", "UPDATE")  # at 34
@@ -265,7 +265,7 @@ def test_a_destination_within_one_acceleration_is_no_reason_to_stop_at_once() ->
 
 
 @pytest.mark.fact("PMD-UND-TRAP-BEHIND")
-def test_on_the_way_to_a_destination_behind_the_start_velocity_is_the_slowest() -> None:
+def test_on_the_return_to_a_passed_destination_the_start_velocity_is_the_slowest() -> None:
     rig, begun = coasting(*T3)
     rig.heeds(begun + 500, "SET_POS 100", "UPDATE")
     speeds = rig.speeds()
@@ -304,7 +304,7 @@ def test_another_acceleration_in_motion_is_a_command_error_and_waits_for_an_upda
 
 
 @pytest.mark.fact("PMD-ERRC-13")
-def test_the_same_acceleration_once_more_is_no_command_error() -> None:
+def test_the_same_acceleration_once_more_is_not_a_command_error() -> None:
     rig, begun = coasting()
     rig.heeds(begun + 500, "SET_ACC 0x400", "UPDATE")
     assert rig.look().status == 0x700
@@ -373,7 +373,7 @@ def test_jerk_and_greatest_acceleration_belong_to_s_curves(mode: str) -> None:
 # ---------------------------------------------------------------------------------------------------------------- zeros
 @pytest.mark.fact("PMD-STAT-23", "PMD-UND-TRAP-ZERO")
 @pytest.mark.parametrize("setup", [(*TRAPEZOID, "SET_POS 0"), ("SET_VEL 0", "SET_ACC 0x400", "SET_POS 1000")])
-def test_a_move_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_behind_its_update(setup: tuple[str, ...]) -> None:
+def test_a_move_to_nowhere_or_at_velocity_0_is_complete_in_the_cycle_after_its_update(setup: tuple[str, ...]) -> None:
     rig = mover("mc1151a", "pulse1")
     before = rig.update(*setup) - 1
     assert rig.cycle == before and rig.shows("status") == 0x300

@@ -42,7 +42,7 @@ def test_registers_that_are_written_in_motion_wait_and_are_read_back(part: str, 
 
 @each
 @pytest.mark.fact("PMD-BUF-1")
-def test_velocity_contouring_goes_on_at_the_speed_of_the_last_update(part: str) -> None:
+def test_velocity_contouring_continues_at_the_speed_of_the_last_update(part: str) -> None:
     rig = running(part)
     rig.do(*DIFFERENT)
     rig.next()

@@ -21,7 +21,7 @@ def events(rig: Rig, time: str) -> int:
 
 
 @each
-def test_what_a_host_writes_during_a_motion_leaves_nothing_in_the_kernel(part: str) -> None:
+def test_writes_of_a_host_during_a_motion_leave_nothing_in_the_kernel(part: str) -> None:
     rig = base(part)
     rig.begin(*FOR_HOURS)
     for number in range(100):
@@ -56,7 +56,7 @@ def test_resets_during_motions_leave_nothing_in_the_kernel_that_grows(part: str)
     ],
     ids=["velocity", "s-curve"],
 )
-def test_an_encoder_that_nobody_has_mounted_costs_next_to_nothing(mode: tuple[str, ...], limit: int, most: int) -> None:
+def test_an_encoder_that_is_not_mounted_costs_next_to_nothing(mode: tuple[str, ...], limit: int, most: int) -> None:
     rig = base("mc1151a-e")
     rig.do("SET_STEP_RATIO 2560", f"SET_POS_ERR {limit}")
     rig.begin(*mode)
@@ -96,7 +96,7 @@ def test_positions_that_were_declared_are_forgotten_too(part: str) -> None:
 
 
 @pytest.mark.parametrize("cold", [False, True])
-def test_before_its_first_cycle_a_chipset_has_no_cycles_and_a_plot_says_so(cold: bool, tmp_path: Path) -> None:
+def test_before_its_first_cycle_a_chipset_has_no_cycles_and_a_plot_reports_it(cold: bool, tmp_path: Path) -> None:
     bench = slewline.Bench()
     axis = bench.add("mc1151a", cold=cold).axis(1)
     assert len(axis.cycles()) == len(axis.cycles(0, "1 s")) == len(axis.steps()) == 0

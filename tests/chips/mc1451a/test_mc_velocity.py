@@ -45,7 +45,7 @@ def test_it_speeds_up_to_its_velocity_in_the_direction_of_the_acceleration(
 
 
 @pytest.mark.fact("PMD-VEL-3")
-def test_it_goes_on_for_ever() -> None:
+def test_it_continues_for_ever() -> None:
     rig = mover("mc1151a")
     begun = rig.begin(*V1)
     rig.to(begun + 100_000)
@@ -122,7 +122,7 @@ def test_it_starts_at_its_start_velocity() -> None:
 
 
 @pytest.mark.fact("PMD-VEL-9", "PMD-UND-VEL-ENTER")
-def test_a_trapezoid_goes_over_into_velocity_contouring_without_a_stop() -> None:
+def test_a_trapezoid_changes_to_velocity_contouring_without_a_stop() -> None:
     rig, begun = running(setup=T1)
     rig.heeds(begun + 100, "SET_VEL 0x20000", "SET_PRFL_VEL")  # a velocity that waits for its update
     assert {look.vel for look in rig.trace(1100)} == {ONE}
@@ -133,7 +133,7 @@ def test_a_trapezoid_goes_over_into_velocity_contouring_without_a_stop() -> None
 
 @pytest.mark.fact("PMD-UND-VEL-ENTER")
 @pytest.mark.parametrize(("acceleration", "then"), [("0x400", UNIT), ("-0x400", -UNIT)])
-def test_entered_while_it_slows_down_it_goes_on_from_the_present_speed(acceleration: str, then: int) -> None:
+def test_entered_during_deceleration_it_continues_from_the_present_speed(acceleration: str, then: int) -> None:
     rig = mover("mc1151a")
     begun = rig.begin(*V1[1:], f"SET_ACC {acceleration}", "SET_POS 64")
     rig.heeds(begun + 100, "SET_PRFL_VEL")  # 64 cycles up, 63 down
@@ -163,7 +163,7 @@ def test_a_start_velocity_changed_in_motion_counts_from_the_next_start() -> None
 
 
 @pytest.mark.fact("PMD-CMD-SET_POS-3")
-def test_a_destination_is_nothing_to_it() -> None:
+def test_a_destination_does_not_affect_it() -> None:
     rig, begun = running()
     rig.heeds(begun + 100, "SET_POS 0", "UPDATE")
     looks = rig.trace(100)
@@ -182,7 +182,7 @@ def test_the_target_is_rounded_down(sign: str) -> None:
 
 @pytest.mark.fact("PMD-UND-TRGT-ROUND", "PMD-UND-PULSE-PHASE")
 @pytest.mark.parametrize(("sign", "cycles", "target", "made"), [("", 10, 2, 2), ("-", 10, -3, -2), ("-", 12, -3, -3)])
-def test_at_rest_at_a_fraction_behind_a_way_down_the_target_is_one_below_the_steps(sign, cycles, target, made) -> None:
+def test_at_rest_at_a_fraction_after_a_stop_ramp_the_target_is_one_below_the_steps(sign, cycles, target, made) -> None:
     rig = mover("mc1151a")
     n = rig.begin("SET_PRFL_VEL", "SET_VEL 0x4000", f"SET_ACC {sign}0x4000")
     rig.heeds(n + cycles, "STOP", "UPDATE")
@@ -191,7 +191,7 @@ def test_at_rest_at_a_fraction_behind_a_way_down_the_target_is_one_below_the_ste
 
 
 @pytest.mark.fact("PMD-CMD-GET_TRGT_POS-2")
-def test_what_is_read_in_motion_is_the_target_of_the_cycle_and_at_most_a_step_off_the_pulses() -> None:
+def test_target_reads_in_motion_belong_to_the_cycle_and_are_at_most_a_step_off_the_pulses() -> None:
     rig, begun = running()
     for cycle in range(begun + 90, begun + 130, 3):
         rig.to(cycle, 100 * (cycle % 50))

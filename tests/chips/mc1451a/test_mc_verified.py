@@ -36,7 +36,7 @@ def fault(run, before=0, remaining=10**6, limits=LIMITS):
         (CycleRun(1, 199, landing=True), 200, "lands after 199; the destination is 1000000 away"),
     ],
 )
-def test_a_run_that_does_not_hold_together_is_found_out(run, before, says):
+def test_an_inconsistent_run_is_found(run, before, says):
     assert says in fault(run, before)
 
 
@@ -44,7 +44,7 @@ def test_a_run_that_does_not_hold_together_is_found_out(run, before, says):
     ("run", "before"),
     [(CycleRun(1, 200), 0), (CycleRun(11, 270, 70), 200), (CycleRun(OPEN, 1000), 930), (CycleRun(8, 1130, -70), 1200)],
 )
-def test_what_just_holds_is_let_through(run, before):
+def test_values_exactly_at_the_bound_are_allowed(run, before):
     assert fault(run, before) == ""
     assert fault(CycleRun(1, 150, landing=True), 200, 150) == ""
 
@@ -129,7 +129,7 @@ def test_it_can_be_caught_as_a_failed_assertion_too():
 
 
 @pytest.mark.parametrize("stepwise", [False, True])
-def test_contouring_turns_round_at_once_below_the_starting_velocity_even_if_that_is_above_v(stepwise):
+def test_contouring_reverses_immediately_below_the_starting_velocity_even_if_that_is_above_v(stepwise):
     bench = slewline.Bench()
     x = bench.add("mc1151a", stepwise=stepwise)
     host = bench.host(x)

@@ -35,7 +35,7 @@ def test_every_command_of_the_table_is_answered_with_its_checksum_and_found_corr
 
 @each
 @pytest.mark.fact("PMD-UND-CODES", "PMD-UND-AXIS-ABSENT", "PMD-CON-ILLEGAL-34", "PMD-CON-RESERVED-4E")
-def test_a_code_that_is_no_command_does_nothing(part: str) -> None:
+def test_an_unknown_code_does_nothing(part: str) -> None:
     rig = base(part)
     illegal = KINDS[0, 0, "illegal-command"] | set(range(AXES[part] + 1, 5))
     before = [rig.x.registers_of(n + 1) for n in range(AXES[part])]
@@ -91,7 +91,7 @@ def test_the_current_axis_stays_whatever_other_commands_come(part: str) -> None:
 
 @with_axes
 @pytest.mark.fact("PMD-CMD-SET_I-1", "PMD-CMD-GET_INTRPT-1")
-def test_the_interrupting_axis_can_be_asked_for_and_can_become_the_current_one(part: str) -> None:
+def test_the_interrupting_axis_can_be_queried_and_can_become_the_current_one(part: str) -> None:
     rig = base(part)
     rig.says("30 > 0300 0330")  # nothing is pending
     rig.do("SET_2", "SET_INTRPT_MASK 1")
@@ -104,7 +104,7 @@ def test_the_interrupting_axis_can_be_asked_for_and_can_become_the_current_one(p
 
 @each
 @pytest.mark.fact("PMD-CMD-GET_STATUS-1", "PMD-CMD-GET_MODE-1", "PMD-UND-RESERVED-BITS")
-def test_status_and_mode_behind_reset(part: str) -> None:
+def test_status_and_mode_after_reset(part: str) -> None:
     rig = base(part)
     rig.says("31 > 0300 0331", "31 > 0300 0331", "48 > 0000 0048", "31 > 0300 0331")
 
@@ -113,7 +113,7 @@ def test_status_and_mode_behind_reset(part: str) -> None:
 @each
 @pytest.mark.fact("PMD-CMD-SET_PRFL_TRAP-1", "PMD-CMD-SET_PRFL_VEL-1", "PMD-CMD-SET_PRFL_S_CRV-1")
 @pytest.mark.fact("PMD-CMD-SET_PRFL_GEAR-1")
-def test_a_profile_mode_holds_at_once_and_for_one_axis(part: str) -> None:
+def test_a_profile_mode_takes_effect_immediately_and_for_one_axis(part: str) -> None:
     rig = base(part)
     for axis in range(AXES[part], 0, -1):
         rig.packet(axis, reads=1)
@@ -149,7 +149,7 @@ def test_an_acceleration(part: str) -> None:
 @each
 @pytest.mark.fact("PMD-CMD-SET_JERK-1", "PMD-CMD-GET_JERK-1", "PMD-CMD-SET_MAX_ACC-1", "PMD-CMD-GET_MAX_ACC-1")
 @pytest.mark.fact("PMD-RANGE-6", "PMD-BUF-2", "PMD-CON-MAXACC-RANGE", "PMD-CON-JERK-EXAMPLE")
-def test_what_an_s_curve_needs_besides(part: str) -> None:
+def test_further_commands_of_an_s_curve(part: str) -> None:
     rig = base(part)
     rig.says("13 0020 0000 > 0033", "58 > 0020 0000 0078", "13 7fff ffff > 8011", "58 > 7fff ffff 8056")
     rig.says("13 01eb 851f > 871d", "58 > 01eb 851f 8762")
@@ -197,7 +197,7 @@ def test_commands_that_are_a_code_alone(part: str) -> None:
 @each
 @pytest.mark.fact("PMD-CMD-SET_AUTO_UPDATE_ON-1", "PMD-CMD-SET_AUTO_UPDATE_OFF-1", "PMD-CMD-SET_OUTPUT_HIGH-1")
 @pytest.mark.fact("PMD-CMD-SET_OUTPUT_STNDRD-1", "PMD-CMD-SET_AUTO_STOP_ON-1", "PMD-CMD-SET_AUTO_STOP_OFF-1")
-def test_switches_of_an_axis_stand_in_its_mode_word(part: str) -> None:
+def test_switches_of_an_axis_are_in_its_mode_word(part: str) -> None:
     rig = base(part)
     for axis in range(AXES[part], 0, -1):  # each finds its own word untouched by those before
         rig.packet(axis, reads=1)
@@ -318,7 +318,7 @@ def test_the_time_counts_cycles(part: str) -> None:
 
 @with_encoder
 @pytest.mark.fact("PMD-CMD-GET_ACTL_POS-1")
-def test_the_actual_position_is_what_the_encoder_has_counted(part: str) -> None:
+def test_the_actual_position_is_the_count_of_the_encoder(part: str) -> None:
     rig = mover(part, quadrature={})
     shaft = rig.shafts["quadrature"]
     shaft.push(1000)

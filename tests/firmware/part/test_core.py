@@ -86,7 +86,7 @@ def test_it_is_small(tmp_path, processor):
     assert max(stacks) < 300
 
 
-def test_what_a_part_knows_is_less_than_a_kilobyte(tmp_path):
+def test_the_state_of_a_part_is_less_than_a_kilobyte(tmp_path):
     library.need()
     source = tmp_path / "size.c"
     source.write_text(

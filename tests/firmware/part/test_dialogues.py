@@ -62,7 +62,7 @@ def test_a_change_of_the_core_is_noticed(tmp_path, file, old, new):
     assert any(dialogues.converse(core, seed).difference for seed in range(400))
 
 
-def test_a_difference_says_where_and_what(tmp_path):
+def test_a_difference_is_reported_with_place_and_kind(tmp_path):
     library.need()
     core = broken(tmp_path, "sheet.h", "#define RESET_PS 400000000ULL", "#define RESET_PS 400000007ULL")
     found = dialogues.converse(core, 0)

@@ -59,7 +59,7 @@ def test_ramps_of_every_kind(boards: Emulator, start: int, top: int, ramp: int) 
     assert agree(pair) > 3
 
 
-def test_a_held_step_comes_five_microseconds_after_the_release_and_none_is_lost(boards: Emulator) -> None:
+def test_an_inhibited_step_comes_five_microseconds_after_the_release_and_none_is_lost(boards: Emulator) -> None:
     pair = entered(boards, "S100", "T1000", "R60", "+1500")
     chance = random.Random(56)
     pair.ask("E")
@@ -72,7 +72,7 @@ def test_a_held_step_comes_five_microseconds_after_the_release_and_none_is_lost(
     assert agree(pair) == 1500
 
 
-def test_a_hold_of_seconds_and_kill_and_zero_while_held(boards: Emulator) -> None:
+def test_a_hold_of_seconds_and_kill_and_zero_during_it(boards: Emulator) -> None:
     pair = entered(boards, "S100", "T900", "R60", "g+")
     for command in ("F", "K", "Z"):
         pair.ask("E")

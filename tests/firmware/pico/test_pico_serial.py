@@ -51,7 +51,7 @@ def test_lines_with_checksums(boards: Emulator) -> None:
     assert agree(pair).count("\r") == 6
 
 
-def test_chs_is_looked_at_with_each_line(boards: Emulator) -> None:
+def test_chs_is_sampled_with_each_line(boards: Emulator) -> None:
     pair = Pair(boards, **strapped(0))
     for level in (1, 0, 1):
         pair.drive("chs", level)

@@ -24,7 +24,7 @@ def started(boards: Emulator, **straps: int) -> Pico:
     return board
 
 
-def test_it_wakes_in_milliseconds_and_resets_the_driver_as_the_sheet_says(boards: Emulator) -> None:
+def test_it_wakes_in_milliseconds_and_resets_the_driver_as_specified(boards: Emulator) -> None:
     board = started(boards)
     assert board.told["clk"] == HZ
     slow = board.told["fast"]  # cycles on the ring oscillator
@@ -35,7 +35,7 @@ def test_it_wakes_in_milliseconds_and_resets_the_driver_as_the_sheet_says(boards
     assert board.ask("F") == "R\r"
 
 
-def test_no_output_has_an_edge_on_the_way(boards: Emulator) -> None:
+def test_no_output_has_a_spurious_edge_at_start(boards: Emulator) -> None:
     board = started(boards)
     for pin in DRIVEN:
         levels = [level for _, level in board.edges(pin)]
@@ -97,7 +97,7 @@ def test_a_processor_that_hangs_is_reset_and_begins_as_at_power_up(boards: Emula
     assert board.edges("uo1")[-1][1] == 0
 
 
-def test_its_version_can_be_asked_for_while_test_is_open(boards: Emulator) -> None:
+def test_its_version_can_be_queried_while_test_is_open(boards: Emulator) -> None:
     board = started(boards, test=1)
     end = board.send(b"\x05")
     board.run(end + 60_000 * US)

@@ -87,7 +87,7 @@ def test_the_sectors_are_written_in_turn_and_nothing_else_is(boards: Emulator) -
         ([(A, b"\xff" * SECTOR), (B, b"\0")], "E6\r"),
     ],
 )
-def test_what_a_damaged_flash_gives(boards: Emulator, damage: list[tuple[int, bytes]], answer: str) -> None:
+def test_values_read_from_a_damaged_flash(boards: Emulator, damage: list[tuple[int, bytes]], answer: str) -> None:
     board = started(boards)
     for line in ("S1", "S2"):
         enter(board, line)

@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { picoseconds, wholeNumber, writtenTime } from "../../../src/slewline/panel/page/format.js";
 
-test("a time that somebody has written is one for a request, and a number of picoseconds", () => {
+test("a typed time becomes a text for a request and a number of picoseconds", () => {
   for (const [text, written, ps] of [
     ["1.5 s", "1.5 s", 1.5e12], ["1,5 s", "1.5 s", 1.5e12], ["20ms", "20 ms", 2e10], ["3 µs", "3 us", 3e6], ["7 us", "7 us", 7e6],
   ]) {
@@ -12,7 +12,7 @@ test("a time that somebody has written is one for a request, and a number of pic
   }
 });
 
-test("a number without a unit is no time", () => {
+test("a number without a unit is not a time", () => {
   for (const text of ["500", "1.5", "1,5", " 20 "]) {
     const number = text.trim().replace(",", ".");
     const says = `time ${text.trim()} has no unit; write ${number} ms or ${number} s`;
@@ -20,11 +20,11 @@ test("a number without a unit is no time", () => {
   }
 });
 
-test("what is no time is no number, so nothing goes back for it", () => {
+test("an invalid time is not a number, so it is never sent", () => {
   for (const text of ["", "soon", "3 miles"]) assert.ok(Number.isNaN(picoseconds(text)));
 });
 
-test("a whole number may have blanks and a proper minus; anything else is said", () => {
+test("a whole number may have blanks and a proper minus; anything else is reported", () => {
   for (const [text, number] of [["400", 400], [" 1 000 ", 1000], ["\u2212 7", -7], ["-7", -7]]) {
     assert.equal(wholeNumber(text, "position"), number);
   }

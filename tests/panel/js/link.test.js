@@ -35,7 +35,7 @@ function connected() {
   return [link, link.socket];
 }
 
-test("what was asked as the connection was lost is no error of the page", async (context) => {
+test("a request that is pending when the connection is lost is not an error of the page", async (context) => {
   const told = context.mock.method(console, "error", () => {});
   const [link, socket] = connected();
   assert.equal(socket.sent.at(-1).do, "subscribe");

@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { Follower, Ring } from "../../../src/slewline/panel/page/motion.js";
 
-test("what moves steadily is drawn between the views, and arrives", () => {
+test("steady motion is drawn between the views, and arrives", () => {
   const follower = new Follower();
   let nowMs = 0;
   for (let n = 0; n < 30; n++, nowMs += 33) follower.take(10 * n, nowMs);
@@ -15,7 +15,7 @@ test("what moves steadily is drawn between the views, and arrives", () => {
   assert.equal(follower.moves, false);
 });
 
-test("a single step is no speed", () => {
+test("a single step is not a speed", () => {
   const follower = new Follower();
   follower.take(0, 0);
   follower.take(0, 33);

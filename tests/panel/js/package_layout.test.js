@@ -10,7 +10,7 @@ const numbers = (side) => side.map((one) => (typeof one === "number" ? one : one
 const placed = (pins, ...some) => packages({ pins, packages: some });
 const run = (first, last) => Array.from({ length: Math.abs(last - first) + 1 }, (_, n) => `p${first + Math.sign(last - first) * n}`);
 
-test("pins are in the place of their names, and what is not in the sheet keeps its number", () => {
+test("pins are in the place of their names, and pins outside the sheet keep their number", () => {
   const [one] = placed(many(3), { name: "", square: false, sides: [["p1", "p2"], [4, "p3"]], loose: ["p2"] });
   assert.deepEqual(one.sides.map(numbers), [[1, 2], [4, 3]]);
   assert.deepEqual(one.loose.map((each) => each.name), ["p2"]);

@@ -23,7 +23,7 @@ test("a velocity is as high as the strip, whatever it is", () => {
   assert.ok(stripRange(100, 110, true)[0] === 0 && stripRange(100, 110, false)[0] > 99);
 });
 
-test("a position that is set is no move", () => {
+test("a position that is set is not a move", () => {
   assert.ok(isSet(-42330, 0.033 * S, 0));
   assert.ok(!isSet(3000, 0.033 * S, 0)); // at 90,000 steps/s
   assert.ok(!isSet(33000, 0.033 * S, 1e6)); // of a motor that has been as fast

@@ -29,7 +29,7 @@ test("the nearest edge is one of the pin, and not the start of the window", () =
   assert.equal(nearestEdge(columns, 30, 100), null);
 });
 
-test("a held value lasts until the next one, a line leads there, a break has none", () => {
+test("a value lasts until the next one, a line leads there, a break has none", () => {
   const held = decoded(curve, 0, 40);
   assert.deepEqual([5, 10, 25, 35].map((ps) => valueAt(held, ps)), [1, 5, null, 7]);
   const lines = decoded({ ...curve, held: false }, 0, 40);

@@ -37,7 +37,7 @@ def test_of_several_values_the_greatest_counts():
 
 
 @pytest.mark.parametrize(("time", "first"), [(0, 0), (500, CURVE_COLUMNS // 2)])
-def test_a_quantity_is_held_from_its_time_on(time, first):
+def test_a_quantity_keeps_its_value_from_its_time(time, first):
     found = columns({"times_ps": [time], "values": [7.0]}, 0, 1000)
     assert found == [None] * first + [7.0] * (CURVE_COLUMNS - first)
 

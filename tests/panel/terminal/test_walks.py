@@ -12,7 +12,7 @@ SEGMENTS = str(EXAMPLES / "programs/segments.gs-c200s")
 
 
 @pytest.mark.parametrize("snapshot", SNAPSHOTS, ids=lambda snapshot: snapshot.name)
-def test_what_is_seen(snapshot):
+def test_the_screens_match(snapshot):
     """`python -m tests.panel.terminal.refresh` writes it down anew."""
     for size, seen in snapshot.seen().items():
         assert seen == snapshot.path(size).read_text("utf-8")
@@ -62,7 +62,7 @@ def test_time_goes_back_and_on_by_the_arrows():
     walked([WELD], SIZES["80x24"], way)
 
 
-def test_time_passes_and_stands_by_the_space_bar():
+def test_the_space_bar_starts_and_stops_time():
     async def way(walk):
         await walk.press("]", "]", "]")
         assert walk.session.rate == 10
@@ -185,7 +185,7 @@ def test_a_line_is_completed_and_explained():
     walked([WELD], SIZES["80x24"], way)
 
 
-def test_what_cannot_be_done_is_said():
+def test_impossible_requests_are_reported():
     async def way(walk):
         assert "no verb 'brake'; there are: go," in await walk.say(":brake 7")
         assert "no pin 'foo'" in await walk.say(":edge foo")

@@ -39,7 +39,7 @@ def measured(motor, load):
     )
 
 
-def test_both_constants_come_out_of_what_is_measured():
+def test_measurements_determine_both_constants():
     starts, stalls = measured(REAL, LOAD)
     found = calibrate(MOTOR, DRIVER, replace(LOAD, friction=0.0), start_stop=starts, pull_out=stalls)
     assert found.friction == pytest.approx(8e-3, rel=0.05) and found.iron == pytest.approx(1e-3, rel=0.03)
@@ -76,12 +76,12 @@ def test_a_torque_at_the_stall_counts():
         ({"start_stop": 2e5}, "start-stop rate 200000 steps/s; allowed"),
     ],
 )
-def test_what_cannot_be_is_said(given, says):
+def test_impossible_measurements_are_reported(given, says):
     with pytest.raises(UsageError, match=says.replace("(", r"\(")):
         calibrate(MOTOR, DRIVER, LOAD, **given)
 
 
-def test_more_than_the_motor_could_with_any_constant_is_said():
+def test_more_than_the_motor_could_with_any_constant_is_reported():
     with pytest.raises(UsageError, match="it: this motor is faster even with a drag of 3"):
         room._greatest(lambda constant: True, 3.0, "it", "drag", "3")
 

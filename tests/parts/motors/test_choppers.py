@@ -86,7 +86,7 @@ def test_both_engines_give_the_same_bits(text):
 
 
 @rows("text", ["A4988, 24 V, 1 A", "DRV8825, 24 V, 1 A"])
-def test_behind_such_a_chopper_a_motor_comes_to_rest(text):
+def test_with_such_a_chopper_a_motor_comes_to_rest(text):
     law = MotorLaw(A, read_driver(text, "d", A), steps="half")
     trace = law.integrate([1_000_000_000, 2_000_000_000], [1, 2], 500_000_000_000)
     assert trace.rests and trace.lag[-1] == pytest.approx(0, abs=0.05)
@@ -131,7 +131,7 @@ def test_named_drivers_have_their_own_chopper():
         ("QSH4218-51-10-049", "L/4R 20 V", ""),
     ],
 )  # fmt: skip
-def test_a_great_ripple_is_said_and_whose_frequency_it_is(motor, driver, says):
+def test_a_large_ripple_is_reported_and_an_assumed_frequency_is_marked(motor, driver, says):
     its = read_motor(motor)
     notes = chopper_notes(its, read_driver(driver, "d", its), driver)
     notes = tuple(note for note in notes if "blanking" not in note)
@@ -161,7 +161,7 @@ def test_a_restless_law_shows_the_ripple_at_rest():
 
 
 @rows("text", ["DRV8825, 24 V, 1.7 A", "A4988, 24 V, 1.4 A"])
-def test_blanking_that_drives_too_much_is_said_with_the_current_that_flows(text):
+def test_blanking_that_drives_too_much_is_reported_with_the_resulting_current(text):
     its = read_motor(SMALL)
     driver = read_driver(text, "d", its)
     law = slewline.motor_law(SMALL, text, restless=True, step_ps=250_000)

@@ -238,7 +238,7 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
         ),
     ],
 )
-def test_a_driver_that_cannot_be_is_refused_with_what_is_allowed(value, says):
+def test_an_impossible_driver_is_refused_with_the_allowed_values(value, says):
     with pytest.raises(UsageError) as error:
         read_driver(value, "d", A)
     assert str(error.value) == says

@@ -56,7 +56,7 @@ def test_other_steps_are_refused(steps: str) -> None:
         MotorLaw(A, HELD, steps=steps)
 
 
-def test_grid_is_finer_behind_a_chopper_unless_it_is_given() -> None:
+def test_grid_is_finer_with_a_chopper_unless_it_is_given() -> None:
     assert MotorLaw(A, HELD).step_ps == STEP_PS
     assert MotorLaw(A, CHOPPER).step_ps == CHOPPED_PS
     assert MotorLaw(A, CHOPPER, step_ps=5_000_000).step_ps == 5_000_000
@@ -78,7 +78,7 @@ def test_grid_is_finer_behind_a_chopper_unless_it_is_given() -> None:
         (A, HELD, LoadData(stiffness=10.0), "full", r"inertia 0.0 on a coupling; allowed more than 0"),
     ],
 )
-def test_what_does_not_go_together_is_refused(
+def test_incompatible_arguments_are_refused(
     motor: MotorData, driver: DriverData, load: LoadData, steps: str, message: str
 ) -> None:
     with pytest.raises(UsageError, match=message):
@@ -108,7 +108,7 @@ def test_rows_of_two_windings(driver: DriverData, steps: str, rows: list[tuple[f
     assert np.array(law.table[: law.cycle]) == pytest.approx(np.array(rows, float), abs=1e-12)
 
 
-def test_a_microstep_that_asks_for_no_current_asks_for_none_at_all() -> None:
+def test_a_microstep_of_zero_current_has_no_current_at_all() -> None:
     rows = MotorLaw(A, HELD, steps="micro 64").table
     assert [n for n, row in enumerate(rows[:256]) if 0.0 in row] == [32, 96, 160, 224]
     assert 0.0 not in [
@@ -222,7 +222,7 @@ def test_at_rest_it_stays(kind: str) -> None:
 
 
 @pytest.mark.parametrize("decay", ["slow", "mixed"])
-def test_behind_a_chopper_it_rests_only_where_the_currents_have_followed(decay: str) -> None:
+def test_with_a_chopper_it_rests_only_where_the_currents_have_followed(decay: str) -> None:
     motor = replace(A, current=2.8, resistance=0.5, inductance=0.6e-3, torque=0.4, iron=1e-3)
     law = MotorLaw(motor, replace(CHOPPER, current=2.8, decay=decay, rest=0.5), steps="micro 16")  # type: ignore[arg-type]
     trace = law.integrate([1], [1], 400_000_000_000, engine="python")
@@ -251,7 +251,7 @@ def test_trace_of_a_step() -> None:
     assert trace.lost == 0
 
 
-def test_edges_begin_the_grid_anew_and_cut_a_step() -> None:
+def test_edges_restart_the_grid_and_cut_a_step() -> None:
     trace = MotorLaw(A, HELD).integrate([5_000_000, 12_000_000], [1, 2], 60_000_000, engine="python")
     assert trace.times.tolist() == [0, 5_000_000, 12_000_000, 32_000_000, 52_000_000]
 
@@ -350,7 +350,7 @@ def test_edges_ascend_and_have_a_command_each(times: list[int], commands: list[i
         MotorLaw(A, HELD).integrate(times, commands, 1000)
 
 
-def test_a_state_that_there_is_not_is_told() -> None:
+def test_an_unknown_state_is_reported() -> None:
     trace = MotorLaw(A, HELD).integrate([], [], 0)
 
     with pytest.raises(UnknownName, match="no state 'omega1'; known: theta, omega, i1, i2; did you mean omega"):

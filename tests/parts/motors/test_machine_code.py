@@ -55,7 +55,7 @@ def compiled(process: subprocess.Popen[str]) -> int:
 
 @needs_numba
 @pytest.mark.check
-def test_what_two_processes_keep_at_once_a_third_one_need_not_compile(cache: Path) -> None:
+def test_code_kept_by_two_processes_together_need_not_be_compiled_by_a_third_one(cache: Path) -> None:
     # One at least has nothing to find; the other one compiles too, or was slower and finds it.
     assert any([compiled(each) > 0 for each in [begin(), begin()]])
     assert compiled(begin()) == 0
@@ -122,7 +122,7 @@ def test_a_folder_that_cannot_be_written_keeps_nothing(cache: Path, monkeypatch:
 
 
 @needs_numba
-def test_a_full_disk_is_no_error(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_tolerated(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from numba.core import caching
 
     def full(*_: Any) -> None:
@@ -144,7 +144,7 @@ def test_an_error_of_a_function_is_its_own(cache: Path) -> None:
 
 
 @pytest.mark.posix
-def test_what_others_may_have_written_is_not_trusted(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_that_others_may_have_written_are_not_trusted(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cache.mkdir(parents=True)
     for mode in (0o770, 0o702):
         cache.chmod(mode)

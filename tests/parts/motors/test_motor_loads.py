@@ -76,7 +76,7 @@ def test_a_linear_axis_turns_as_inertia_friction_and_torque(value):
     assert load.torque == pytest.approx(2 * 9.80665 * 0.005 / (2 * pi), rel=1e-12)
 
 
-def test_what_an_axis_adds_is_beside_what_is_given():
+def test_the_load_of_an_axis_is_added_to_the_given_one():
     level = read_load({"mass": 2, "lead": 5e-3}, "l", A)
     assert (level.friction, level.torque) == (0.0, 0.0)
     more = read_load(
@@ -139,7 +139,7 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
         ),
     ],
 )
-def test_a_load_that_cannot_be_is_refused_with_what_is_allowed(value, says):
+def test_an_impossible_load_is_refused_with_the_allowed_values(value, says):
     with pytest.raises(UsageError) as error:
         read_load(value, "l", A)
     assert str(error.value) == says
@@ -153,11 +153,11 @@ def test_a_load_that_cannot_be_is_refused_with_what_is_allowed(value, says):
         ({"rated": "one"}, 1.0, 0.49 * sqrt(2)),
     ],
 )
-def test_the_held_torque_goes_by_the_current_of_two_phases(changed, current, torque):
-    assert read_motor({"like": A.name} | changed).held(current) == pytest.approx(torque, rel=1e-12)
+def test_the_holding_torque_follows_the_current_of_two_phases(changed, current, torque):
+    assert read_motor({"like": A.name} | changed).holding_torque(current) == pytest.approx(torque, rel=1e-12)
 
 
-def test_the_held_torque_of_a_reluctance_motor_goes_by_the_square_of_the_current():
+def test_the_holding_torque_of_a_reluctance_motor_follows_the_square_of_the_current():
     given = {"current": 2, "resistance": 1, "inductance": "8 mH", "swing": "4 mH", "inertia": 1e-6, "teeth": 6}
     motor = read_motor(given | {"windings": "reluctance"})
 
@@ -165,8 +165,8 @@ def test_the_held_torque_of_a_reluctance_motor_goes_by_the_square_of_the_current
         return -0.5 * 6 * 4e-3 * 2**2 * sin(angle)
 
     most = max(phase(k * 1e-3) + phase(k * 1e-3 - pi / 2) for k in range(6284))
-    assert motor.held(2.0) == pytest.approx(most, rel=1e-6)
-    assert motor.held(4.0) == pytest.approx(4 * most, rel=1e-6)
+    assert motor.holding_torque(2.0) == pytest.approx(most, rel=1e-6)
+    assert motor.holding_torque(4.0) == pytest.approx(4 * most, rel=1e-6)
 
 
 END = "use a greater current, a stronger motor or a smaller load"

@@ -88,7 +88,7 @@ def test_a_motor_by_its_figures():
         assert getattr(motor, name) == getattr(row, name)
 
 
-def test_a_motor_like_another_one_says_what_was_changed():
+def test_a_motor_like_another_one_lists_its_changes():
     motor = read_motor({"like": "QSH4218-51-10-049", "inertia": "80 g cm2", "iron": 0})
     row = MOTORS["QSH4218-51-10-049"]
     assert (motor.inertia, motor.iron, motor.torque, motor.detent) == (8e-6, 0.0, row.torque, row.detent)
@@ -97,7 +97,7 @@ def test_a_motor_like_another_one_says_what_was_changed():
     assert read_motor({"like": "AS1010", "name": "z axis"}).name == "z axis"
 
 
-def test_a_reluctance_motor_has_a_swing_and_its_phases_make_its_steps():
+def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
     motor = read_motor(VR | {"swing": "4 mH", "teeth": 6})
     assert (motor.full_steps, motor.swing, motor.torque) == (24, 4e-3, 0.0)
     assert read_motor(VR | {"swing": "4 mH", "teeth": 8, "phases": 3}).step == pytest.approx(2 * pi / 24)
@@ -149,7 +149,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_make_its_steps():
         (VR | {"swing": "4 mH", "phases": 2}, "m: phases 2; allowed 3 and more"),
     ],
 )
-def test_a_figure_that_cannot_be_is_refused_with_its_place_and_what_is_allowed(value, says):
+def test_an_impossible_figure_is_refused_with_its_place_and_the_allowed_values(value, says):
     with pytest.raises(UsageError) as error:
         read_motor(value, "m")
     assert str(error.value) == says
@@ -163,7 +163,7 @@ def test_a_figure_that_cannot_be_is_refused_with_its_place_and_what_is_allowed(v
         ({"like": "AS101"}, f"m: like 'AS101'; known: {NAMES}{OTHER}"),
     ],
 )
-def test_a_name_that_is_no_motor_is_refused_with_those_that_are(value, says):
+def test_an_unknown_motor_is_refused_with_the_known_ones(value, says):
     with pytest.raises(UnknownName) as error:
         read_motor(value, "m")
     assert str(error.value) == says

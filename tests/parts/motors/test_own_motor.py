@@ -106,7 +106,7 @@ def test_every_figure_is_needed_or_has_a_documented_assumption():
         assert assumptions(named) == ()
 
 
-def test_what_is_assumed_is_what_the_model_takes():
+def test_assumed_values_are_those_of_the_model():
     motor = read_motor(TABLE)
     assert (motor.windings, motor.full_steps, motor.rated) == ("bipolar", 200, "two")
     assert (motor.detent, motor.viscous, motor.friction) == (0.0, 0.0, 0.0)

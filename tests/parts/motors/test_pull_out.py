@@ -22,7 +22,7 @@ def closed(law, rate):
     return driven - motor.constant**2 * speed * resistance / impedance**2 - motor.drag * speed
 
 
-def test_a_motor_behind_resistors_has_the_torque_of_the_formula():
+def test_a_motor_with_series_resistors_has_the_torque_of_the_formula():
     law = slewline.motor_law(
         {"like": "QSH4218-51-10-049", "detent": 0, "iron": 2e-4}, "L/4R 20 V", "inertia 270 g cm2", step_ps=50_000_000
     )
@@ -80,7 +80,7 @@ def test_and_at_another_rate_an_isolated_failure():
     assert " N m, an isolated failure: " in str(point)
 
 
-def test_an_interrupt_says_how_many_rates_are_done(monkeypatch):
+def test_an_interrupt_reports_the_number_of_finished_rates(monkeypatch):
     left = iter(range(7))
 
     def interrupted(_law, _rate):
@@ -105,7 +105,7 @@ def test_an_interrupt_says_how_many_rates_are_done(monkeypatch):
         ((0.0, 0.0, 0.3), ""),
     ],
 )
-def test_a_rate_is_isolated_if_both_neighbours_differ_the_same_way(torques, isolated):
+def test_a_rate_is_isolated_if_both_neighbours_differ_alike(torques, isolated):
     low, own, high = torques
     point = PullOutPoint(2000.0, own, ((1988.0, low), (2012.0, high)), 0.4)
     assert point.isolated == isolated and (f"isolated {isolated}: " in str(point)) == bool(isolated)

@@ -34,7 +34,7 @@ def test_grbl_has_no_loops_so_they_are_written_out():
     assert lines.count("G4 P0") == 5  # between two moves, or grbl would join them
 
 
-def test_a_loop_that_becomes_too_long_is_not_possible_and_says_how_long_it_would_be():
+def test_an_excessively_long_loop_is_impossible_and_its_length_is_reported():
     found = written(LOOP, "grbl", unroll=5)
     judged = verdict(found, 6, LineKind.IMPOSSIBLE)
     assert "5 allowed (--unroll)" in judged.limit
@@ -50,7 +50,7 @@ def test_a_wait_for_an_input_stops_grbl_until_a_person_continues():
 
 def test_dwells_of_grbl_are_whole_steps_of_50_ms():
     found = verdict(written("D 120\n", "grbl"), 1, LineKind.NEARLY)
-    assert found.says.startswith("150 ms for 120 ms")
+    assert found.description.startswith("150 ms for 120 ms")
     assert found.off_ps == 30 * 10**9
     assert not [each for each in written("D 150\n", "grbl").verdicts if each.kind is not LineKind.SAME]
 
@@ -138,7 +138,7 @@ def test_nothing_is_written_for_an_axis_that_the_target_has_not(name):
     moves = "SET_{0}\nSET_VEL 9000\nSET_ACC 90\nSET_POS {0}0\nUPDATE\n"
     found = written(moves.format(1) + moves.format(4), name, "mc1451a")
     assert {each.kind for each in found.verdicts if each.line in (7, 8, 9)} == {LineKind.IMPOSSIBLE}
-    assert verdict(found, 9, LineKind.IMPOSSIBLE).says == "axis 4"
+    assert verdict(found, 9, LineKind.IMPOSSIBLE).description == "axis 4"
     assert not any(
         "40" in line.text for line in found.lines if "NOT POSSIBLE" not in line.text and "SAP" not in line.text
     )
@@ -153,7 +153,7 @@ def test_a_program_that_is_run_with_two_rates_sets_its_own(name, sets):
 
 
 @pytest.mark.parametrize("name", ["grbl", "python", "linuxcnc"])
-def test_an_axis_by_another_letter_is_refused_with_those_that_there_are(name):
+def test_an_unknown_axis_letter_is_refused_with_the_existing_ones(name):
     with pytest.raises(UsageError, match="axis Q: allowed X, Y, Z"):
         written("N 5\nG\n", name, axis="Q")
 
@@ -176,12 +176,12 @@ SEVERAL = (
 )
 
 
-def test_an_update_of_several_axes_moves_each_and_says_that_they_do_not_start_together():
+def test_an_update_of_several_axes_moves_each_and_reports_that_they_do_not_start_together():
     found = written(SEVERAL, "linuxcnc", "mc1451a")
     assert [line.text[:10] for line in found.lines if "G90 G1" in line.text] == ["G90 G1 X50", "G90 G1 Y70"]
     judged = verdict(found, 9, LineKind.IMPOSSIBLE)
     assert (
-        "in the same cycle" in judged.says
+        "in the same cycle" in judged.description
         and "LinuxCNC 2.9" in judged.limit
         and "one axis moves after" in judged.remedy
     )
@@ -204,7 +204,7 @@ def translated(text: str, to: str, **settings: str) -> list[str]:
     return [line.partition("  ;")[0] for line in done.text.splitlines()]
 
 
-def test_a_setting_says_which_library_which_port_and_how_often():
+def test_a_setting_selects_library_port_and_repetitions():
     assert "#include <FastAccelStepper.h>" in translated("N 5\nG\n", "arduino", library="fastaccelstepper")
     assert 'PORT = "COM3"' in translated("N 5\nG\n", "python", port="COM3")
     text = "R 80\nE\nN 5\n+\nG\nJ 0\nQX\n"
@@ -221,6 +221,6 @@ def test_a_setting_says_which_library_which_port_and_how_often():
         ("arduino", {"library": "stepper"}, "allowed: accelstepper or fastaccelstepper"),
     ],
 )
-def test_a_setting_that_a_target_has_not_is_refused_with_those_that_it_has(to, setting, says):
+def test_an_unknown_setting_of_a_target_is_refused_with_the_existing_ones(to, setting, says):
     with pytest.raises(UsageError, match=says):
         translated("N 5\nG\n", to, **setting)

@@ -58,7 +58,7 @@ def test_steps_are_exact_with_any_number_of_them_a_millimetre(steps_per_mm, name
 
 @pytest.mark.parametrize("name", TARGETS)
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_each_line_that_says_something_has_a_verdict(path, name):
+def test_each_meaningful_line_has_a_verdict(path, name):
     done = translate(path, to=name)
     judged = {verdict.line for line in done.report for verdict in line.verdicts}
     for line in done.program.lines:

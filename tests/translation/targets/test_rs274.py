@@ -37,7 +37,7 @@ def test_steps_and_end_position_are_those_of_the_part(case, tmp_path):
 
 
 @pytest.mark.parametrize("case", TEN, ids=lambda case: case.file)
-def test_what_is_read_back_is_what_rs274_does(case):
+def test_a_program_read_back_agrees_with_rs274(case):
     text = written(case, "linuxcnc")
     to = target("linuxcnc")
     ran, read = to.ran(text, case.options), to.read_back(text, case.options)
@@ -50,7 +50,7 @@ def test_what_is_read_back_is_what_rs274_does(case):
 
 
 @pytest.mark.parametrize("line", ["G1 X5", "F60\nG77 X1", "F60\nG1 X[1 +", "G1 X1 F#<_nothing>"])
-def test_both_refuse_what_is_no_program(line):
+def test_both_refuse_an_invalid_program(line):
     to = target("linuxcnc")
     text = f"G21 G90 G94\n{line}\nM2\n"
     with pytest.raises(RefusedLine):

@@ -24,7 +24,7 @@ LONGEST = 1 << 26  # bytes of a line: the length with the longest script
 class Kind(NamedTuple):
     """The allowed values of a field."""
 
-    says: str
+    description: str
     types: tuple[type, ...]
 
 
@@ -88,9 +88,9 @@ class Entries:
         self.file.seek(self.begin)
         yield from islice(self._read(), self.count)
 
-    def error(self, number: int, says: str) -> BenchFileError:
+    def error(self, number: int, message: str) -> BenchFileError:
         """Return an error with file and line."""
-        return BenchFileError(f"journal {self.path}, line {number}: {says}")
+        return BenchFileError(f"journal {self.path}, line {number}: {message}")
 
     def _read(self) -> Iterator[tuple[int, dict[str, Any]]]:
         number, found, last = self.before, 0, 0
@@ -143,7 +143,7 @@ class Entries:
             raise self.error(number, f"unknown entry {do!r}; allowed {', '.join(FIELDS)}")
         for name, kind in fields.items():
             if name not in entry:
-                raise self.error(number, f"{do}: needs {name}, {kind.says}")
+                raise self.error(number, f"{do}: needs {name}, {kind.description}")
             self._check_field(number, entry, name, kind)
         for name in entry.keys() - fields.keys():
             if name in OPTIONAL:
@@ -160,4 +160,4 @@ class Entries:
         elif kind is LEVEL:
             good = good and value in (0, 1, None)
         if not good:
-            raise self.error(number, f"{entry['do']}: {name}: found {json.dumps(value)}; allowed {kind.says}")
+            raise self.error(number, f"{entry['do']}: {name}: found {json.dumps(value)}; allowed {kind.description}")

@@ -41,8 +41,8 @@ def ordered(
                 continue
             if wanted not in numbers:
                 known = [*chips, *names]
-                says = f"the bench has no {wanted!r}; there are: {', '.join(known)}{hint(wanted, known)}"
-                raise error(number, key, says)
+                message = f"the bench has no {wanted!r}; there are: {', '.join(known)}{hint(wanted, known)}"
+                raise error(number, key, message)
             if numbers[wanted] not in placed:
                 return key, numbers[wanted]
         return None

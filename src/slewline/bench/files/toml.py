@@ -40,9 +40,9 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
         BenchFileError: it is not TOML, or has keys or numbers that no file of slewline needs.
     """
     bare = _APART.sub(_masked, text)
-    for pattern, says in _REFUSED.items():
+    for pattern, message in _REFUSED.items():
         if found := pattern.search(bare):
-            raise BenchFileError(f"{path}, line {text.count(chr(10), 0, found.start()) + 1}: {says}")
+            raise BenchFileError(f"{path}, line {text.count(chr(10), 0, found.start()) + 1}: {message}")
     try:
         return tomllib.loads(text)
     except RecursionError:
@@ -65,5 +65,5 @@ def unquoted(text: str, error: Exception) -> str:
     if found is None:
         return ""
     value = {"True": "true", "False": "false"}.get(found[2], f'"{found[2]}"')
-    says = "write true and false in lower case" if found[2] in ("True", "False") else "put text in quotes"
-    return f"; {says}: {found[1]} = {value}"
+    message = "write true and false in lower case" if found[2] in ("True", "False") else "put text in quotes"
+    return f"; {message}: {found[1]} = {value}"

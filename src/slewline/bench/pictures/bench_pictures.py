@@ -230,8 +230,8 @@ class Pictures:
             fits = [axis for chip, n, axis in all_of_them if one in (n, axis.name, chip.name)]
             if not fits or isinstance(one, bool):
                 names = [axis.name for _, _, axis in all_of_them]
-                says = f"axes: no axis {one!r}; allowed {', '.join(names)}, or numbers from 1"
-                raise UnknownName(says + hint(one, names))
+                message = f"axes: no axis {one!r}; allowed {', '.join(names)}, or numbers from 1"
+                raise UnknownName(message + hint(one, names))
             found += [axis for axis in fits if axis not in found]
         return found
 
@@ -323,16 +323,16 @@ class Pictures:
         from ...record.recording.recorder import width_of
         from ...record.recording.traces import Trace
 
-        laid = checked(over)
+        overlaid = checked(over)
         found: list[Trace] = []
         shown = list(self.signals.recorded if pins is None else [pins] if isinstance(pins, str | Trace) else pins)
-        for pin in [*shown, *(name for name in laid if name not in shown)]:
+        for pin in [*shown, *(name for name in overlaid if name not in shown)]:
             if isinstance(pin, Trace):
                 found.append(pin.shifted(-zero).within(first, last))
                 continue
             net = self.signals.chosen([pin])[pin]
             name = pin.partition(".")[2] if len(self.circuit.chips) == 1 else pin
-            measured = fitting(pin, width_of(net) > 1, laid.get(pin))
+            measured = fitting(pin, width_of(net) > 1, overlaid.get(pin))
             trace = Trace.of(name or pin, net, self.signals.recorder, first + zero, last + zero, measured)
             found.append(trace.shifted(-zero))
         return found

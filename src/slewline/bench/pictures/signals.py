@@ -87,7 +87,7 @@ class Signals:
     def _all_pins(self) -> Iterator[str]:
         for chip in self.circuit.chips.values():
             for row in chip.sheet.pins:
-                signal = row.way in ("in", "out", "both") and row.role != "clock"
+                signal = row.in_out in ("in", "out", "both") and row.role != "clock"
                 if signal and not isinstance(chip.pins[row.name].net, Bus):
                     yield f"{chip.name}.{row.name}"
             if any(isinstance(terminal.net, Bus) for terminal in chip.pins.values()):

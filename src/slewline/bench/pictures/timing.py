@@ -155,10 +155,10 @@ class TimingDiagrams:
             if pins is None
             else [pin if isinstance(pin, Trace) else full_name(pin) for pin in pins]
         )
-        laid = {full_name(name): trace for name, trace in checked(options["over"]).items()}
+        overlaid = {full_name(name): trace for name, trace in checked(options["over"]).items()}
         names = [pin for pin in chosen if isinstance(pin, str)]
-        chosen += [name for name in laid if name not in names]
-        names += [name for name in laid if name not in names]
+        chosen += [name for name in overlaid if name not in names]
+        names += [name for name in overlaid if name not in names]
         window = Window(signals, *signals.window_of(signals.chosen(names), start, stop))
         labels = {
             name if any(isinstance(pin, Trace) and pin.name == name for pin in chosen) else full_name(name): label
@@ -172,7 +172,7 @@ class TimingDiagrams:
         lanes = [
             window.measured_lane(pin, labels.get(pin.name))
             if isinstance(pin, Trace)
-            else window.lane(pin, labels.get(pin), several, decode, laid.get(pin))
+            else window.lane(pin, labels.get(pin), several, decode, overlaid.get(pin))
             for pin in chosen
         ]
         cut = None if options["quiet"] is None else picoseconds(options["quiet"])

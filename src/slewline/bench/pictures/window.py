@@ -166,13 +166,13 @@ class Window:
             return lambda _value, _end: ""
         rows, strobes = chip.sheet.commands.by_code, write.edges("rises")
 
-        def says(value: int, end: int) -> str:
+        def describe(value: int, end: int) -> str:
             before = bisect_right(strobes, end)
             if not before or value not in rows or end - (strobe := strobes[before - 1]) >= STAYS:
                 return ""
             return rows[value].name if command.levels_at(strobe - 1) == 1 else ""
 
-        return says
+        return describe
 
 
 def _strobes(chip: Chip) -> tuple[str, str]:

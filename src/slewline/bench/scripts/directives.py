@@ -82,12 +82,12 @@ def _acting(act: Act) -> Queue:
     return lambda runner: runner.do(act)
 
 
-async def _tell(runner: ScriptRunner, text: str) -> None:
-    runner.tell(text)
+async def _report(runner: ScriptRunner, text: str) -> None:
+    runner.report(text)
 
 
-def _telling(text: str) -> Act:
-    return lambda runner, chip: _tell(runner, text)
+def _reporting(text: str) -> Act:
+    return lambda runner, chip: _report(runner, text)
 
 
 def _number(text: str, low: int, high: int) -> int:
@@ -191,7 +191,7 @@ def _power(rest: str) -> DirectiveKind:
         raise UsageError(f"power {rest!r}; allowed on, off")
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
-        runner.tell(f"power {rest}")
+        runner.report(f"power {rest}")
         with runner.nested():
             chip.power(rest == "on")
         await runner.next_round()
@@ -206,7 +206,7 @@ def _bytes(rest: str) -> DirectiveKind:
         raise UsageError(f"{rest!r}: bytes are pairs of hexadecimal digits") from None
 
     async def send(runner: ScriptRunner, chip: Chip) -> None:
-        runner.tell(f"bytes {data.hex(' ').upper()}")
+        runner.report(f"bytes {data.hex(' ').upper()}")
         await runner.protocol.send_now(runner, chip, data)
 
     return DirectiveKind(lambda runner: runner.protocol.send(data, send)(runner))
@@ -232,7 +232,7 @@ def _tell_part(rest: str) -> DirectiveKind:
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         part = runner.bench.parts[name]
-        runner.tell(f"tell {rest}")
+        runner.report(f"tell {rest}")
         with runner.nested():
             getattr(part, verb)(*([int(number)] if number else []))
         await runner.next_round()
@@ -241,7 +241,7 @@ def _tell_part(rest: str) -> DirectiveKind:
 
 
 def _note(rest: str) -> DirectiveKind:
-    return DirectiveKind(_acting(_telling(rest)))
+    return DirectiveKind(_acting(_reporting(rest)))
 
 
 # ------------------------------------------------------------------------------------- to a chip that has a reset pin
@@ -264,9 +264,9 @@ def _live(rest: str) -> DirectiveKind:
         raise UsageError(f"{rest!r}: an empty command")
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
-        runner.tell(f"live {rest}")
+        runner.report(f"live {rest}")
         for group, data in await runner.port(chip).live(commands):
-            runner.tell(f"verify {group}: {_shown(data)}")
+            runner.report(f"verify {group}: {_shown(data)}")
 
     return DirectiveKind(_acting(act), fits=_on_bus)
 
@@ -277,7 +277,7 @@ def _rate(rest: str) -> DirectiveKind:
     def queue(runner: ScriptRunner) -> None:
         with runner.nested():
             runner.bus_host.change_rate(rate)
-        runner.do(_telling(f"rate {rate} on the fly"))
+        runner.do(_reporting(f"rate {rate} on the fly"))
 
     return DirectiveKind(queue, fits=_on_bus)
 
@@ -290,7 +290,7 @@ def _read(rest: str) -> DirectiveKind:
         with runner.nested():
             runner.bus_host.read_position()
         request = runner.host.queue.requests[-1]
-        runner.do(lambda runner, chip: _tell(runner, f"position {request.result} on the fly"))
+        runner.do(lambda runner, chip: _report(runner, f"position {request.result} on the fly"))
 
     return DirectiveKind(queue, fits=_on_bus)
 
@@ -301,7 +301,7 @@ def _verify(rest: str) -> DirectiveKind:
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         port = runner.port(chip)
         await port.command_mode(f"@until run=1 waits for its end, @live V {group} reads through PROG/LIVE")
-        runner.tell(f"verify {group}: {_shown(await port.verify(group))}")
+        runner.report(f"verify {group}: {_shown(await port.verify(group))}")
 
     return DirectiveKind(_acting(act), fits=_on_bus)
 
@@ -321,7 +321,7 @@ async def _ready(runner: ScriptRunner, chip: Chip) -> None:
     while True:
         found = await answers(runner, chip, question)
         if found != [spoken_as(chip.sheet, Lines).busy]:
-            runner.tell(f"{question} -> {meaning(found, chip.sheet)}")
+            runner.report(f"{question} -> {meaning(found, chip.sheet)}")
             return
         await until(runner.kernel, runner.kernel.now + POLL_PS)
 
@@ -341,7 +341,7 @@ def _wait_status(bit: str) -> DirectiveKind:
             found = f"wait {bit}: axis {port.axis} is at rest and no event is pending, so the bit cannot change"
             runner.packet_host.finding("expect", f"{found}{_not_started(chip, port.axis)}")
             return
-        runner.tell(f"wait {bit} -> {returned(chip.sheet, chip.sheet.rows(PacketRow)['GET_STATUS'].reads[0], word)}")
+        runner.report(f"wait {bit} -> {returned(chip.sheet, chip.sheet.rows(PacketRow)['GET_STATUS'].reads[0], word)}")
 
     def fits(runner: ScriptRunner, chip: Chip) -> None:
         _with_packets(runner, chip)

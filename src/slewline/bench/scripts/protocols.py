@@ -30,7 +30,7 @@ class BusProtocol(ScriptProtocol):
             await level(port.ready, 1)
             letters = spoken_as(port.sheet, Letters)
             data = (letters.sent if port.mode.level != 0 else letters.sent_binary)(port.sheet, body)
-            runner.tell(body)
+            runner.report(body)
             await port.send(data)
 
         return sending(send)
@@ -53,7 +53,7 @@ class LineProtocol(ScriptProtocol):
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send bytes unchanged, and report the answer of the module if a line ends with them."""
         if data.endswith(b"\r"):
-            runner.tell(f"-> {meaning(await answers(runner, chip, data), chip.sheet)}")
+            runner.report(f"-> {meaning(await answers(runner, chip, data), chip.sheet)}")
         else:
             runner.line_host.send(data)
 
@@ -89,11 +89,11 @@ class FlowProtocol(ScriptProtocol):
             port = runner.flow_host.port
             data = port.shadow.sent(body)
             if not (port.control.heeds and body.startswith(port.shadow.dialect.query)):
-                runner.tell(body)
+                runner.report(body)
                 await port.send(data)
                 return
             answer = await port.ask(data, port.shadow.query(port.name, body))
-            runner.tell(f"{body} -> {answered(answer)}")
+            runner.report(f"{body} -> {answered(answer)}")
 
         return self.send(b"", send)
 
@@ -124,10 +124,10 @@ class AdaptiveProtocol(ScriptProtocol):
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             uart = runner.adaptive_host.uart
             if not body.startswith(uart.shadow.dialect.query):
-                runner.tell(body)
+                runner.report(body)
             answer = await uart.exchange(body)
             if body.startswith(uart.shadow.dialect.query):
-                runner.tell(f"{body} -> {'no answer' if answer is None else answered(answer)}")
+                runner.report(f"{body} -> {'no answer' if answer is None else answered(answer)}")
 
         return lambda runner: runner.do(send)
 
@@ -172,7 +172,7 @@ def asking(text: str) -> Queue:
     """Return how a line is sent over a serial line, and its answer reported."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
-        runner.tell(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
+        runner.report(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
 
     return lambda runner: runner.do(ask)
 
@@ -186,8 +186,8 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
     """Return answers in words, with the meaning from the sheet of an error or a state."""
     if not found:
         return "no answer"
-    says = dialect_of(sheet).said(found[0])
-    return f"{' '.join(found)}{f' ({says})' if says else ''}"
+    explanation = dialect_of(sheet).meaning_of(found[0])
+    return f"{' '.join(found)}{f' ({explanation})' if explanation else ''}"
 
 
 def exchanging(text: str) -> Queue:
@@ -203,9 +203,9 @@ def exchanging(text: str) -> Queue:
         found = await port.exchange(packet_of(row, command.values))
         for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
             host.results.append(Result(port.axis, row.name, value))
-            runner.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
+            runner.report(f"{text} -> {returned(chip.sheet, arg, value)}")
         if not found:
-            runner.tell(f"{text} = {command.values[0]}" if "/" in text else text)
+            runner.report(f"{text} = {command.values[0]}" if "/" in text else text)
 
     return lambda runner: runner.do(exchange)
 

@@ -103,7 +103,7 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
     if not isinstance(script, Script):
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
-    bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
+    bench.kernel.outside.record("script", host=host.name, args=[host.chip.name, script.text, script.where])
     for problem in commented(script.text, host.chip.sheet):
         host.finding("comment", f"{script.where}, line {problem.line}: {problem.found}; {problem.remedy}")
     runner = _runner(bench, host, script)

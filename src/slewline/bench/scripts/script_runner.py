@@ -128,7 +128,7 @@ class ScriptRunner:
         """Return the axis that the commands of the host address: the current one, if there are several."""
         return chip.axes[self.protocol.axis(self, chip) - 1]
 
-    def tell(self, text: str) -> None:
+    def report(self, text: str) -> None:
         """Report an action of the host, in the transcript."""
         self.host.on_event(text)
 

@@ -122,12 +122,12 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     def absolute(self, target: int) -> Awaitable[None]:
         """Return the motion of G after P: to a position in the set direction, right round if necessary."""
         self.check_registers("G", "position")
-        way = (target - self.axis.position) * self.sign
-        if way < 0:
+        distance = (target - self.axis.position) * self.sign
+        if distance < 0:
             self.chip.finding(
                 "wrong-way", f"P {target} is in the other direction: the motion passes the overflow at 65535"
             )
-        return self.takes(way % (1 << 16), f"P {target}")
+        return self.takes(distance % (1 << 16), f"P {target}")
 
     def takes(self, number: int, text: str) -> Awaitable[None]:
         """Return a motion of a number of steps; the user must make sure that both ramps of a slope fit."""

@@ -32,19 +32,19 @@ _Pin = partial(Pin, trust="inferred")
 
 # fmt: off
 _OWN = (
-    *(Pin(number, f"nc{number}", "none", says) for number, says in ((5, "not known"), (9, "not known"), (10, "not known; no read-out"), (25, "not known"), (33, "not known; no direction output"), (39, "not known; no read-out"))),
-    Pin(28, "xss", "in", "external start/stop: low runs the motor in jog mode; T loops while it is low", active=0, pull=1, seen="as a step begins; by T", where="art. T.2 J, T", role="input2", told=("", "")),
-    Pin(29, "xdir", "in", "external direction after L; high: CW", active=1, pull=1, seen="as a step begins", where="art. T.2 L", told=("", "")),
-    _Pin(30, "trigger", "in", "high holds the next step", active=1, pull=1, tie=0, seen="as a step begins", where="art. T.2 O; as the CY525", role="enable", sense=0, reflex="hold", told=("", "no further step")),
-    _Pin(31, "prog", "out", "low during program entry", active=0, reset=1, where="as the CY512", role="program_entry", told=("program entry", "")),
+    *(Pin(number, f"nc{number}", "none", description) for number, description in ((5, "not known"), (9, "not known"), (10, "not known; no read-out"), (25, "not known"), (33, "not known; no direction output"), (39, "not known; no read-out"))),
+    Pin(28, "xss", "in", "external start/stop: low runs the motor in jog mode; T loops while it is low", active=0, pull=1, seen="as a step begins; by T", where="art. T.2 J, T", role="input2", transcript=("", "")),
+    Pin(29, "xdir", "in", "external direction after L; high: CW", active=1, pull=1, seen="as a step begins", where="art. T.2 L", transcript=("", "")),
+    _Pin(30, "trigger", "in", "high holds the next step", active=1, pull=1, tie=0, seen="as a step begins", where="art. T.2 O; as the CY525", role="enable", sense=0, reflex="hold", transcript=("", "no further step")),
+    _Pin(31, "prog", "out", "low during program entry", active=0, reset=1, where="as the CY512", role="program_entry", transcript=("program entry", "")),
 )
 _ITS: Mapping[str, dict[str, Any]] = {  # different from the CY525
-    "io_request": {"says": "byte strobe", "seen": "level"},
-    "abort": {"says": "ends a motion after the running step, without ramp", "reflex": "stop", "seen": "as a step begins"},
-    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
+    "io_request": {"description": "byte strobe", "seen": "level"},
+    "abort": {"description": "ends a motion after the running step, without ramp", "reflex": "stop", "seen": "as a step begins"},
+    "ready": {"description": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
     "programmable_output": {"where": "art. T.2 B, C", "trust": "stated"},
     "pulse": {"where": "art. T.2 L; as the CY525"},
-    "wait": {"says": "tested by U (low)", "active": 0, "sense": 0, "seen": "polled every 8 µs at 11 MHz by U", "where": "art. T.1, T.2 U; as the CY525"},
+    "wait": {"description": "tested by U (low)", "active": 0, "sense": 0, "seen": "polled every 8 µs at 11 MHz by U", "where": "art. T.1, T.2 U; as the CY525"},
     "ascii_binary": {"where": "CY525 s.1"},
     **{f"phase{n}": {"where": "art. text; as the CY525"} for n in (1, 2, 3, 4)},
 }
@@ -58,11 +58,11 @@ def _us(at_11: int) -> int:
     return (at_11 * 11 + 3) // 6
 
 
-def _row(letter: str, name: str, says: str, *args: Arg, like: str = "", **its: Any) -> TextRow:
+def _row(letter: str, name: str, description: str, *args: Arg, like: str = "", **its: Any) -> TextRow:
     """Return a command; all columns that are not given are those of the CY525."""
     row: TextRow = sheet.COMMANDS[like or letter]
     both: dict[str, Any] = {"time_us": _us(row.time_us), "where": T2, "code": -1} | its
-    return replace(row, form=letter, name=name, says=says, args=args, **both)
+    return replace(row, form=letter, name=name, description=description, args=args, **both)
 
 
 COMMANDS = Table(
@@ -91,8 +91,8 @@ COMMANDS = Table(
 )
 
 REGISTERS = tuple(replace(row, where=f"art. T.2 {row.letter}") for row in sheet.SLOPED_REGISTERS)
-_SAYS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U samples WAIT", "inhibit_poll": "a held step samples TRIGGER", "step_lead": "READY low to the first step"}
-TIMES = MappingProxyType({name: replace(time, says=_SAYS.get(name, time.says), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
+_DESCRIPTIONS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U samples WAIT", "inhibit_poll": "a held step samples TRIGGER", "step_lead": "READY low to the first step"}
+TIMES = MappingProxyType({name: replace(time, description=_DESCRIPTIONS.get(name, time.description), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
 
 # The rate equation is not printed.  Inferred: the period falls by the same 78.18 µs with each unit of the parameter, as
 # with a preset timer, from 50 steps/s at R 1 to 3350 at R 253, both exact (art. T.2 R); R 0 continues below.

@@ -60,7 +60,7 @@ class Stepwise(SlopeStepwise):
         if self.text == "O":
             self.plan.append(self.step_of(SLEW, len(self.law.periods) - 1, 1))
         elif not self.endless:
-            up = self.way_up()[: self.number]
+            up = self.ramp_up()[: self.number]
             down = [self.step_of(DOWN, step.rate) for step in reversed(up)][: self.number - len(up)]
             self.plan.extend([*up, *[self.top] * (self.number - len(up) - len(down)), *down])
 

@@ -26,8 +26,8 @@ class Motion(sloped.Motion):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
-        self.ways = self.chip.options.inferred
-        self.held_high = bool(self.ways["held_pulse"])
+        self.inferred = self.chip.options.inferred
+        self.hold_high = bool(self.inferred["held_pulse"])
         self.terminate = self.chip.pins["terminate"].net
         self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the start of a step on
 
@@ -52,7 +52,7 @@ class Motion(sloped.Motion):
             plan, step = self.ended("abort", "ABORT", plan, step), 0
         if plan is not STOP and self.request.is_active:
             self.chip.finding("software-abort", "I/O REQUEST low at the end of a step: the motion ends")
-            if not (self.aborted and self.ways["request"] == "ramp"):
+            if not (self.aborted and self.inferred["request"] == "ramp"):
                 return self.ended("request", "I/O REQUEST", plan, step)
         return plan
 
@@ -60,10 +60,10 @@ class Motion(sloped.Motion):
         """Return the plan that ends the motion: immediately, or after the stop ramp that the option selects."""
         self.aborted = True
         self.mark_deviation("command", text)
-        down = self.way_down(of, step) if self.ways[option] == "ramp" else ()
+        down = self.stop_ramp(of, step) if self.inferred[option] == "ramp" else ()
         return plan(("down", down)) if down else STOP
 
-    def way_down(self, of: Plan, step: int) -> tuple[tuple[int, int], ...]:
+    def stop_ramp(self, of: Plan, step: int) -> tuple[tuple[int, int], ...]:
         """Return the stop ramp from the end of a step."""
         over = of.leg(step - 1) if step else of.legs[0]
         if over.name == "down":

@@ -43,14 +43,14 @@ def _own(
     letter: str,
     name: str,
     args: tuple[Arg, ...],
-    says: str,
+    description: str,
     flow: str = "n",
     trust: Trust = "inferred",
     role: str = "",
 ) -> TextRow:
     """Return a command that the comparison lists, with the times of a command of the CY525."""
     time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
-    return TextRow(letter, name, args, time_us, says, where, flow=flow, role=role, trust=trust)
+    return TextRow(letter, name, args, time_us, description, where, flow=flow, role=role, trust=trust)
 
 
 # fmt: off
@@ -84,12 +84,12 @@ COMMANDS = Table(
 
 # ---------------------------------------------------------------------------------------------------- pins: CY525, T.I
 _ITS: Mapping[str, dict[str, Any]] = {
-    "io_request": {"says": "byte strobe; low at the end of a step it ends the motion"},
-    "abort": {"says": "ramp down to the lowest rate and stop", "trust": "inferred"},
-    "step_inhibit": {"says": "high holds the next step, with PULSE high"},
-    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
-    "prog": {"way": "out", "pull": None, "says": "low during program entry", "seen": "", "told": ("program entry", "")},
-    "io_select": {"says": "low: host writes, high: chip writes", "seen": "level; not in motion"},
+    "io_request": {"description": "byte strobe; low at the end of a step it ends the motion"},
+    "abort": {"description": "ramp down to the lowest rate and stop", "trust": "inferred"},
+    "step_inhibit": {"description": "high holds the next step, with PULSE high"},
+    "ready": {"description": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
+    "prog": {"in_out": "out", "pull": None, "description": "low during program entry", "seen": "", "transcript": ("program entry", "")},
+    "io_select": {"description": "low: host writes, high: chip writes", "seen": "level; not in motion"},
 }
 PINS = (
     *(replace(pin, **_ITS.get(pin.name, {})) for pin in sheet.PINS),
@@ -115,14 +115,14 @@ LIMITS = (
 )
 
 # ----------------------------------------------------------------------------------------------------------- options
-WAYS = ("ramp", "stop")
+ACTIONS = ("ramp", "stop")
 
 INFERRED = (
     *slopes(PERIODS, MIN_TICKS, sheet.HALF_STEPS, f"{COMPARED} R"),
     *clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"}),
     Option("held_pulse", "int", 1, "inferred: PULSE while STEP INHIBIT holds a step", low=0, high=1, where=f"{COMPARED} item 6"),
-    Option("abort", "choice", "ramp", "inferred: effect of ABORT low", choices=WAYS, where="guide"),
-    Option("request", "choice", "stop", "inferred: effect of I/O REQUEST low at the end of a step", choices=WAYS, where=f"guide; {COMPARED} item 9"),
+    Option("abort", "choice", "ramp", "inferred: effect of ABORT low", choices=ACTIONS, where="guide"),
+    Option("request", "choice", "stop", "inferred: effect of I/O REQUEST low at the end of a step", choices=ACTIONS, where=f"guide; {COMPARED} item 9"),
 )
 OPTIONS = (
     *sheet.OPTIONS,

@@ -14,12 +14,12 @@ class Stepwise(SlopeStepwise):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
-        self.ways = self.chip.options.inferred
-        self.held_high = bool(self.ways["held_pulse"])
+        self.inferred = self.chip.options.inferred
+        self.hold_high = bool(self.inferred["held_pulse"])
         self.terminate = self.chip.pins["terminate"].net
 
     def prepare(self) -> None:
-        self.aborted, up = False, self.way_up()
+        self.aborted, up = False, self.ramp_up()
         if 2 * len(up) > self.number:
             self.plan = deque([self.step_of(CRAWL, self.law.start, 1)] * self.number)
             return
@@ -47,7 +47,7 @@ class Stepwise(SlopeStepwise):
             self.mark_deviation("command", "ABORT")
             if not self.turned_down(just, "abort"):
                 return False
-        if self.request.level == 0 and not (self.aborted and self.ways["request"] == "ramp"):
+        if self.request.level == 0 and not (self.aborted and self.inferred["request"] == "ramp"):
             self.mark_deviation("command", "I/O REQUEST")
             return self.turned_down(just, "request")
         return True
@@ -55,7 +55,7 @@ class Stepwise(SlopeStepwise):
     def turned_down(self, just: TwinStep, option: str) -> bool:
         """Plan the stop ramp of a motion; return False if there is none."""
         self.aborted = True
-        if self.ways[option] == "stop":
+        if self.inferred[option] == "stop":
             return False
         if just.kind != DOWN:
             slope = self.motion_made.slope if just.kind != CRAWL else 0

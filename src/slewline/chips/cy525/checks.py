@@ -140,9 +140,9 @@ def unset(source: Source, found: Iterable[KnownMotion]) -> None:
             del names["S"], names["Z"]  # no ramp, no slope
         letters = [letter for letter, value in names.items() if value is None]
         if letters:
-            says = f"{statement.row.form} uses {', '.join(letters)}, which no command above has set"
+            message = f"{statement.row.form} uses {', '.join(letters)}, which no command above has set"
             remedy = "register contents are undefined after power-up: set them once"
-            source.report(statement, "unset-register", "note", says, section="s.4", remedy=remedy)
+            source.report(statement, "unset-register", "note", message, section="s.4", remedy=remedy)
             return
 
 

@@ -36,7 +36,7 @@ class Motion(motion.Motion):
         self.top = max(self.first, min(values["rate"], sheet.RATE_TOP))
         self.continuous, self.aborted = self.registers.continuous, False
         self.crawling = False  # ABORT was released: continue to the target
-        self.served = self.pending = self.held_reported = False
+        self.served = self.pending = self.hold_reported = False
         self.at_start = at_start(self.chip.crystal_hz, values, number, self.law)
         return self.at_start.parameters
 
@@ -107,7 +107,7 @@ class Motion(motion.Motion):
             return plan  # at the target
         over, leg = plan.leg(step - 1), plan.leg(step)
         if self.abortable and not self.aborted and self.abort.is_active:
-            down = self.way_down(plan, step)
+            down = self.stop_ramp(plan, step)
             return down if self.continuous else await self.rate_request(down, 0)
         if self.aborted and leg.name != "down" and over.name == "down":  # the bottom of the ramp
             if self.abort.is_active:
@@ -121,7 +121,7 @@ class Motion(motion.Motion):
                 )
         return await self.rate_request(plan, step)
 
-    def way_down(self, plan: Plan, step: int) -> Plan:
+    def stop_ramp(self, plan: Plan, step: int) -> Plan:
         """Return the plan of an abort: from the present rate down to the first rate; the target may be on the ramp."""
         chip = self.chip
         self.aborted = True
@@ -171,15 +171,15 @@ class Motion(motion.Motion):
             if self.pending or missed:
                 when = "while the motor was ramping" if self.pending else "within one step"
                 chip.finding("request-withdrawn", f"a rate request began and ended {when}: it was missed")
-            self.pending = self.served = self.held_reported = False
+            self.pending = self.served = self.hold_reported = False
             return plan
         ramping = plan.leg(step).name != "slew"
         self.pending = ramping and not self.served
         if ramping:
             return plan
         if self.served:
-            if not self.held_reported:
-                self.held_reported = True
+            if not self.hold_reported:
+                self.hold_reported = True
                 chip.finding(
                     "request-held",
                     "I/O REQUEST is still low after SLEW went high: it is ignored until it has been high",
@@ -223,9 +223,9 @@ class Motion(motion.Motion):
         slew.play(Wave(slew.inactive_level, (blinks,), (slew.active_level,)))
         self.axis.log.change(dict)  # no rate is in effect
         self.port.motion_complete.activate()
-        higher, ending = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
-        ways = ", or ".join(higher + ending) or "RESET"
-        chip.waits(f"{self.text} at rate 0, waiting for {ways}")
+        higher, commands_that_end = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
+        commands = ", or ".join(higher + commands_that_end) or "RESET"
+        chip.waits(f"{self.text} at rate 0, waiting for {commands}")
         poll = self.ticks["wait_poll"]
         abort = (self.abort.when_active,) if self.abortable else ()
         while True:
@@ -237,7 +237,7 @@ class Motion(motion.Motion):
             self.request_changes = self.request.changes
             if rate > old:
                 break
-            chip.finding("fly-zero-low", f"rate {rate} at rate 0 has no effect; required {ways}")
+            chip.finding("fly-zero-low", f"rate {rate} at rate 0 has no effect; required {commands}")
         slew.deactivate()
         await self.uninhibited()
         chip.waits(self.progress)

@@ -38,10 +38,10 @@ def steepness(slope: int) -> float:
 
 
 QUANTITIES = (
-    RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1, measure=rate_of, tried="1..12/5"),
-    RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1, measure=rate_of, tried="4..80/14"),
-    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True, measure=steepness, tried="1..250/12"),
-    RampParameter("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
+    RampParameter("F", COMMANDS["F"].description, COMMANDS["F"].args[0], per_s=1, measure=rate_of, tried="1..12/5"),
+    RampParameter("R", COMMANDS["R"].description, COMMANDS["R"].args[0], per_s=1, measure=rate_of, tried="4..80/14"),
+    RampParameter("S", COMMANDS["S"].description, SLOPE, free=True, measure=steepness, tried="1..250/12"),
+    RampParameter("Z", COMMANDS["Z"].description, DIVISOR, default=1, free=True),
     RampParameter(RAMP_UNIT.name, "chip option: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
     RampParameter("ramp_jumps", "chip option: several units per step", choices=("False", "True"), default="False"),
 )

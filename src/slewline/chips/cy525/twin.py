@@ -71,11 +71,11 @@ class Stepwise(twin.Stepwise):
     def prepare(self) -> None:
         """List the steps of an undisturbed motion."""
         number, self.abort_used, self.served = self.number, False, False
-        self.ramped_over = self.held_reported = False
+        self.ramped_over = self.hold_reported = False
         self.asked_endless = self.registers.continuous
         self.first = min(self.registers.values["firstrate"], sheet.RATE_TOP)
         self.top = max(min(self.registers.values["rate"], sheet.RATE_TOP), self.first)  # R below F: the whole move at F
-        up = self.way_up(self.first, self.top, number)
+        up = self.ramp_up(self.first, self.top, number)
         if 2 * len(up) > number:  # too short to reach R: turn in the middle
             up = up[: number // 2]
         rest = number - 2 * len(up)
@@ -88,7 +88,7 @@ class Stepwise(twin.Stepwise):
             self.plan.extend(step_of(DOWN, rate) for rate in reversed(up))
             self.plan.extend([step_of(CRAWL, self.first)] * (rest - slews))
 
-    def way_up(self, low: int, high: int, most: int | None = None) -> list[int]:
+    def ramp_up(self, low: int, high: int, most: int | None = None) -> list[int]:
         """Return the rates of the steps from one rate up to, not including, another; at most `most` steps."""
         unit = (self.registers.values["divisor"] or 256) * (256 - self.registers.values["slope"]) * self.law.unit
         rates: list[int] = []
@@ -170,11 +170,11 @@ class Stepwise(twin.Stepwise):
         if self.request.level == 1:
             if self.ramped_over or changes > 1:
                 self.chip.finding("request-withdrawn", "a request that was not seen")
-            self.served = self.ramped_over = self.held_reported = False
+            self.served = self.ramped_over = self.hold_reported = False
         elif coming.kind != SLEW and not self.served:
             self.ramped_over = True
-        elif coming.kind == SLEW and self.served and not self.held_reported:
-            self.held_reported = True
+        elif coming.kind == SLEW and self.served and not self.hold_reported:
+            self.hold_reported = True
             self.chip.finding("request-held", "a request counts once")
         if self.request.level == 0 and self.endless and not self.served and SLEW in (just.kind, coming.kind):
             self.served, self.ramped_over = True, False
@@ -185,7 +185,7 @@ class Stepwise(twin.Stepwise):
         """Plan the stop ramp of ABORT, and steps at the first rate to the target; return False if there is no ramp."""
         if just.kind == DOWN:  # it already decelerates
             down = [step for step in self.plan if step.kind == DOWN]
-        elif not (down := [step_of(DOWN, rate) for rate in reversed(self.way_up(self.first, just.rate))]):
+        elif not (down := [step_of(DOWN, rate) for rate in reversed(self.ramp_up(self.first, just.rate))]):
             return False
         remaining = self.number - self.made
         if self.continuous:  # the target comes round every 65536 steps
@@ -210,7 +210,7 @@ class Stepwise(twin.Stepwise):
 
     def ramp_up_to(self, rate: int) -> None:
         """Plan the steps from the present rate up to another rate parameter."""
-        self.plan = deque(step_of(UP, way) for way in self.way_up(self.top, rate))
+        self.plan = deque(step_of(UP, each) for each in self.ramp_up(self.top, rate))
         self.slews_at(rate)
 
     def slews_at(self, rate: int) -> None:
@@ -226,7 +226,7 @@ class Stepwise(twin.Stepwise):
         if rate > self.top:
             self.ramp_up_to(rate)
         elif rate < self.top:
-            self.plan = deque(step_of(DOWN, way) for way in reversed(self.way_up(rate, self.top)))
+            self.plan = deque(step_of(DOWN, each) for each in reversed(self.ramp_up(rate, self.top)))
             self.first = rate
             self.slews_at(rate)
         else:

@@ -51,8 +51,8 @@ def forms(source: Source) -> None:
 
 def misread(source: Source, statement: Statement, text: bool | None) -> None:
     """Report a mode command in a program that makes the chip misread the commands after it."""
-    mode, behind = mode_of(statement), source.blocks[statement.block].statements
-    if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is behind[-1]:
+    mode, following = mode_of(statement), source.blocks[statement.block].statements
+    if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is following[-1]:
         return
     found = (
         f"{statement.text} makes the chip read {FORMS[not text]}, but the commands after it are stored in {FORMS[text]}"

@@ -27,7 +27,7 @@ class Program:
         self.running = self.immediate = self.entering = False  # entering: the host stores a program
         self.at = 0
         self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command's address, passes left
-        self.told: set[str] = set()  # findings of this run
+        self.reported: set[str] = set()  # findings of this run
 
     @property
     def direct(self) -> bool:
@@ -44,7 +44,7 @@ class Program:
     def begin(self) -> None:
         """Run from the pointer on, with no loop counts: every end of a program clears them."""
         if not self.running:
-            self.told.clear()
+            self.reported.clear()
         self.running = True
         self.at = self.registers.pointer
 
@@ -59,8 +59,8 @@ class Program:
 
     def finding_once(self, code: str, text: str) -> None:
         """Add a finding, once per run."""
-        if code not in self.told:
-            self.told.add(code)
+        if code not in self.reported:
+            self.reported.add(code)
             self.chip.finding(code, text)
 
     def passes_left(self, letter: str, count: int, whole: int) -> bool:

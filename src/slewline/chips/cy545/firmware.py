@@ -64,7 +64,7 @@ class Cy545(Chip):
         self._stored = Program(self, self.state)
         self._instructions = Instructions(
             self, ticks, self.state, self._outputs, self._motion, self._home, self._bits, self._display,
-            self._local_bus, self._stored, self._begin_anew,
+            self._local_bus, self._stored, self._restart,
         )  # fmt: skip
         self._interpreter = Interpreter(
             self, ticks, self.state, self._sides, self._local_bus, self._stored, self._instructions, self._jog
@@ -117,11 +117,11 @@ class Cy545(Chip):
 
     def _powered_up(self) -> None:
         """Set all state to its values after power-up; drive every output."""
-        self._begin_anew()
+        self._restart()
         self._driven(True)
         self._sides.reset()
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         """Set registers, position, mode and outputs as after power-up, and end a program: RESET and I (ch.10).
 
         A transfer in progress continues, but the serial side measures its rate again.
@@ -140,13 +140,13 @@ class Cy545(Chip):
         self._motion.killed()
         self._home.killed()
         self.on_command("")
-        self._begin_anew()
+        self._restart()
 
     def _driven(self, on: bool) -> None:
         """Drive every output to its level in reset; release all of them without supply."""
         for row in self.sheet.pins:
             if row.name in self.drivers:
-                self.drivers[row.name].drive(row.reset if on and row.way == "out" else None)
+                self.drivers[row.name].drive(row.reset if on and row.in_out == "out" else None)
         self._sides.killed(on)
 
     def start(self) -> None:

@@ -47,7 +47,7 @@ class Instructions(instructions.ParameterHandlers):
     ) -> None:
         super().__init__(chip, ticks, registers, outputs, motion)
         self.home, self.bits, self.display, self.local_bus = home, bits, display, local_bus
-        self.program, self.begin_anew = program, begin
+        self.program, self.restart = program, begin
 
     # ----------------------------------------------------------------------------------------------------- parameters
     def do_atposition(self, position: int) -> None:
@@ -103,8 +103,8 @@ class Instructions(instructions.ParameterHandlers):
     def do_go(self) -> Awaitable[None]:
         """G: return the motion by N steps in the present direction."""
         if not self.registers.directed:
-            way, count = ("clockwise", "up") if self.registers.clockwise else ("counter-clockwise", "down")
-            after = f"after reset the direction is {way} (inferred), and the position counts {count}"
+            direction, count = ("clockwise", "up") if self.registers.clockwise else ("counter-clockwise", "down")
+            after = f"after reset the direction is {direction} (inferred), and the position counts {count}"
             self.finding_once("direction-inferred", f"G without + or - before it: {after}; send + or - first")
         return super().do_go()
 
@@ -120,7 +120,7 @@ class Instructions(instructions.ParameterHandlers):
         """I: restore the state after power-up and end a program."""
         self.chip.waits("I in progress")
         await self.chip.ticks(self.ticks["initialize"])
-        self.begin_anew()
+        self.restart()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
         values = self.registers.values

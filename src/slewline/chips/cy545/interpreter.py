@@ -56,7 +56,7 @@ class Interpreter:
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }
         arbiter.port.reader = self
-        arbiter.port.held = arbiter.serial.arrived, arbiter.port.bits.pins[6], *(net for net, _ in jog.watched)
+        arbiter.port.watched_nets = arbiter.serial.arrived, arbiter.port.bits.pins[6], *(net for net, _ in jog.watched)
 
     async def run(self) -> None:
         """Execute commands as they come, and a program when one is started."""
@@ -110,8 +110,8 @@ class Interpreter:
         chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
-            way = jog.way
-            if way is None or arbiter.pending:
+            direction = jog.direction
+            if direction is None or arbiter.pending:
                 byte = await arbiter.letter(*jog.watched)
                 if byte >= 0:
                     return byte
@@ -121,7 +121,7 @@ class Interpreter:
                 watched = (arbiter.port.request.when_active, (arbiter.serial.arrived, None), *jog.watched)
                 await first_of(chip.kernel, chip.clock.ps(due), *watched)
             else:
-                await jog.step(way)
+                await jog.step(direction)
             chip.sync_forward()
 
     async def execute(self, command: CommandText) -> None:
@@ -136,7 +136,7 @@ class Interpreter:
         if command.row.role == "enter" and started:
             await self.enter()
         else:
-            self.tell_elsewhere(command)
+            self.report_elsewhere(command)
             await self.perform(command)
         arbiter.executing(False)
         if self.program.running and started:
@@ -145,10 +145,10 @@ class Interpreter:
         if not self.program.running:
             chip.on_command("")
 
-    def tell_elsewhere(self, command: CommandText) -> None:
+    def report_elsewhere(self, command: CommandText) -> None:
         """Report, once for each mode, that an answer does not go to the serial side, which has sent the query."""
         mode, device = self.registers.values["mode"], self.instructions.display.device
-        asked = command.row.form == "?" and self.arbiter.held is self.arbiter.serial
+        asked = command.row.form == "?" and self.arbiter.owner is self.arbiter.serial
         if asked and device in ("parallel", "hp") and mode != self.reported_mode:
             self.reported_mode = mode
             where = "the parallel port" if device == "parallel" else "the HP display"

@@ -100,15 +100,15 @@ def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
     over = of.leg(step - 1)
     up = of.legs[0].runs if of.legs[0].name == "up" else ()
     if over.name == "down":
-        way = tail(over.runs, step - over.first)
+        ramp = tail(over.runs, step - over.first)
     elif over.name == "up":
-        way = mirrored(head(up, step))
+        ramp = mirrored(head(up, step))
     else:
-        way = mirrored(up)
+        ramp = mirrored(up)
     slow = law.periods[first]
-    way = head(tuple(run for run in way if run[0] != slow), left)
-    rest = left if left >= OPEN else left - steps(way)
-    return plan(("down", way), ("crawl", ((slow, rest),) if rest else ()), shortest=law.shortest)
+    ramp = head(tuple(run for run in ramp if run[0] != slow), left)
+    rest = left if left >= OPEN else left - steps(ramp)
+    return plan(("down", ramp), ("crawl", ((slow, rest),) if rest else ()), shortest=law.shortest)
 
 
 def steady(period: int, number: int = OPEN) -> Plan:

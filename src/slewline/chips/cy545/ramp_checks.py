@@ -54,8 +54,8 @@ def value(statement: Statement) -> int | None:
 
 def reset(sheet: Sheet) -> State:
     """Return the registers after reset."""
-    held = {row.name: row.default for row in sheet.registers}
-    return State(held["firstrate"], held["rate"], held["slope"], held["number"], held["position"])
+    values = {row.name: row.default for row in sheet.registers}
+    return State(values["firstrate"], values["rate"], values["slope"], values["number"], values["position"])
 
 
 def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[Odd]:

@@ -30,10 +30,12 @@ class Cy545Ramps(Calculator):
 
         self.quantities = (
             *(
-                RampParameter(form, rows[form].says, rows[form].args[0], per_s=1, measure=rate, tried=tried[form])
+                RampParameter(
+                    form, rows[form].description, rows[form].args[0], per_s=1, measure=rate, tried=tried[form]
+                )
                 for form in "FR"
             ),
-            RampParameter("S", rows["S"].says, rows["S"].args[0], free=True, tried="1..255/12"),
+            RampParameter("S", rows["S"].description, rows["S"].args[0], free=True, tried="1..255/12"),
             RampParameter(
                 "ramp_jumps",
                 "chip option: several rates per step",

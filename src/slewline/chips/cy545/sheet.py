@@ -37,7 +37,7 @@ PINS = (
     Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or the host is ready for one", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
     Pin(0, "busy", "out", "low: a byte has been read, or is on the bus; a command is in progress", active=0, reset=1, sense=1, where=PORT, role="ready"),
     *(Pin(0, f"db{bit}", "both", f"data bus, bit {bit}: host, memory, display, switches; or user bit {bit + 8}", active=1, pull=1, where="ch.16; ch.6", role="data") for bit in range(8)),
-    *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", reflex="stop sought", told=("", "")) for bit in range(6)),
+    *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", reflex="stop sought", transcript=("", "")) for bit in range(6)),
     Pin(0, "usrb6", "both", "user bit 6; FPL, low: output for the host; or CTS, low: the host may send", active=1, pull=1, reset=1, sense=0, where="ch.16; ch.6", role="flow"),
     Pin(0, "usrb7", "both", "user bit 7; HP_SEL, low: the display is selected", active=1, pull=1, reset=1, sense=0, where="ch.16; ch.6", role="display_select"),
     Pin(0, "rxd", "in", "characters of the host", active=0, pull=1, tie=1, where=SERIAL, role="serial_in"),
@@ -50,12 +50,12 @@ PINS = (
     Pin(0, "pulse", "out", "low at the start of every step", active=0, reset=1, where="ch.16, PULSE and CCW", role="step"),
     Pin(0, "ccw", "both", "high: counter-clockwise; may be pulled low from outside", active=1, pull=1, reset=1, sense=0, seen="as a step begins", where="ch.16, PULSE and CCW", role="direction"),
     Pin(0, "stopped", "out", "low while the motor steps, and 5 ms longer", active=1, reset=1, sense=0, where="ch.16, STOPPED", role="moving"),
-    Pin(0, "slew", "both", "low at the rate of R; pulled low before a motion: it is continuous", active=0, pull=1, reset=1, seen="before the first step of a motion", where="ch.16, SLEW", role="slewing", told=("at a steady rate", "")),
-    Pin(0, "inhibit_abort", "in", "delays the start of a motion; decelerates a running one, and stops it at the first rate", active=0, pull=1, tie=1, seen="before the first step; at the end of every step", where="ch.16, INHIBIT_ABORT", role="abort", reflex="brake back", told=("hold or stop the motion", "")),
-    Pin(0, "cw_limit", "in", "low: no step clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_plus", reflex="stop up", told=("no step clockwise", "")),
-    Pin(0, "ccw_limit", "in", "low: no step counter-clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_minus", reflex="stop down", told=("no step counter-clockwise", "")),
+    Pin(0, "slew", "both", "low at the rate of R; pulled low before a motion: it is continuous", active=0, pull=1, reset=1, seen="before the first step of a motion", where="ch.16, SLEW", role="slewing", transcript=("at a steady rate", "")),
+    Pin(0, "inhibit_abort", "in", "delays the start of a motion; decelerates a running one, and stops it at the first rate", active=0, pull=1, tie=1, seen="before the first step; at the end of every step", where="ch.16, INHIBIT_ABORT", role="abort", reflex="brake back", transcript=("hold or stop the motion", "")),
+    Pin(0, "cw_limit", "in", "low: no step clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_plus", reflex="stop up", transcript=("no step clockwise", "")),
+    Pin(0, "ccw_limit", "in", "low: no step counter-clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_minus", reflex="stop down", transcript=("no step counter-clockwise", "")),
     Pin(0, "jog", "both", "open: off; low: steps clockwise, driven high: counter-clockwise", seen="while no command is in progress", where="ch.16, JOG Mode", role="jog"),
-    Pin(0, "reset", "in", "high: state at power-up", active=1, pull=0, tie=0, seen="level, high for 24 clocks", where="no readable page", role="reset", told=("the chip starts again", "the chip is held in reset"), trust="inferred"),
+    Pin(0, "reset", "in", "high: state at power-up", active=1, pull=0, tie=0, seen="level, high for 24 clocks", where="no readable page", role="reset", transcript=("the chip starts again", "the chip is held in reset"), trust="inferred"),
     Pin(0, "xtal1", "power", "crystal", where="ch.16, JOG Mode", trust="inferred"),
     Pin(0, "xtal2", "power", "crystal", where="ch.16, JOG Mode", trust="inferred"),
     Pin(0, "vcc", "power", "+5 V", where="ch.16, JOG Mode"),
@@ -70,8 +70,8 @@ BIT = Arg("bit", 1, 0, 255)
 TARGET = Arg("target", 1, 0, PAGE_BYTES - 1)
 
 
-def _row(form: str, name: str, args: tuple[Arg, ...], says: str, where: str, *, motion: bool = False, flow: str = "n", role: str = "", trust: Trust = "stated", code: int = -1, terminated: bool = True, stored: bool = True, starts: bool = False) -> TextRow:
-    return TextRow(form, name, args, COMMAND_US, says, where, program_us=PROGRAM_US, motion=motion, flow=flow, role=role, trust=trust, code=code, terminated=terminated, stored=stored, starts=starts)
+def _row(form: str, name: str, args: tuple[Arg, ...], description: str, where: str, *, motion: bool = False, flow: str = "n", role: str = "", trust: Trust = "stated", code: int = -1, terminated: bool = True, stored: bool = True, starts: bool = False) -> TextRow:
+    return TextRow(form, name, args, COMMAND_US, description, where, program_us=PROGRAM_US, motion=motion, flow=flow, role=role, trust=trust, code=code, terminated=terminated, stored=stored, starts=starts)
 
 
 COMMANDS = Table(
@@ -245,7 +245,7 @@ NOTES = MappingProxyType({
     "numbers": "pin numbers and electrical data are in chapters that are not readable",
 })
 SLIPS = MappingProxyType({
-    **{letter: f"{says}: there is no such command" for letter, says in MISSING.items()},
+    **{letter: f"{description}: there is no such command" for letter, description in MISSING.items()},
     "\u00d8": "write the digit 0",
     "\u201c": 'write a straight quotation mark: "',
     "\u201d": 'write a straight quotation mark: "',

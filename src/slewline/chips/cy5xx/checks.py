@@ -79,12 +79,12 @@ def judged(
         remarks: yields the problems of a command in a state.
         after: returns the state after a command.
     """
-    told = set()
+    reported = set()
 
     def step(statement: Statement, before: S) -> S:
         for each in remarks(statement, before):
-            if (statement.line, statement.column, each.code) not in told:
-                told.add((statement.line, statement.column, each.code))
+            if (statement.line, statement.column, each.code) not in reported:
+                reported.add((statement.line, statement.column, each.code))
                 found, remedy = each.found, each.remedy
                 source.report(statement, each.code, each.severity, found, section=each.section, remedy=remedy)
         return after(statement, before)

@@ -10,9 +10,17 @@ from ...core.datasheet.table import Register, Timing
 
 def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
     """Return an option for each register: its value at power-up."""
-    says = "at power-up: {}; random in the part"
+    template = "at power-up: {}; random in the part"
     return tuple(
-        Option(row.name, "int", row.default, says.format(row.says), low=0, high=(1 << row.bits) - 1, where=row.where)
+        Option(
+            row.name,
+            "int",
+            row.default,
+            template.format(row.description),
+            low=0,
+            high=(1 << row.bits) - 1,
+            where=row.where,
+        )
         for row in registers
     )
 
@@ -20,7 +28,9 @@ def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
 def clocks(times: Mapping[str, Timing]) -> tuple[Option, ...]:
     """Return an option for each time that is inferred."""
     return tuple(
-        Option(name, "int", time.ticks, f"inferred: {time.says}", low=1, high=10**6, unit="clocks", where=time.where)
+        Option(
+            name, "int", time.ticks, f"inferred: {time.description}", low=1, high=10**6, unit="clocks", where=time.where
+        )
         for name, time in times.items()
     )
 

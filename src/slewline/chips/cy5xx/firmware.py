@@ -126,7 +126,7 @@ class Cy5xx(Chip):
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
-                driver.drive(row.reset if on and row.way == "out" else None)
+                driver.drive(row.reset if on and row.in_out == "out" else None)
         self._port.rest(on)
 
     def _clock_runs(self) -> None:

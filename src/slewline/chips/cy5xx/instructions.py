@@ -33,12 +33,12 @@ class ParameterHandlers:
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.motion = chip, ticks, registers, outputs, motion
         self.axis = chip.axes[0]
-        self.said: set[str] = set()  # findings that are reported once
+        self.reported: set[str] = set()  # findings that are reported once
 
     def finding_once(self, code: str, text: str) -> None:
         """Add a finding, once."""
-        if code not in self.said:
-            self.said.add(code)
+        if code not in self.reported:
+            self.reported.add(code)
             self.chip.finding(code, text)
 
     # ------------------------------------------------------------------------------------------------- parameters
@@ -99,8 +99,8 @@ class ParameterHandlers:
                 f"{text} uses the {name} register, which has not been set since power-up; its content is undefined",
             )
         for bad, code, what in self.odd():
-            if bad and what not in self.said:
-                self.said.add(what)
+            if bad and what not in self.reported:
+                self.reported.add(what)
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:

@@ -150,8 +150,8 @@ class Interpreter:
             chip.finding("bad-target", f"{where}: run mode, nothing to execute")
         else:
             chip.finding("end-of-program", f"no instruction at byte {at}: run mode, nothing to execute")
-        way = "a live 0 or RESET" if program.takes_live else "RESET"
-        chip.waits(f"run mode with nothing to execute, waiting for {way}")
+        awaited = "a live 0 or RESET" if program.takes_live else "RESET"
+        chip.waits(f"run mode with nothing to execute, waiting for {awaited}")
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:

@@ -102,13 +102,15 @@ class SlopeRamps(Calculator):
         self.quantities = (
             RampParameter(
                 "R",
-                sheet.commands["R"].says,
+                sheet.commands["R"].description,
                 rate,
                 per_s=1,
                 measure=lambda value: -log(law.period(value)),
                 tried=f"{rate.low}..{rate.high}/16",
             ),
-            RampParameter("S", sheet.commands["S"].says, slope, free=True, tried=f"{self.slopes[0]}..{slope.high}/12"),
+            RampParameter(
+                "S", sheet.commands["S"].description, slope, free=True, tried=f"{self.slopes[0]}..{slope.high}/12"
+            ),
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:

@@ -41,7 +41,7 @@ class RegistersAtStart(NamedTuple):
         return MotionParameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
 
     @property
-    def way_up(self) -> list[IdealPiece]:
+    def ramp_up(self) -> list[IdealPiece]:
         """The ramp, step by step; empty unless S < T."""
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
         if high <= low:
@@ -58,7 +58,7 @@ class RegistersAtStart(NamedTuple):
             number: steps; None until an event ends the motion, or for `limit` steps.
         """
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
-        up = self.way_up
+        up = self.ramp_up
         if number is None:
             rest = FOREVER if limit >= OPEN else max(limit - len(up), 0) / high
             pieces = [*up[:limit], IdealPiece(rest, high)]

@@ -115,9 +115,9 @@ class GscRamps(Calculator):
         rows = sheet.commands
         start, top, length = rows["S"], rows["T"], rows["R"]
         self.quantities = (
-            RampParameter("S", start.says, start.args[0], per_s=1, measure=log, tried="10..80/5"),
-            RampParameter("T", top.says, top.args[0], per_s=1, measure=log, tried="30..600/14"),
-            RampParameter("R", length.says, length.args[0], free=True, measure=log, tried="1..800/12"),
+            RampParameter("S", start.description, start.args[0], per_s=1, measure=log, tried="10..80/5"),
+            RampParameter("T", top.description, top.args[0], per_s=1, measure=log, tried="30..600/14"),
+            RampParameter("R", length.description, length.args[0], free=True, measure=log, tried="1..800/12"),
             RampParameter(
                 "law", "law of the rate between S and T", choices=tuple(profile.LAWS), default=next(iter(profile.LAWS))
             ),

@@ -49,20 +49,20 @@ PINS = (
     Pin(21, "v5_21", "power", "+5 V out, 100 mA", where=_PD),
     Pin(22, "mov", "out", "high while a movement is executed", active=1, reset=0, where=_PD, role="moving"),
     Pin(23, "ramp", "out", "high while a ramp is executed", active=1, reset=0, where=_PD, role="ramping"),
-    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD, role="enable", reflex="hold", told=("no further step", "")),
+    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD, role="enable", reflex="hold", transcript=("no further step", "")),
     Pin(25, "nc25", "none", "not connected", where=_PD),
     Pin(26, "dir", "out", "high: clockwise", active=1, reset=1, where=_PD, role="direction"),
-    Pin(27, "reset", "out", "resets the driver: low for 400 µs", active=0, reset=1, where=_PD, role="driver_reset", told=("the driver is reset", "")),
+    Pin(27, "reset", "out", "resets the driver: low for 400 µs", active=0, reset=1, where=_PD, role="driver_reset", transcript=("the driver is reset", "")),
     Pin(28, "clock", "out", "a low pulse of 1.7 µs per step", active=0, reset=1, where=_PD, role="step", sense=1),
     Pin(29, "nc29", "none", "not connected", where=_PD),
-    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="home", reflex="stop back", told=("at the home position", "")),
-    Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD, role="output1", told=("", "")),
-    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="end", reflex="stop out", told=("at the end of travel", "")),
-    Pin(33, "uo2", "out", "user output 2", active=1, reset=0, where=_PD, role="output2", told=("", "")),
-    Pin(34, "ui1", "in", "user input 1", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input1", told=("", "")),
-    Pin(35, "uo3", "out", "user output 3", active=1, reset=0, where=_PD, role="output3", told=("", "")),
-    Pin(36, "ui2", "in", "user input 2", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input2", told=("", "")),
-    Pin(37, "ui3", "in", "user input 3", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input3", told=("", "")),
+    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="home", reflex="stop back", transcript=("at the home position", "")),
+    Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD, role="output1", transcript=("", "")),
+    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="end", reflex="stop out", transcript=("at the end of travel", "")),
+    Pin(33, "uo2", "out", "user output 2", active=1, reset=0, where=_PD, role="output2", transcript=("", "")),
+    Pin(34, "ui1", "in", "user input 1", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input1", transcript=("", "")),
+    Pin(35, "uo3", "out", "user output 3", active=1, reset=0, where=_PD, role="output3", transcript=("", "")),
+    Pin(36, "ui2", "in", "user input 2", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input2", transcript=("", "")),
+    Pin(37, "ui3", "in", "user input 3", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input3", transcript=("", "")),
     Pin(38, "gnd38", "power", "ground", where=_PD),
 )
 
@@ -104,12 +104,12 @@ SIGNED = Arg("position", 3, -(1 << 23), (1 << 23) - 1, sign="must")
 _CD = "command descriptions"
 
 
-def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n", role: str = "") -> LineRow:
-    return LineRow(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
+def _stored(form: str, name: str, args: tuple[Arg, ...], description: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n", role: str = "") -> LineRow:
+    return LineRow(form, name, args, MS, description, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
 
 
-def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "", starts: bool = False) -> LineRow:  # fmt: skip
-    return LineRow(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once, starts=starts)
+def _immediate(form: str, name: str, description: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "", starts: bool = False) -> LineRow:  # fmt: skip
+    return LineRow(form, name, args, MS, description, _CD, stored=False, head=head, when=when, role=role, at_once=at_once, starts=starts)
 
 
 ROWS = (

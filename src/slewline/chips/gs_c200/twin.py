@@ -104,14 +104,14 @@ class Stepwise:
         self.chip.waits(f"{text}: at the end of travel")
         self.moving = True
         self.ramp, self.number = 0, None
-        for switch, way, found in (
+        for switch, direction, found in (
             (lines.eot, sign, ("limit", "EOT")),
             (lines.home, -sign, ("home", "HOME")),
         ):
             if switch.level == 1:
-                await self.set_out(way)
+                await self.set_out(direction)
             while await self.wait_until_step_allowed(switch):
-                await self.step(nearest(SECOND, 10 * speed), way, False)
+                await self.step(nearest(SECOND, 10 * speed), direction, False)
             self.counter.log.mark(*found)
         self.rest()
 

@@ -51,10 +51,10 @@ class Port:
         self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
         names = ("hostslct", "hostcmd", "hostwrite", "hostread")
         self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
-        self.told: set[str] = set()  # reported: commands without their encoder, a program for a servo
+        self.reported: set[str] = set()  # reported: commands without their encoder, a program for a servo
         self.watches = ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select))
-        for net, told in self.watches:
-            net.watch(told)
+        for net, callback in self.watches:
+            net.watch(callback)
         self.slct.ends = (self,)
         self.begin()
 
@@ -321,8 +321,8 @@ class Port:
             self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: it has no effect")
         sibling = self.codes.siblings.get(code)
         self.wanted = sibling.writes if sibling is not None else 0
-        if SERVO not in self.told and (text := servo(self.chip.sheet, code)):
-            self.told.add(SERVO)  # the others are not reported
+        if SERVO not in self.reported and (text := servo(self.chip.sheet, code)):
+            self.reported.add(SERVO)  # the others are not reported
             self.chip.finding("servo-command", text)
         if not self.wanted:
             self._answer([0] * (sibling.reads if sibling is not None else 0))
@@ -347,8 +347,8 @@ class Port:
     def _perform(self, row: PacketRow) -> None:
         """Execute the command of a complete packet."""
         chip = self.chip
-        if row.encoder and not chip.sheet.encoder and row.name not in self.told:
-            self.told.add(row.name)
+        if row.encoder and not chip.sheet.encoder and row.name not in self.reported:
+            self.reported.add(row.name)
             part = chip.sheet.part
             chip.finding(
                 "no-encoder", f"{row.name} needs an encoder: the {part} accepts it without effect; use the {part}-e"

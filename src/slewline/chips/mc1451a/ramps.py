@@ -217,7 +217,8 @@ class ChipsetRamps(Calculator):
         self.sheet = sheet
 
         def quantity(name: str, arg: Arg, low: int, **more: object) -> RampParameter:
-            return RampParameter(name, sheet.commands.named(name).says, replace(arg, low=low), per_s=arg.cycles, **more)  # type: ignore[arg-type]
+            row = sheet.commands.named(name)
+            return RampParameter(name, row.description, replace(arg, low=low), per_s=arg.cycles, **more)  # type: ignore[arg-type]
 
         self.quantities = (
             RampParameter(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),

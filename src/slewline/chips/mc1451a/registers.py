@@ -66,7 +66,7 @@ class AxisState:
     high_speed: bool = False
     motor_on: bool = True
     was_off: bool = False  # the motor, since the last cycle that was worked
-    held: bool = False  # the motor was off, and no update was commanded since it is on: no motion starts
+    awaits_update: bool = False  # the motor was off, and no update was commanded since it is on: no motion starts
     breakpoint: str = ""  # armed condition: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
     comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
     mask: int = 0  # of interrupts
@@ -136,7 +136,7 @@ class AxisState:
         The motor decides now whether it may start a motion: after MTR_ON the axis stays at rest until a move is
         initiated (pulse generation control), in whichever cycle that happens.
         """
-        self.held = not self.motor_on
+        self.awaits_update = not self.motor_on
         buffer, waiting = self.buffer, self.update
         update = self.update = buffer.copy()
         update.cause = cause
@@ -151,7 +151,7 @@ class AxisState:
 
     def switch_off(self) -> None:
         """Switch the motor off, by command or by a stall.  The next cycle ends the motion, even if it is on again."""
-        self.motor_on, self.held = False, True
+        self.motor_on, self.awaits_update = False, True
         self.was_off = True
 
     @property

@@ -17,7 +17,7 @@ from typing import Any
 from ...core.datasheet.channel import HostPort
 from ...core.datasheet.command_rows import PacketRow
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Bits, Limit, Pin, Register, Sheet, Table, Timing, Way
+from ...core.datasheet.table import Arg, Bits, InOut, Limit, Pin, Register, Sheet, Table, Timing
 from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
@@ -34,9 +34,13 @@ _CYCLE, _FILTERED = "once per cycle", "once per cycle, after a filter of 480 ns"
 _STROBE = "at the strobes"
 
 
-def _wires(where: str, numbers: Sequence[int], name: str, way: Way, says: str, first: int = 0) -> tuple[Pin, ...]:
+def _wires(
+    where: str, numbers: Sequence[int], name: str, in_out: InOut, description: str, first: int = 0
+) -> tuple[Pin, ...]:
     """Return numbered pins without a signal of the model; `first` is the number of the first one."""
-    return tuple(Pin(number, f"{name}{first + n}", way, says, where=where) for n, number in enumerate(numbers))
+    return tuple(
+        Pin(number, f"{name}{first + n}", in_out, description, where=where) for n, number in enumerate(numbers)
+    )
 
 
 def _supply(where: str, package: str, vcc: Sequence[int], gnd: Sequence[int]) -> tuple[Pin, ...]:
@@ -50,13 +54,13 @@ def _supply(where: str, package: str, vcc: Sequence[int], gnd: Sequence[int]) ->
 PINS = (
     *(Pin(number, f"pulse{n}", "out", f"axis {n}: a step at every falling edge; a square wave", active=0, reset=0, where=_IO, axis=n, role="step") for n, number in enumerate((28, 26, 40, 39), 1)),
     *(Pin(number, f"dir{n}", "out", f"axis {n}: high: positive direction", active=1, reset=1, where=_IO, axis=n, role="direction") for n, number in enumerate((42, 30, 35, 34), 1)),
-    *(Pin(number, f"home{n}", "in", f"axis {n}: low satisfies the external breakpoint", active=0, tie=1, seen=_FILTERED, where=_IO, axis=n, role="home", reflex="mark", told=(f"axis {n} at its home position", "")) for n, number in enumerate((13, 23, 11, 10), 1)),
+    *(Pin(number, f"home{n}", "in", f"axis {n}: low satisfies the external breakpoint", active=0, tie=1, seen=_FILTERED, where=_IO, axis=n, role="home", reflex="mark", transcript=(f"axis {n} at its home position", "")) for n, number in enumerate((13, 23, 11, 10), 1)),
     Pin(41, "hostcmd", "in", "high: a command is written; low: data", active=1, tie=0, seen=_STROBE, where=_IO, role="command"),
     Pin(37, "hostrdy", "out", "high: ready; low after reset, a command or a word", active=1, reset=0, where=_IO, role="ready"),
     Pin(51, "hostread", "in", "low: the chip puts a byte on the host bus", active=0, tie=1, seen="both edges", where=_IO, role="read"),
     Pin(47, "hostwrite", "in", "its rising edge takes a byte from the host bus", active=0, tie=1, seen="rising edge", where=_IO, role="write"),
     Pin(48, "hostslct", "in", "low selects the port; high while it is not used", active=0, tie=1, seen=_STROBE, where=_IO, role="chip_select"),
-    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask enables", active=0, reset=1, where=_IO, role="interrupt", told=("an axis has an event for the host", "")),
+    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask enables", active=0, reset=1, where=_IO, role="interrupt", transcript=("an axis has an event for the host", "")),
     *(Pin(number, f"hostdata{bit}", "both", f"host bus, bit {bit}", active=1, where=_IO, role="data") for bit, number in enumerate((50, 61, 53, 65, 67, 62, 64, 60))),
     Pin(46, "io_cpclk", "none", "clock from CLKOUT", where=_IO),
     Pin(52, "io_ioclkin", "none", "shifted clock; wire it to IOCLKOUT", where=_IO),
@@ -68,11 +72,11 @@ PINS = (
     Pin(43, "io_cpreset", "none", "wire it to RESET", active=0, where=_IO),
     *_supply(_IO, "io", (4, 21, 25, 38, 55), (14, 15, 32, 49, 54, 66)),
     *(Pin(number, f"atrest{n}", "out", f"axis {n}: high at rest, low in motion", active=1, reset=1, where=_CP, axis=n, role="moving", sense=0) for n, number in enumerate((56, 55, 54, 53), 1)),
-    *(Pin(number, f"poslimit{n}", "in", f"axis {n}: end of travel in positive direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_plus", reflex="stop up", told=("", "")) for n, number in enumerate((52, 45, 42, 38), 1)),
-    *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", reflex="stop down", told=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
+    *(Pin(number, f"poslimit{n}", "in", f"axis {n}: end of travel in positive direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_plus", reflex="stop up", transcript=("", "")) for n, number in enumerate((52, 45, 42, 38), 1)),
+    *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", reflex="stop down", transcript=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
     Pin(24, "clkin", "power", "master clock", where=_CP),
     Pin(19, "clkout", "out", "a quarter of the master clock, for the other chips", where=_CP, role="clock"),
-    Pin(17, "reset", "in", "low resets the chipset; after power-up, not before 0.25 s", active=0, tie=1, seen="level, low for 1 µs", where=_CP, role="reset", told=("the chipset is held in reset", "the chipset starts again")),
+    Pin(17, "reset", "in", "low resets the chipset; after power-up, not before 0.25 s", active=0, tie=1, seen="level, low for 1 µs", where=_CP, role="reset", transcript=("the chipset is held in reset", "the chipset starts again")),
     *_wires(_CP, (16, 18, 68, 67), "cp_iocntrl", "none", "control between the chips"),
     *_wires(_CP, (58, 57, 50, 49, 46, 43, 40, 39, 36, 35), "cp_data", "none", "data between the chips", first=2),
     *_wires(_CP, (28, 9, 6, 5), "cp_ioaddr", "none", "address to the other chips"),
@@ -191,10 +195,10 @@ class RegisterRow(PacketRow):
     shows: str = ""
 
 
-def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
+def _do(name: str, code: int, description: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
     """Return a command: its arguments (`args`), the value that it `reads`, the axes on which it `acts`."""
     found = () if reads is None else (reads,)
-    return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
+    return RegisterRow(name, name, args, BUSY_US, description, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
 
 
 # fmt: off

@@ -205,16 +205,16 @@ def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]
     environment = os.environ | {TOKEN: token, "PYTHONUNBUFFERED": "1"}
     with (
-        TemporaryFile() as said,  # by the server, next to the screen
-        start(call, environment, said) as process,
+        TemporaryFile() as server_output,  # by the server, next to the screen
+        start(call, environment, server_output) as process,
     ):
         given, printed = cast("IO[bytes]", process.stdin), cast("IO[bytes]", process.stdout)
         try:
             first = printed.readline().decode()
             if not first.startswith("control: "):
                 process.wait()
-                said.seek(0)
-                why = said.read().decode("utf-8", "replace").strip()
+                server_output.seek(0)
+                why = server_output.read().decode("utf-8", "replace").strip()
                 raise UsageError(why.removeprefix("slewline: ") or "the server of the debugger has not started")
             yield first.removeprefix("control: ").strip(), token
         finally:

@@ -17,7 +17,7 @@ import click
 
 from ...errors import UsageError
 from ...temporary import TemporaryFolder
-from ..files import say_replaced
+from ..files import report_replaced
 from .serve import ServeCommand, remark, say, show, show_again, signals, state_directory
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class DriveCommand(ServeCommand):
             folder = self._folder(stack)
             with kept_if_it_begins(folder):
                 self.journal = self.journal or str(folder / "journal.jsonl")
-                say_replaced(self.journal)
+                report_replaced(self.journal)
                 stores = stack.enter_context(state_directory(self.state))
                 bench = self.new_bench(stores)
                 drive = self.new_drive(bench, folder)
@@ -194,9 +194,9 @@ class DriveCommand(ServeCommand):
         server.loop.ask(begin)
         drive.on_wake.add(lambda: server.loop.ask(again))
         server.notes.append(drive.status)
-        self._hear_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
+        self._watch_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
-    def _hear_user(self, server: Server, drive: Drive, introduction: str) -> None:
+    def _watch_user(self, server: Server, drive: Drive, introduction: str) -> None:
         """Print the introduction once SIGUSR2 means `clear`; read typed commands."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers

@@ -13,7 +13,7 @@ import click
 from ...chips import sheet_of
 from ...errors import ProgramError, UsageError
 from ..dialects import foreign
-from ..files import Refused, chip_of, is_bench, read_program, say_replaced
+from ..files import Refused, chip_of, is_bench, read_program, report_replaced
 from ..single import BenchOptions, single
 from .process import PanelProcess, kept_journal
 from .serve import open_bench_file, remark, show_ports, signals
@@ -77,7 +77,7 @@ class PanelCommand(BenchOptions):
             for number in system.ends():
                 signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)
-            self.tell(panel)
+            self.report(panel)
             while panel.wait() and not panel.stopped and panel.replace(remark):
                 panel.attach(address)
                 show_ports([("panel", panel.url)])
@@ -86,7 +86,7 @@ class PanelCommand(BenchOptions):
     # -------------------------------------------------------------------------------------------- a server of our own
     def serve(self) -> int:
         """Serve the bench and its panel, until a signal ends it."""
-        say_replaced(self.journal)
+        report_replaced(self.journal)
         with (
             PanelProcess.beside(self.listen, self.read_only, self.allow_remote) as panel,
             kept_journal(self.journal) as self.journal,
@@ -103,7 +103,7 @@ class PanelCommand(BenchOptions):
                     if self.file is not None:
                         show_ports(open_bench_file(server, self.file))
                     panel.open(server)
-                    self.tell(panel)
+                    self.report(panel)
                 except BaseException:
                     server.close()
                     raise
@@ -139,11 +139,11 @@ class PanelCommand(BenchOptions):
         if self.chip is None and not Path(what).suffix and not Path(what).is_file():
             return single(what, strap=dict(self.strap), journal=self.journal)
         text, part, self.has_program = read_program(what), chip_of(what, self.chip), True
-        if says := foreign(text, what, part, sheet_of(part)):
-            remark(says)
+        if message := foreign(text, what, part, sheet_of(part)):
+            remark(message)
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
 
-    def tell(self, panel: PanelProcess) -> None:
+    def report(self, panel: PanelProcess) -> None:
         """Print the address of the panel, and open it in a web browser."""
         show_ports([("panel", panel.url)])
         if not self.no_browser:

@@ -87,11 +87,11 @@ class PanelProcess(Closing):
         self.url = line.decode().partition(": ")[2].strip()
         return bool(self.url)
 
-    def replace(self, tell: Callable[[str], object]) -> bool:
+    def replace(self, report: Callable[[str], object]) -> bool:
         """Restart a panel that has ended by itself, but only once; return whether it was restarted.
 
         Args:
-            tell: called with a message: the event and its remedy.
+            report: called with a message: the event and its remedy.
         """
         status, out = self.process.wait(), self.process.stdout
         ended = f"the panel has ended ({how(status)})"
@@ -100,9 +100,9 @@ class PanelProcess(Closing):
                 with suppress(OSError):
                     pipe.close()
         if self.was_replaced:
-            tell(f"{ended} again, and is not restarted; for a page, restart this command")
+            report(f"{ended} again, and is not restarted; for a page, restart this command")
             return False
-        tell(f"{ended}, and is restarted")
+        report(f"{ended}, and is restarted")
         self.was_replaced = True
         self.process = start(self.command, self.environment)
         if self.stopped:  # meanwhile
@@ -115,11 +115,11 @@ class PanelProcess(Closing):
 
         def read(data: bytes) -> None:
             if data and self._opened(data):
-                server.tell(f"panel: {self.url}")
+                server.report(f"panel: {self.url}")
             elif not data:
                 if os.name == "posix":
                     loop.watch(out.fileno())
-                if not self.stopped and self.replace(server.tell):
+                if not self.stopped and self.replace(server.report):
                     self._send(control)
                     self._watch(server, control)
 

@@ -23,7 +23,7 @@ class Firmware(NamedTuple):
 
     board: str
     file: str
-    says: str
+    description: str
     how: tuple[str, ...]
 
 
@@ -90,7 +90,7 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
     """
     if name is None:
         for each, about in FIRMWARE.items():
-            click.echo(f"{each:<10} --board {about.board:<6} {about.file:<24} {about.says}")
+            click.echo(f"{each:<10} --board {about.board:<6} {about.file:<24} {about.description}")
         return 0
     about = firmware_of(name, board)
     searched = [Path(source)] if source else places()

@@ -20,7 +20,7 @@ from ...chips import CATALOGUE, sheet_of
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import checked, read
 from ...errors import StoreError, UsageError
-from ..files import read_options, say_replaced
+from ..files import read_options, report_replaced
 from ..single import BenchOptions
 from .process import PanelProcess, kept_journal
 
@@ -73,7 +73,7 @@ class ServeCommand(BenchOptions):
     def perform(self) -> int:
         """Serve until a signal ends it; return the exit status."""
         ports = self.check_options()
-        say_replaced(self.journal)
+        report_replaced(self.journal)
         with ExitStack() as stack, state_directory(self.state, self.lockstep) as stores:
             panel = None
             if self.panel is not None:
@@ -108,11 +108,11 @@ class ServeCommand(BenchOptions):
         if (self.chip is None) == (self.bench is None):
             raise click.UsageError("give one of a chip, such as gs-c200s, and --bench FILE")
         if self.baud is not None:
-            says = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
-            raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
+            message = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
+            raise click.UsageError(f"--baud {self.baud}: {message or 'this part has no rate of its own; leave it out'}")
         if self.rate in BAUD_RATES and self.chip is not None:
-            says = sheet_of(self.chip).elsewhere("baud", self.rate) or "this part has none of its own"
-            remark(f"--rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {says}")
+            message = sheet_of(self.chip).elsewhere("baud", self.rate) or "this part has none of its own"
+            remark(f"--rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {message}")
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
         if self.bench is not None and any((*own, self.card)):
             raise click.UsageError(
@@ -272,11 +272,11 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
     directory = Path(path)
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        held = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
+        lock_file = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
     except OSError as error:
         raise UsageError(f"--state {path}: {error.strerror}; give a writable directory") from None
-    if not lock(held):
-        os.close(held)
+    if not lock(lock_file):
+        os.close(lock_file)
         raise UsageError(f"--state {path}: another server uses it; stop that one, or give another directory")
     stores: list[BackgroundStore] = []
 
@@ -289,15 +289,15 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
     finally:
         for store in stores:
             finish(store)
-        os.close(held)
+        os.close(lock_file)
 
 
 def background_store(path: Path, lockstep: bool) -> BackgroundStore:
     """Return a memory in a file; a damaged file is reported now, not when a program is missing."""
-    from ...links.lines.background import PATIENCE_S, BackgroundStore
+    from ...links.lines.background import WRITE_TIMEOUT_S, BackgroundStore
     from ...links.lines.memory_file import FileStore
 
-    return BackgroundStore(FileStore(path), None if lockstep else PATIENCE_S)
+    return BackgroundStore(FileStore(path), None if lockstep else WRITE_TIMEOUT_S)
 
 
 def finish(store: BackgroundStore) -> None:
@@ -357,7 +357,7 @@ def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[]
     for number in system.numbers("SIGUSR1"):
         calls[number] = lambda *_: loop.ask(status)
     kept = {number: signal.signal(number, call) for number, call in calls.items()}
-    loop.hear_signals()
+    loop.watch_signals()
     try:
         yield
     except BaseException:

@@ -101,8 +101,8 @@ class CompareDialogue(SettingOptions):
                 return FOUND
         elif self.report is not None:
             dialogue.write(self.report)
-        if not exchanges_of(dialogue.said, speech):
-            lines = sum(said.speaker == "host" for said in dialogue.said)
+        if not exchanges_of(dialogue.entries, speech):
+            lines = sum(entry.speaker == "host" for entry in dialogue.entries)
             whose = f"none of its {lines} lines is for address {speech.address}" if lines else "no host has sent data"
             raise UsageError(f"{self.dialogue}: nothing to compare: {whose}; name another dialogue, or --address")
         tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
@@ -134,7 +134,7 @@ class CompareDialogue(SettingOptions):
             header,
             part=self.part or header.part,
             baud=self.baud or header.baud,
-            checksum=are_checked(dialogue.said) if checked is None else checked,
+            checksum=are_checked(dialogue.entries) if checked is None else checked,
             address=header.address if self.address is None else self.address,
             straps=dict(header.straps) | dict(self.strap),
             markings=header.markings if self.markings is None else self.markings,
@@ -153,7 +153,7 @@ class CompareDialogue(SettingOptions):
             path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))
             with self.module(path, dialogue.header, speech) as module:
                 wait_s = (self.tolerance or 0) / PS_PER_US / 1e6
-                play(exchanges_of(dialogue.said, speech), module, self.replace, wait_s)
+                play(exchanges_of(dialogue.entries, speech), module, self.replace, wait_s)
             return RecordedDialogue.read(path)
 
     @contextmanager
@@ -169,7 +169,7 @@ class CompareDialogue(SettingOptions):
         ):
             file = SendableFile(path, replace(header, baud=speech.baud), remark)
             try:
-                module = Module(port, speech, file, may_move=self.move, say=remark)
+                module = Module(port, speech, file, may_move=self.move, report=remark)
                 if speech.wake:
                     module.send(speech.wake)
                     module.listen(TIDY_S)

@@ -21,9 +21,11 @@ if TYPE_CHECKING:
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def chip_option(says: str, *, required: bool = True) -> Callable[[Function], Function]:
+def chip_option(description: str, *, required: bool = True) -> Callable[[Function], Function]:
     """Return the option that names the part of a module."""
-    return click.option("--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=says)
+    return click.option(
+        "--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=description
+    )
 
 
 MARKINGS = click.option("--markings", metavar="TEXT", help="The text printed on the module, for the record.")
@@ -80,7 +82,7 @@ class SettingOptions:
             may_move=may_move,
             echo=self.echo,
             raw=raw,
-            say=remark,
+            report=remark,
         )
 
 

@@ -116,7 +116,7 @@ class PullCommand(PortOptions):
 
     def _pull(self, sheet: Sheet) -> None:
         with self.module(sheet, self.output) as module:
-            pull(module, self.output, base=self.base, recall=self.eeprom, replace=self.replace, say=remark)
+            pull(module, self.output, base=self.base, recall=self.eeprom, replace=self.replace, report=remark)
 
 
 @dataclass
@@ -140,4 +140,4 @@ class PushCommand(PortOptions):
     def _push(self, sheet: Sheet, wanted: ProgramText) -> None:
         pace = STORED_BYTE_S if self.pace is None else self.pace / PS_PER_S
         with self.module(sheet, self.file, self.move) as module:
-            push(module, wanted, self.file, store=self.store, keep=self.keep, pace=pace, say=remark)
+            push(module, wanted, self.file, store=self.store, keep=self.keep, pace=pace, report=remark)

@@ -110,8 +110,8 @@ def show(reply: Reply) -> None:
     for number, line in enumerate(reply.lines, start=1):
         last = number == len(reply.lines)
         took = f"{reply.answered_ms:.0f} ms" if reply.answered_ms is not None else ""
-        says = ", ".join(filter(None, (reply.meaning, took))) if last else ""
-        click.echo(f"{line}  ({says})" if says else line)
+        message = ", ".join(filter(None, (reply.meaning, took))) if last else ""
+        click.echo(f"{line}  ({message})" if message else line)
     for text in reply.findings:
         click.echo(f"  ! {text}")
     if reply.failure:
@@ -184,8 +184,8 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
 
         def get_completions(self, document: Any, _event: Any) -> Iterator[Completion]:
             begun = document.text_before_cursor
-            for text, says in conversation.suggestions(begun):
-                yield Completion(text, -len(begun), display_meta=says)
+            for text, description in conversation.suggestions(begun):
+                yield Completion(text, -len(begun), display_meta=description)
 
     def below() -> str:
         return conversation.hint(session.default_buffer.text) or LEAVE

@@ -151,26 +151,29 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
 
 def grid_text(grid: Grid, calculator: Calculator) -> str:
     """Return a grid as text, without parameters whose only value is the default."""
-    shown = [*grid.free, *calculator.told({name: of for name, of in grid.at(0).items() if name not in grid.free})]
+    shown = [
+        *grid.free,
+        *calculator.without_defaults({name: of for name, of in grid.at(0).items() if name not in grid.free}),
+    ]
     places = [(name, of) for name, of in zip(grid.names, grid.values, strict=True) if name in shown]
     return str(Grid(*zip(*places, strict=True)))
 
 
 def chosen_line(chosen: Chosen, calculator: Calculator) -> str:
     """Return a line that describes a move."""
-    return f"{told(calculator, chosen.values)}: {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} steps"
+    return f"{values_text(calculator, chosen.values)}: {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} steps"
 
 
-def told(calculator: Calculator, values: Any) -> str:
+def values_text(calculator: Calculator, values: Any) -> str:
     """Return parameter values as text, without those at their default."""
-    named: dict[str, Value] = calculator.told(values)
+    named: dict[str, Value] = calculator.without_defaults(values)
     return ", ".join(f"{name} {value}" for name, value in named.items())
 
 
 def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
     """Yield the map, the fastest first: the moves that complete, and the perturbation that fails each other move."""
     counts = Counter(place.says for place in found.map)
-    yield f"map           {', '.join(f'{count} {says}' for says, count in counts.most_common())}"
+    yield f"map           {', '.join(f'{count} {verdict}' for verdict, count in counts.most_common())}"
     names = found.task.grid.free or found.task.grid.names[:1]
     rows = sorted(found.map, key=lambda place: (place.time_ps is None, place.time_ps or 0))
     cells = [[*(str(place.values[name]) for name in names), *_verdict(place)] for place in rows[:MOST_ROWS]]
@@ -200,9 +203,9 @@ def progress() -> Iterator[OnProgress]:
     with Bars(*columns, console=Console(stderr=True), transient=True) as shown:
         bar = shown.add_task("", left="")
 
-        def told(now: Progress) -> None:
+        def show_progress(now: Progress) -> None:
             best = "" if now.time_ps is None else f" below {readable(now.time_ps)}, the best so far"
-            says = f"{now.left} left{best}, {now.runs} runs"
-            shown.update(bar, description=now.doing, completed=now.done, total=now.total, left=says)
+            remaining = f"{now.left} left{best}, {now.runs} runs"
+            shown.update(bar, description=now.doing, completed=now.done, total=now.total, left=remaining)
 
-        yield told
+        yield show_progress

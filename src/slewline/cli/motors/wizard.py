@@ -88,8 +88,8 @@ class Question:
     def show(self, rows: list[tuple[str, str]]) -> None:
         """Print a list with numbers; only the beginning of a long one."""
         width = max((len(name) for name, _ in rows), default=0)
-        for number, (name, says) in enumerate(rows[:MOST_SHOWN], 1):
-            click.echo(f"  {number:2}  {name:<{width}}  {says}".rstrip(), err=True)
+        for number, (name, description) in enumerate(rows[:MOST_SHOWN], 1):
+            click.echo(f"  {number:2}  {name:<{width}}  {description}".rstrip(), err=True)
         if len(rows) > MOST_SHOWN:
             others = ", ".join(name for name, _ in rows[MOST_SHOWN:])
             click.echo(f"      and {others}\n      type a part of a name to shorten the list", err=True)
@@ -148,7 +148,7 @@ def chip_question(_given: dict[str, str]) -> Question:
     """Return the question for the chip."""
     from ...chips import PARTS, ramps_of
 
-    rows = [(part, row.says) for part, row in PARTS.items()]
+    rows = [(part, row.description) for part, row in PARTS.items()]
     return Question("Chip", rows, rows[0][0], ramps_of)
 
 

@@ -72,8 +72,8 @@ class HintingCommand(click.Command):
         """Read the arguments; suggest an option for an unknown one."""
         given = list(args)
         is_checked = not (ctx.resilient_parsing or {"-h", "--help"} & {*args})
-        if is_checked and (says := misplaced(self, ctx, given)):
-            raise click.UsageError(says, ctx)
+        if is_checked and (message := misplaced(self, ctx, given)):
+            raise click.UsageError(message, ctx)
         try:
             return super().parse_args(ctx, self.completed(ctx, args) if is_checked else args)
         except click.MissingParameter as error:
@@ -86,8 +86,8 @@ class HintingCommand(click.Command):
             raise click.UsageError(f"Missing {missing}; such as:  slewline {self.name} {example}", ctx) from None
         except click.NoSuchOption as error:
             remedy = MEANT.get(f"{ctx.info_name} {error.option_name}")
-            says = meant(error.option_name, self.options(ctx)) if remedy is None else f": {remedy}"
-            raise click.UsageError(f"No such option '{error.option_name}'{says}", ctx) from None
+            message = meant(error.option_name, self.options(ctx)) if remedy is None else f": {remedy}"
+            raise click.UsageError(f"No such option '{error.option_name}'{message}", ctx) from None
 
     def options(self, ctx: click.Context) -> list[str]:
         """Return the options that the help lists."""

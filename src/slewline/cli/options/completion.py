@@ -21,7 +21,11 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem]:
     """Return the words that begin with a text, whatever its case, each with its meaning."""
-    return [CompletionItem(word, help=says or None) for word, says in words if word.lower().startswith(begun.lower())]
+    return [
+        CompletionItem(word, help=description or None)
+        for word, description in words
+        if word.lower().startswith(begun.lower())
+    ]
 
 
 def quietly(complete: Complete) -> Complete:
@@ -70,8 +74,8 @@ def of_sheet(words: Callable[[Sheet], Iterable[tuple[str, str]]]) -> Complete:
 def inputs(found: Sheet) -> Iterable[tuple[str, str]]:
     """Yield the inputs of a part, each with a level."""
     for pin in found.pins:
-        if pin.way in ("in", "both"):
-            yield from ((f"{pin.name}={level}", pin.says) for level in (0, 1))
+        if pin.in_out in ("in", "both"):
+            yield from ((f"{pin.name}={level}", pin.description) for level in (0, 1))
 
 
 def options(found: Sheet) -> Iterable[tuple[str, str]]:
@@ -88,7 +92,7 @@ def parameters(found: Sheet) -> Iterable[tuple[str, str]]:
     """Yield the parameters of the ramp calculator of a part."""
     from ...chips import ramps_of
 
-    return ((f"{quantity.name}=", quantity.says) for quantity in ramps_of(found.part).quantities)
+    return ((f"{quantity.name}=", quantity.description) for quantity in ramps_of(found.part).quantities)
 
 
 strap = drive = of_sheet(inputs)
@@ -102,10 +106,10 @@ def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comple
     """Complete the last of several names of pins, separated by commas."""
     found = sheet(ctx)
     before, comma, last = begun.rpartition(",")
-    rows = [pin for pin in found.pins if pin.way not in ("power", "none")] if found is not None else []
+    rows = [pin for pin in found.pins if pin.in_out not in ("power", "none")] if found is not None else []
     return [
         CompletionItem(before + comma + str(item.value), help=item.help)
-        for item in fitting(((pin.name, pin.says) for pin in rows), last)
+        for item in fitting(((pin.name, pin.description) for pin in rows), last)
     ]
 
 

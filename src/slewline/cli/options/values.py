@@ -197,8 +197,8 @@ class PinDrive(Completed[tuple[str, int, int]]):
             return value
         match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([01])\s*(?:@(.*))?", value)
         if match is None:
-            says = wrong_level(value) or "give pin, level and instant, such as 'abort=0@12 ms' or 'x.abort=1'"
-            self.fail(f"{value!r}: {says}", param, ctx)
+            message = wrong_level(value) or "give pin, level and instant, such as 'abort=0@12 ms' or 'x.abort=1'"
+            self.fail(f"{value!r}: {message}", param, ctx)
         try:
             return match[1], int(match[2]), picoseconds(match[3] or 0)
         except TimeError as error:
@@ -272,17 +272,19 @@ class Strap(Completed[tuple[str, int]]):
         """Return a message for a wrong strap: the error, the inputs of the chip, and the nearest name."""
         if sheet is None:
             return wrong_level(value) or "give a pin and its level, 0 or 1, such as 'chs=0'"
-        inputs = {row.name: row.says for row in sheet.pins if row.way in ("in", "both")}
+        inputs = {row.name: row.description for row in sheet.pins if row.in_out in ("in", "both")}
         like = next(iter([*sheet.plain, *sheet.fastest, *inputs]))
         name = value.partition("=")[0].strip()
-        says = wrong_level(value) or f"give a pin and its level, 0 or 1, such as '{name if name in inputs else like}=0'"
+        message = (
+            wrong_level(value) or f"give a pin and its level, 0 or 1, such as '{name if name in inputs else like}=0'"
+        )
         if name in inputs:
-            return says
+            return message
         if name.isidentifier() and "=" in value:
-            says = f"the {sheet.part} has no pin {name!r}"
+            message = f"the {sheet.part} has no pin {name!r}"
         about = [f"{pin} ({what})" for pin, what in inputs.items() if name and name.lower() in what.lower()]
         meant = f"; the {name} is on {', '.join(about)}" if about else hint(name, inputs)
-        return f"{says}; its inputs: {', '.join(inputs)}{meant}"
+        return f"{message}; its inputs: {', '.join(inputs)}{meant}"
 
 
 class SettingText(Completed[tuple[str, str]]):

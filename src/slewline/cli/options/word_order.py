@@ -54,8 +54,8 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
         words, rest = parted(command, args)
     except LookupError:
         return None
-    if says := exchanged(command, ctx, args, words):
-        return says
+    if message := exchanged(command, ctx, args, words):
+        return message
     left = [(word, kind_of(command, word)) for word in words]
     kinds = dict(left)
     arguments = [each for each in command.get_params(ctx) if isinstance(each, click.Argument)]
@@ -84,8 +84,8 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
         line += [option, shlex.quote(word)]
     line += [shlex.quote(word) for word in rest]
     line += needed(command, ctx, line)
-    says = said(words[at], kinds[words[at]], arguments[at] if at < len(arguments) else None)
-    return f"{says}; write:  slewline {ctx.info_name} {' '.join(line)}"
+    message = describe(words[at], kinds[words[at]], arguments[at] if at < len(arguments) else None)
+    return f"{message}; write:  slewline {ctx.info_name} {' '.join(line)}"
 
 
 def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], words: Sequence[str]) -> str:
@@ -102,7 +102,7 @@ def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], w
     return f"{words[0]!r} is a file, and {args[at + 1]!r} a port; write:  slewline {ctx.info_name} {line}"
 
 
-def said(word: str, kind: str, argument: click.Argument | None) -> str:
+def describe(word: str, kind: str, argument: click.Argument | None) -> str:
     """Return the kind of a word, and the kind that its argument needs."""
     if kind == ANY:
         return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} is one word too many"

@@ -29,7 +29,7 @@ Kind = Literal["chip", "part"]
 
 SHAPE = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 LONGEST = 30  # characters of a name: no line of a template may get longer than ruff allows
-ENDINGS = {"bin", "hex", "json", "toml", "txt"}  # the extension of a program is the name of its chip
+EXTENSIONS = {"bin", "hex", "json", "toml", "txt"}  # the extension of a program is the name of its chip
 MEANT = {"src", "test", "tests"}  # folders of a package
 DEVICES = {"aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}  # of Windows
 
@@ -94,7 +94,7 @@ def check_free(kind: Kind, name: str) -> None:
         why = f"would have the class {cls}, a name in use by Python or slewline.build"
     elif module in MEANT or getattr(find_spec(module), "origin", None) is not None:
         why = f"would be the module {module}, whose name is in use"
-    elif name in ENDINGS:
+    elif name in EXTENSIONS:
         why = f"would have programs that end in .{name}, like other kinds of files"
     elif name in DEVICES:
         why = "is a reserved device name of Windows"

@@ -95,7 +95,7 @@ def plain(found: CaptureReport) -> dict[str, object]:
         "limits": [
             {
                 "of": row.chip,
-                "says": row.bound.limit.says,
+                "says": row.bound.limit.description,
                 "least_ps": row.bound.least,
                 "most_ps": row.bound.most,
                 "count": row.count,

@@ -30,9 +30,9 @@ def decode(
     found = decode_dialogue(waves, sheet_of(part), host, module, baud=baud, checksum=checksum, address=address or 0)
     if dialogue is not None:
         found.dialogue.write(dialogue)
-    for said in found.dialogue.said:
-        text = said.data.decode("latin-1").encode("unicode_escape").decode("ascii")
-        click.echo(f"{said.at_us / 1000:12.3f} ms  {ARROWS[said.speaker]} {text}")
+    for entry in found.dialogue.entries:
+        text = entry.data.decode("latin-1").encode("unicode_escape").decode("ascii")
+        click.echo(f"{entry.at_us / 1000:12.3f} ms  {ARROWS[entry.speaker]} {text}")
     click.echo(f"slewline: {part} at {found.dialogue.header.baud} baud", err=True)
     for each in found.damaged:
         click.echo(f"slewline: {each}", err=True)

@@ -142,8 +142,8 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
         kind, written = line.kind.value, " | ".join(once(line.written)) or "-"
         yield f"{line.number:>4}  {line.code:<{WIDTH}}  {written:<{WIDTH}}  {kind}".rstrip(), COLOURS[kind]
         for verdict in line.verdicts:
-            if says := described(verdict):
-                yield f"      {says}", COLOURS[verdict.kind.value]
+            if message := described(verdict):
+                yield f"      {message}", COLOURS[verdict.kind.value]
     for verdict in report.whole:
         yield f"      {verdict.text}", COLOURS[verdict.kind.value]
     for each in report.assumed:
@@ -165,7 +165,7 @@ def once(lines: Sequence[str]) -> Iterator[str]:
 
 def described(verdict: LineVerdict) -> str:
     """Return the text of a verdict, its limit and its remedy; empty for "the same"."""
-    return "; ".join(filter(None, (verdict.says, verdict.limit, verdict.remedy)))
+    return "; ".join(filter(None, (verdict.description, verdict.limit, verdict.remedy)))
 
 
 def proved(proof: Proof) -> str:
@@ -214,7 +214,7 @@ def verdict_object(verdict: LineVerdict) -> dict[str, Any]:
     """Return a verdict as data."""
     return {
         "kind": verdict.kind.value,
-        "says": verdict.says,
+        "says": verdict.description,
         "limit": verdict.limit,
         "remedy": verdict.remedy,
         "off": verdict.off,

@@ -46,7 +46,7 @@ class Catalogue(Generic[T]):
         spelled: Callable[[str], str] = str,
     ) -> None:
         self.what, self.base, self.group, self.ours, self.spelled = what, base, group, ours, spelled
-        self._guests: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; a search for one takes 10 ms
+        self._plug_ins: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; a search for one takes 10 ms
 
     def load(self, name: str, *, allow_code: bool) -> type[T]:
         """Return the class of a name.
@@ -91,10 +91,10 @@ class Catalogue(Generic[T]):
         names = [name for name, ours in self.ours.items() if ours == place]
         if len(names) == 1:  # a class of several says by itself none of them
             return names[0]
-        if cls not in self._guests:
+        if cls not in self._plug_ins:
             alone = {found[0].value: name for name, found in self.brought().items() if len(found) == 1}
-            self._guests[cls] = alone.get(place, place)
-        return self._guests[cls]
+            self._plug_ins[cls] = alone.get(place, place)
+        return self._plug_ins[cls]
 
     def names(self) -> list[str]:
         """Return all names: built-in ones, then those of installed packages."""
@@ -120,8 +120,8 @@ class Catalogue(Generic[T]):
         """
         found = self.brought().get(name, [])
         if len(found) > 1:
-            said = ", ".join(f"{package(point)} ({point.value})" for point in found)
-            raise UsageError(f"{self.what} {name!r}: several packages provide it: {said}; give module:Class instead")
+            places = ", ".join(f"{package(point)} ({point.value})" for point in found)
+            raise UsageError(f"{self.what} {name!r}: several packages provide it: {places}; give module:Class instead")
         return found[0] if found else None
 
     def unknown(self, name: object) -> UnknownName:
@@ -135,31 +135,33 @@ class Catalogue(Generic[T]):
         return UnknownName(f"no {self.what} {name!r}; there are: {', '.join(names)}{remedy}")
 
     # --------------------------------------------------------------------------------------------------- any module
-    def _imported(self, place: str, said: str) -> type[T]:
-        """Return the class at module:Class; errors quote it as `said`."""
+    def _imported(self, place: str, places: str) -> type[T]:
+        """Return the class at module:Class; errors quote it as `places`."""
         module, _, attribute = place.partition(":")
         if "<locals>" in attribute:
-            raise UsageError(f"{said}: a class within a function cannot be found by name; move it out of the function")
+            raise UsageError(
+                f"{places}: a class within a function cannot be found by name; move it out of the function"
+            )
         if not all(part.isidentifier() for part in [*module.split("."), *attribute.split(".")]):
-            raise UsageError(f"{said}: expected module:Class, such as my_lab.mx10:Mx10")
+            raise UsageError(f"{places}: expected module:Class, such as my_lab.mx10:Mx10")
         try:
             found: Any = import_module(module)
         except ModuleNotFoundError as error:
             if error.name is None or not f"{module}.".startswith(f"{error.name}."):
-                raise UsageError(f"{said}: {failed(module, error)}") from error
+                raise UsageError(f"{places}: {failed(module, error)}") from error
             raise UsageError(
-                f"{said}: no module {error.name!r}; install its package, or add its directory to PYTHONPATH"
+                f"{places}: no module {error.name!r}; install its package, or add its directory to PYTHONPATH"
             ) from None
         except (Exception, SystemExit) as error:  # any error: the code of the module is not ours
-            raise UsageError(f"{said}: {failed(module, error)}") from error
+            raise UsageError(f"{places}: {failed(module, error)}") from error
         for part in attribute.split("."):
             if not hasattr(found, part):
-                raise UsageError(f"{said}: {module} has no {attribute!r}{self._classes_in(import_module(module))}")
+                raise UsageError(f"{places}: {module} has no {attribute!r}{self._classes_in(import_module(module))}")
             found = getattr(found, part)
         if not (isinstance(found, type) and issubclass(found, self.base)):
             what = "a class" if isinstance(found, type) else f"of type {type(found).__name__}"
             expected = f"expected a subclass of {self.base.__module__}.{self.base.__name__}"
-            raise UsageError(f"{said}: {attribute} is {what}; {expected}{self._classes_in(import_module(module))}")
+            raise UsageError(f"{places}: {attribute} is {what}; {expected}{self._classes_in(import_module(module))}")
         return found
 
     def _classes_in(self, module: object) -> str:
@@ -187,8 +189,8 @@ def failed(module: str, error: BaseException) -> str:
     elif error.__traceback__ is not None:
         last = _last(error.__traceback__)
         at = f" ({last.tb_frame.f_code.co_filename}, line {last.tb_lineno})"
-    says = error.msg if isinstance(error, SyntaxError) else str(error)
-    return f"importing {module} failed: {type(error).__name__}{f': {says}' if says else ''}{at}"
+    message = error.msg if isinstance(error, SyntaxError) else str(error)
+    return f"importing {module} failed: {type(error).__name__}{f': {message}' if message else ''}{at}"
 
 
 def _last(trace: TracebackType) -> TracebackType:

@@ -10,20 +10,24 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Literal, TypeVar
 
 from ...errors import UsageError
+from ..messages.former_names import formerly
 
 T = TypeVar("T")
 
 
+@formerly(description="says")
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """A channel to a part.  `name` is the argument in `bench.host(x, over=name)`, `says` the wording in messages.
+    """A channel to a part.
+
+    `name` is the argument in `bench.host(x, over=name)`, `description` the wording in messages.
 
     The pins that every such channel has are found by their roles; the channel names pins that only some parts have.
     `instead` is the remedy in a message about a directive for another channel.
     """
 
     name: ClassVar[str]
-    says: ClassVar[str]
+    description: ClassVar[str]
     instead: ClassVar[str]
 
     @property
@@ -51,7 +55,7 @@ class BusHandshake(Channel):
     """
 
     name = "bus"
-    says = "a bus"
+    description = "a bus"
     instead = "has a bus"
 
     verify_bytes: Mapping[int, int] = field(default_factory=dict)
@@ -63,11 +67,11 @@ class HostPort(Channel):
     """A data bus with strobes; the pin with the role "command" is high for a command byte, and low for a data word."""
 
     name = "port"
-    says = "a port for packets"
+    description = "a port for packets"
     instead = "has a bus"
 
 
-def ways(pin: str) -> str:
+def other_settings(pin: str) -> str:
     """Return how to set a strap in Python and on the command line, in words."""
     return f'straps={{"{pin}": 0, ...}}, or --strap {pin}=0'
 
@@ -89,7 +93,7 @@ class SerialLine(Channel):
     """
 
     name = "serial"
-    says = "a serial line"
+    description = "a serial line"
     instead = "is on a serial line"
 
     bits: int
@@ -113,9 +117,11 @@ class SerialLine(Channel):
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))
-            return f"straps set its rate: {given or f'allowed {rates}'}; " + ways(self.baud_pins[0])
+            return f"straps set its rate: {given or f'allowed {rates}'}; " + other_settings(self.baud_pins[0])
         if name in ("checksum", "checksums") and self.checksum_pin:
-            return f"a strap sets it: {self.checksum_pin}=0 switches checksums off; " + ways(self.checksum_pin)
+            return f"a strap sets it: {self.checksum_pin}=0 switches checksums off; " + other_settings(
+                self.checksum_pin
+            )
         if name in ("bits", "parity", "stop", "bytesize", "stopbits"):
             return (
                 f"its format is fixed: {self.bits} data bits, {self.parity} parity, {self.stop} stop bits; leave it out"
@@ -148,7 +154,7 @@ class FlowBus(Channel):
     """
 
     name = "parallel"
-    says = "a bidirectional bus"
+    description = "a bidirectional bus"
     instead = "is queried by its own commands"
 
     ends: Literal["before", "after"] = "after"
@@ -179,7 +185,7 @@ class AdaptiveLine(Channel):
     """
 
     name = "serial"
-    says = "a serial line that detects the rate"
+    description = "a serial line that detects the rate"
     instead = "is queried by its own commands"
 
     bauds: tuple[int, ...]
@@ -205,5 +211,6 @@ def row_for(channel: Channel, table: Mapping[type[Channel], T], what: str) -> T:
         if kind in table:
             return table[kind]
     raise UsageError(
-        f"nothing {what} {type(channel).__name__} ({channel.says}); allowed {', '.join(k.__name__ for k in table)}"
+        f"nothing {what} {type(channel).__name__} ({channel.description}); allowed "
+        f"{', '.join(k.__name__ for k in table)}"
     )

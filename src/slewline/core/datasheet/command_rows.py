@@ -6,12 +6,14 @@ Code that reads such a column takes the rows of that family: `sheet.rows(PacketR
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
+from ..messages.former_names import formerly, published
 from .table import Arg, Order, Row
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class TextRow(Row):
     """A row of `Letters` or `Verbatim`.
@@ -23,6 +25,7 @@ class TextRow(Row):
     terminated: bool = True
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class LineRow(Row):
     """A row of `Lines`.
@@ -52,6 +55,7 @@ class LineRow(Row):
         return Row.pack(self, values).ljust(self.room, b"\0")
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class PacketRow(Row):
     """A row of `Packets`.
@@ -83,6 +87,6 @@ class PacketRow(Row):
 
 def row_object(row: Row) -> dict[str, Any]:
     """Return a row as data, with the columns of every family; columns that it does not have are empty."""
-    found = asdict(row)
+    found, own = published(row), {each.name for each in fields(row)}
     others = {each.name: each.default for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
-    return found | {name: getattr(row, name, value) for name, value in others.items() if name not in found}
+    return found | {name: getattr(row, name, value) for name, value in others.items() if name not in own}

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from ...errors import SlewlineError, UsageError
+from ..messages.former_names import formerly
 from ..messages.near import hint
 from ..time.timebase import hertz, picoseconds, readable
 from .units import expected, measured, other_kind
@@ -110,6 +111,7 @@ READ: Mapping[Kind, Callable[[str], Any]] = MappingProxyType(
 )
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Option:
     """An option for making a chip or a part.
@@ -121,7 +123,7 @@ class Option:
             whole, or a decimal as text; a "quantity", a number of `unit` or text such as "68 g cm2", which becomes a
             float; an "object", which only Python can pass (a function, a store), or one of `choices`.
         default: the value if none is given; ... if the option is required.
-        says: the effect of the option, in words.
+        description: the effect of the option, in words.
         low: the least value: of a number, a time in ps, a frequency in Hz, each of "ints"; None: no limit.
         high: the greatest value, likewise.
         unit: the unit of the value; for a "quantity" an SI unit.
@@ -136,7 +138,7 @@ class Option:
     name: str
     kind: Kind
     default: Any
-    says: str
+    description: str
     low: float | None = None
     high: float | None = None
     unit: str = ""
@@ -262,7 +264,7 @@ class Option:
             "kind": self.kind,
             "default": list(plain) if isinstance(plain, (bytes, tuple)) else plain,
             "required": self.required,
-            "says": self.says,
+            "says": self.description,
             "low": self.low,
             "high": self.high,
             "unit": self.unit,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SIZES = (8, 14, 16, 18, 20, 24, 28, 38, 40, 44, 48, 64, 68, 84)  # numbers of pins of packages
 LARGEST_DIP = 40
 PREFIX = re.compile("([a-z]+)_")
-SAID = re.compile(r"(.+? chip)\b")
+STATED = re.compile(r"(.+? chip)\b")
 SIGNALS = ("in", "out", "both")  # values of `way` for pins that carry a signal
 
 
@@ -60,15 +60,15 @@ def _by_package(pins: Sequence[Pin]) -> dict[str, list[Pin]]:
         return {"": [*pins]}
     found: dict[str, list[Pin]] = {}
     for n, pin in enumerate(pins):
-        said = SAID.match(pin.where)
+        stated = STATED.match(pin.where)
         prefix = next(filter(None, map(_prefix, pins[n:])), "")
-        name = said[1] if said else prefix and f"{'I/O' if prefix == 'io' else prefix.upper()} chip"
+        name = stated[1] if stated else prefix and f"{'I/O' if prefix == 'io' else prefix.upper()} chip"
         found.setdefault(name, []).append(pin)
     return found
 
 
 def _prefix(pin: Pin) -> str:
-    named = None if pin.way in SIGNALS else PREFIX.match(pin.name)
+    named = None if pin.in_out in SIGNALS else PREFIX.match(pin.name)
     return named[1] if named else ""
 
 

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..messages.former_names import formerly
 
+
+@formerly(description="says")
 class Quirk(NamedTuple):
     """A choice of the model where the manual is silent or contradicts itself.
 
     Attributes:
         id: its name; UND in it means that the manual leaves the matter undefined, CON that it contradicts itself.
         where: the sections and tables of the manual.
-        says: the behaviour of the model.
+        description: the behaviour of the model.
         why: the reason for the choice.
         test: the name of the test function that checks it.
     """
 
     id: str
     where: str
-    says: str
+    description: str
     why: str
     test: str

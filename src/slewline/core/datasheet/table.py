@@ -13,15 +13,17 @@ from functools import cached_property
 from typing import Any, Literal, Protocol, Self, TypeVar, overload
 
 from ...errors import SheetError
+from ..messages.former_names import formerly
 from .channel import Channel
 from .option import Option
 from .roles import AT_ONCE, AXIS_ROLES, REFLEXES, ROLES, ROW_ROLES
 
 Trust = Literal["stated", "derived", "chosen", "inferred"]
-Way = Literal["in", "out", "both", "power", "none"]
+InOut = Literal["in", "out", "both", "power", "none"]
 Order = Literal["little", "big"]
 
 
+@formerly(in_out="way", description="says", transcript="told")
 @dataclass(frozen=True, slots=True)
 class Pin:
     """A pin of the package, as the data sheet lists it.
@@ -29,8 +31,8 @@ class Pin:
     Attributes:
         number: the number of the pin.
         name: the name in the manual, in lower case.
-        way: the direction: "in", "out", "both", "power" or "none" (not connected).
-        says: the function of the pin, in words.
+        in_out: the direction: "in", "out", "both", "power" or "none" (not connected).
+        description: the function of the pin, in words.
         active: the active level, 0 or 1; None if it has none.
         pull: the level that a built-in resistor pulls an open input to; None: there is no resistor.
         tie: the level of the standard wiring, without which a bare part does not work; None: there is none.
@@ -41,7 +43,7 @@ class Pin:
         axis: the axis that the role belongs to, counted from 1.
         sense: the level at which the role is active, by default `active`; it differs if the pin is named for the
             opposite (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
-        told: the text in a transcript when the pin goes low, and when it goes high; None: no text.
+        transcript: the text in a transcript when the pin goes low, and when it goes high; None: no text.
         reflex: the direct effect of an active input on a running motor, a word of REFLEXES; for a pin that enables
             steps, the effect of its inactive level.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
@@ -52,8 +54,8 @@ class Pin:
 
     number: int
     name: str
-    way: Way
-    says: str
+    in_out: InOut
+    description: str
     active: int | None = None
     pull: int | None = None
     tie: int | None = None
@@ -63,7 +65,7 @@ class Pin:
     role: str = ""
     axis: int = 1
     sense: int | None = None
-    told: tuple[str, str] | None = None
+    transcript: tuple[str, str] | None = None
     reflex: str = ""
     trust: Trust = "stated"
 
@@ -84,7 +86,7 @@ class Pin:
     @property
     def output_only(self) -> bool:
         """True if nothing outside the part may drive the pin."""
-        return self.way == "out"
+        return self.in_out == "out"
 
     def plays(self, role: str, axis: int = 1) -> bool:
         """Return whether the pin has a role, on the given axis if roles of this kind belong to an axis."""
@@ -152,6 +154,7 @@ class Arg:
         return f"{value:+d}" if self.sign != "no" else str(value)
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Row:
     """One form of a command, with the columns of all parts; `LineRow`, `TextRow` and `PacketRow` have more.
@@ -162,7 +165,7 @@ class Row:
         args: the arguments, in order.
         time_us: the time that the last byte of the command takes in command mode, µs, with the usual crystal and
             without the conversion of digits.
-        says: the effect of the command, in words.
+        description: the effect of the command, in words.
         where: the section of the manual.
         program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
         code: the opcode in the program memory, or the command byte of a packet; by default the first letter.
@@ -185,7 +188,7 @@ class Row:
     name: str
     args: tuple[Arg, ...]
     time_us: int
-    says: str
+    description: str
     where: str
     program_us: int = 40
     code: int = -1
@@ -286,6 +289,7 @@ class Row:
         return range(self.code, self.code + next((arg.high + 1 for arg in self.args if not arg.size), 1))
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Register:
     """A register of the chip.
@@ -294,7 +298,7 @@ class Register:
         name: the name in the manual, in lower case.
         bits: the number of bits.
         default: the value after power-up.
-        says: the meaning of the value, in words.
+        description: the meaning of the value, in words.
         letter: the command that loads it.
         where: the section of the manual.
         unit: the unit that it counts, such as "steps".
@@ -303,12 +307,13 @@ class Register:
     name: str
     bits: int
     default: int
-    says: str
+    description: str
     letter: str = ""
     where: str = ""
     unit: str = ""
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Timing:
     """A time that an operation of the chip takes, as stated in the data sheet.
@@ -316,14 +321,14 @@ class Timing:
     Attributes:
         us: the time, µs.
         mhz: the crystal for which it is stated, MHz.
-        says: the operation, in words.
+        description: the operation, in words.
         where: the section of the manual.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
     """
 
     us: float
     mhz: float
-    says: str
+    description: str
     where: str
     trust: Trust = "stated"
 
@@ -333,6 +338,7 @@ class Timing:
         return int(self.us * self.mhz + 0.5)
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Limit:
     """A limit of the data sheet for the time between two edges.
@@ -345,7 +351,7 @@ class Limit:
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".
         end: the edge at which it ends.
-        says: the purpose of the limit, in words.
+        description: the purpose of the limit, in words.
         where: the section of the manual.
         least: the minimum, ps; None: there is none.
         typical: the typical time, ps; None: it is not given.
@@ -360,7 +366,7 @@ class Limit:
 
     start: str
     end: str
-    says: str
+    description: str
     where: str
     least: int | None = None
     typical: int | None = None
@@ -450,13 +456,14 @@ class Table(Sequence[R_co]):
         return self._of[kind]
 
 
+@formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Bits:
     """A field of a stored word: `width` bits from bit `low` on; the field value 0 means `first`."""
 
     name: str
     low: int
-    says: str
+    description: str
     width: int = 1
     first: int = 0
 
@@ -580,7 +587,7 @@ class Sheet:
     def takes_live(self) -> bool:
         """True if the part takes commands while its program runs: a host may pull its pin of program entry low."""
         entry = self.role("program_entry")
-        return entry is not None and entry.way == "both"
+        return entry is not None and entry.in_out == "both"
 
     @property
     def bus(self) -> str:
@@ -600,7 +607,7 @@ class Sheet:
 
     def elsewhere(self, name: str, value: object) -> str:
         """Return how to set something that is not an option, such as a baud rate; empty: it cannot be set."""
-        return next((says for channel in self.channels if (says := channel.elsewhere(name, value))), "")
+        return next((message for channel in self.channels if (message := channel.elsewhere(name, value))), "")
 
     def channel(self, kind: type[C]) -> C | None:
         """Return the channel of a kind; None: the part has none."""

@@ -160,5 +160,5 @@ def quantity(value: object, unit: str, name: str, per_turn: int | None = None) -
     try:
         return measured(value, unit, per_turn)
     except ValueError:
-        says = f"{other_kind(value, unit)}allowed {expected(unit, per_turn=per_turn)}{without_comma(value)}"
-        raise UsageError(f"{name} {value!r}; {says}") from None
+        message = f"{other_kind(value, unit)}allowed {expected(unit, per_turn=per_turn)}{without_comma(value)}"
+        raise UsageError(f"{name} {value!r}; {message}") from None

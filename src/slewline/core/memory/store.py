@@ -87,11 +87,11 @@ class JournaledStore:
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
     Args:
-        tell: called with the number of a call, and the text of its error or the content found.
+        record: called with the number of a call, and the text of its error or the content found.
     """
 
-    def __init__(self, store: Store, tell: Callable[..., object]) -> None:
-        self.store, self._tell = store, tell
+    def __init__(self, store: Store, record: Callable[..., object]) -> None:
+        self.store, self._record = store, record
         self._known = Memory()  # content of the store in a replay
         self._calls: int | None = None
 
@@ -105,22 +105,22 @@ class JournaledStore:
 
     def read(self) -> bytes:
         """Return the content of the store."""
-        data = self._told(self.store.read)
+        data = self._reporting(self.store.read)
         if self._calls and data != self._known.data:
-            self._tell(call=self._calls, content=list(data))
+            self._record(call=self._calls, content=list(data))
         self._known.write(data)
         return data
 
     def write(self, data: bytes) -> None:
         """Replace the content of the store."""
-        self._told(lambda: self.store.write(data))
+        self._reporting(lambda: self.store.write(data))
         self._known.write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
         """Write some bytes into the content of the store; a store without `append` gets the whole content."""
         append = getattr(self.store, "append", None)
         if append is not None:
-            self._told(lambda: append(data, at))
+            self._reporting(lambda: append(data, at))
             self._known.append(data, at)
         else:
             whole = bytearray(self._known.data)
@@ -136,11 +136,11 @@ class JournaledStore:
                 self._calls += 1
                 with suppress(OSError):
                     self._known.write(self.store.read())
-                self._tell(call=self._calls, pending=False, error=str(error), content=list(self._known.data))
+                self._record(call=self._calls, pending=False, error=str(error), content=list(self._known.data))
             raise
         if pending and self._calls is not None:
             self._calls += 1
-            self._tell(call=self._calls, pending=True)
+            self._record(call=self._calls, pending=True)
         return pending
 
     def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
@@ -160,14 +160,14 @@ class JournaledStore:
             is_pending(store)
         self.store = store
 
-    def _told(self, call: Callable[[], T]) -> T:
+    def _reporting(self, call: Callable[[], T]) -> T:
         if self._calls is not None:
             self._calls += 1
         try:
             return call()
         except OSError as error:
             if self._calls:
-                self._tell(call=self._calls, error=str(error))
+                self._record(call=self._calls, error=str(error))
             raise
 
     def __getattr__(self, name: str) -> Any:

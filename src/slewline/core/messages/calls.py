@@ -44,8 +44,10 @@ def answering(
                 if wrong := misfit(function, *args, **kwargs):
                     names = [each for each in parameters_of(function) if each not in ("self", "circuit")]
                     odd = next((each for each in kwargs if each not in names), "")
-                    says = f"{name}: {wrong}; its arguments: {', '.join(names)}{also}{hint(odd, names) if odd else ''}"
-                    raise UsageError(says) from None
+                    message = (
+                        f"{name}: {wrong}; its arguments: {', '.join(names)}{also}{hint(odd, names) if odd else ''}"
+                    )
+                    raise UsageError(message) from None
                 raise
 
         return called

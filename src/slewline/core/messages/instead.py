@@ -86,8 +86,8 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
     for name, remedy in instead.items():
         if not _has(cls, name):
             alone = CALL.fullmatch(remedy) is not None
-            says = f"write {remedy}" if alone else remedy
-            setattr(cls, name, Instead(name, says) if to_set is None else Never(name, says, to_set or says))
+            remedies = f"write {remedy}" if alone else remedy
+            setattr(cls, name, Instead(name, remedies) if to_set is None else Never(name, remedies, to_set or remedies))
 
 
 def _names_there_are(one: object) -> list[str]:

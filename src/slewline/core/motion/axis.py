@@ -12,6 +12,7 @@ from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, NamedTuple, cast, overload
 
 from ...errors import NoSuchStep, UsageError
+from ..messages.former_names import formerly
 from ..messages.instead import missing
 from ..messages.whole import whole
 from ..time.hook import Hook
@@ -75,8 +76,8 @@ class Steps:
                 "steps.directions and steps.positions"
             )
         if not -count <= which < count:
-            says = f"there are {count}, 0 to {count - 1}, and -1 is the last" if count else "there are none"
-            raise NoSuchStep(f"steps[{which}]: {says}")
+            message = f"there are {count}, 0 to {count - 1}, and -1 is the last" if count else "there are none"
+            raise NoSuchStep(f"steps[{which}]: {message}")
         return Step(int(self.times_ps[which]), int(self.directions[which]), int(self.positions[which]))
 
     __hash__ = None  # type: ignore[assignment]  # arrays can change
@@ -147,6 +148,7 @@ class Segment:
 _start = attrgetter("start")
 
 
+@formerly(where="stands")
 class Axis:
     """The position of one motor: exact at every instant, now and in the past, and as promised for the future.
 
@@ -176,7 +178,7 @@ class Axis:
         self.forgotten = 0  # steps of the dropped past
         self.homing = 0  # the outward direction of a homing in progress; 0: there is none
         self.sought: tuple[str, int] | None = None  # the pin that ends its present phase, and how
-        self.log = Motions(kernel, self.stands, self.halt)  # the motions that a chip reports
+        self.log = Motions(kernel, self.where, self.halt)  # the motions that a chip reports
 
     def __repr__(self) -> str:
         return f"<Axis: position {self.position}, {'in motion' if self.moving else 'at rest'}>"
@@ -240,7 +242,7 @@ class Axis:
         if self.on_change.listeners:
             self.on_change()
 
-    def stands(self) -> tuple[int, int]:
+    def where(self) -> tuple[int, int]:
         """Return the position register and the travel at this instant, steps of this instant included."""
         now, stretch = self.kernel.now, self.past[-1]
         begun = stretch.playing.count(now) if stretch.playing is not None else 0

@@ -50,7 +50,7 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
         return np.asarray(real - turns * axis.modulus - law, np.float64)
 
     def velocities(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        under_way = at < ideal.stop + ideal.interrupted  # when the ideal rests, the last step may still last
-        return np.where(under_way, axis.velocities_at(at) - ideal.velocities(at), 0.0)
+        in_progress = at < ideal.stop + ideal.interrupted  # when the ideal rests, the last step may still last
+        return np.where(in_progress, axis.velocities_at(at) - ideal.velocities(at), 0.0)
 
     return Deviation(*worst(axis.times(start, stop), positions), *worst(axis.velocities(start, stop)[0], velocities))

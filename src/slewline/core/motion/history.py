@@ -50,7 +50,7 @@ class Staircase(Quantity):
             few of its changes.
     """
 
-    held = True
+    is_staircase = True
 
     def __init__(
         self,
@@ -105,7 +105,7 @@ class Polyline(Staircase):
     has no lines, each value holds until the next point.
     """
 
-    held = False
+    is_staircase = False
 
     def changes(self, start: int, stop: int) -> Outline:
         import numpy as np
@@ -146,7 +146,7 @@ class History:
     """
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:
-        self._times, self._held = array("q", [since]), array("d", [value])
+        self._times, self._values = array("q", [since]), array("d", [value])
         self._forgotten = 0  # the instant before which all values are dropped
 
     def __len__(self) -> int:
@@ -154,35 +154,35 @@ class History:
 
     def __iter__(self) -> Iterator[tuple[int, float]]:
         """Yield the kept values in order, each with the instant from which on it holds (ps)."""
-        return zip(self._times, self._held, strict=True)
+        return zip(self._times, self._values, strict=True)
 
     @property
     def last(self) -> float:
         """The latest value."""
-        return self._held[-1]
+        return self._values[-1]
 
     def note(self, ps: int, value: float) -> None:
         """Record the value from an instant on (ps), not earlier than the last one; the last at an instant counts."""
-        times, held = self._times, self._held
+        times, values = self._times, self._values
         if times[-1] == ps:
-            held[-1] = value
-            if len(held) > 1 and held[-2] == value:  # the value returned within the instant
-                del times[-1], held[-1]
-        elif held[-1] != value:
+            values[-1] = value
+            if len(values) > 1 and values[-2] == value:  # the value returned within the instant
+                del times[-1], values[-1]
+        elif values[-1] != value:
             times.append(ps)
-            held.append(value)
+            values.append(value)
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
         """Record many values: ascending instants in ps, all later than the last one; two lists, or two arrays."""
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
-            self._held.extend(values)
+            self._values.extend(values)
         else:
             import numpy as np
 
             self._times.frombytes(np.asarray(times_ps, np.int64).tobytes())
-            self._held.frombytes(np.asarray(values, np.float64).tobytes())
+            self._values.frombytes(np.asarray(values, np.float64).tobytes())
         self._bound()
 
     def _bound(self) -> None:
@@ -193,14 +193,14 @@ class History:
         """Return the value at one instant; NaN before the kept values."""
         if ps < self._forgotten:
             return nan
-        return self._held[max(bisect_right(self._times, ps) - 1, 0)]
+        return self._values[max(bisect_right(self._times, ps) - 1, 0)]
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the values at instants in any order: float64, shape as `times_ps`; NaN before the kept values."""
         import numpy as np
 
-        times, held = np.array(self._times), np.array(self._held)
-        found: NDArray[np.float64] = held[np.maximum(np.searchsorted(times, times_ps, side="right") - 1, 0)]
+        times, values = np.array(self._times), np.array(self._values)
+        found: NDArray[np.float64] = values[np.maximum(np.searchsorted(times, times_ps, side="right") - 1, 0)]
         found[times_ps < self._forgotten] = nan
         return found
 
@@ -213,13 +213,13 @@ class History:
 
         start = max(start, min(self._forgotten - 1, stop))
         part = slice(bisect_right(self._times, start), bisect_right(self._times, stop))
-        return np.array(self._times[part], np.int64), np.array(self._held[part], np.float64)
+        return np.array(self._times[part], np.int64), np.array(self._values[part], np.float64)
 
     def forget(self, before: int) -> None:
         """Drop the values before an instant, except the one that holds there."""
         first = max(bisect_right(self._times, before) - 1, 0)
         if first:
-            del self._times[:first], self._held[:first]
+            del self._times[:first], self._values[:first]
             self._forgotten = self._times[0]
 
     def quantity(self, kernel: Kernel, name: str, unit: str, *, from_zero: bool = True) -> Staircase:

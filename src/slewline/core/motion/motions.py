@@ -147,14 +147,14 @@ class Motions:
     `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
 
     Args:
-        stands: a function that returns the present position register, and the travel, in steps.
+        where: a function that returns the present position register, and the travel, in steps.
         halt: a function that cuts off the step in progress.
     """
 
-    __slots__ = ("_halt", "_marks", "_stands", "_started", "kernel", "on_begin", "on_end")
+    __slots__ = ("_halt", "_marks", "_started", "_where", "kernel", "on_begin", "on_end")
 
-    def __init__(self, kernel: Kernel, stands: Callable[[], tuple[int, int]], halt: Callable[[], None]) -> None:
-        self.kernel, self._stands, self._halt = kernel, stands, halt
+    def __init__(self, kernel: Kernel, where: Callable[[], tuple[int, int]], halt: Callable[[], None]) -> None:
+        self.kernel, self._where, self._halt = kernel, where, halt
         self.on_begin: Hook[[MotionStart]] = Hook()
         self.on_end: Hook[[MotionEnd]] = Hook()
         self._started: list[_Started] = []
@@ -165,13 +165,13 @@ class Motions:
         """Begin a motion now, and end one in progress; `parameters` is called later and returns its parameters."""
         self.end("changed")
         self.depart()
-        position, travel = self._stands()
+        position, travel = self._where()
         self._started.append(_Started(self.kernel.now, text, parameters, position, travel, direction))
         if self.on_begin:
-            self.on_begin(self._told(self._started[-1]))
+            self.on_begin(self._motion_start(self._started[-1]))
 
     @property
-    def under_way(self) -> bool:
+    def in_progress(self) -> bool:
         """True while a motion is in progress."""
         return bool(self._started) and self._started[-1].end is None
 
@@ -182,10 +182,10 @@ class Motions:
 
     def end(self, why: Why | None = None) -> None:
         """End the motion in progress, if any; by default as "stopped" if it was ordered to stop, else as "done"."""
-        if not self.under_way:
+        if not self.in_progress:
             return
         started = self._started[-1]
-        position, travel = self._stands()
+        position, travel = self._where()
         reason: Why = why or ("stopped" if started.asked_to_stop else "done")
         started.end = MotionEnd(self.kernel.now, position, travel - started.travel, reason)
         if reason == "cut":
@@ -217,11 +217,14 @@ class Motions:
     def starts(self, start: int, stop: int) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop."""
         first = bisect_left(self._started, start, key=_time)
-        return [self._told(started) for started in self._started[first : bisect_right(self._started, stop, key=_time)]]
+        return [
+            self._motion_start(started)
+            for started in self._started[first : bisect_right(self._started, stop, key=_time)]
+        ]
 
     def latest(self) -> MotionStart | None:
         """Return the motion that began last."""
-        return self._told(self._started[-1]) if self._started else None
+        return self._motion_start(self._started[-1]) if self._started else None
 
     def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
         """Return the motions in progress at start <= t <= stop: the start of each, and the command that began it."""
@@ -238,7 +241,7 @@ class Motions:
         first = bisect_left(self._marks, start, key=_time)
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 
-    def _told(self, started: _Started) -> MotionStart:
+    def _motion_start(self, started: _Started) -> MotionStart:
         changes = tuple((since, rates()) for since, rates in started.changes)
         rates, notes = started.parameters()
         return MotionStart(

@@ -50,15 +50,15 @@ class Quantity:
     Attributes:
         name: "velocity", "position", "current" ...
         unit: the unit of its values: "steps/s", "A" ...
-        held: True: each value holds until the next one, as in a staircase; False: values between are interpolated
-            linearly.
+        is_staircase: True: each value holds until the next one, as in a staircase; False: values between are
+            interpolated linearly.
         from_zero: True: a picture includes the value 0, as for a velocity; False: any range, as for a position.
         check_kept: a function that raises NotRecorded for an instant (ps) that is no longer kept; None: all is kept.
     """
 
     name: str
     unit: str
-    held: bool
+    is_staircase: bool
     from_zero: bool = True
     check_kept: Callable[[int], object] | None = None
 
@@ -112,7 +112,7 @@ class Quantity:
 class Velocity(Quantity):
     """The velocity of an axis, negative counter-clockwise."""
 
-    name, unit, held = "velocity", "steps/s", True
+    name, unit, is_staircase = "velocity", "steps/s", True
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
@@ -147,7 +147,7 @@ class Velocity(Quantity):
 class Position(Quantity):
     """The position register of an axis.  There is a break where it is loaded, or wraps around."""
 
-    name, unit, held, from_zero = "position", "steps", True, False
+    name, unit, is_staircase, from_zero = "position", "steps", True, False
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis

@@ -136,7 +136,7 @@ class RunTable:
 
 
 @lru_cache(maxsize=64)
-def laid(runs: tuple[tuple[int, int], ...]) -> RunTable:
+def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
     """Return the table of consecutive runs (interval, count), cached: a program in a loop repeats the same moves."""
     starts, intervals, counts, firsts = [], [], [], []
     start = first = 0
@@ -169,7 +169,7 @@ class StepTrain(Train):
 
     def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
         super().__init__(clock, origin)
-        self.table = own = laid(tuple(runs))
+        self.table = own = run_table(tuple(runs))
         self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
         self.steps, self.length = own.steps, own.length  # ticks from the start of step 0 to the end of the last
 

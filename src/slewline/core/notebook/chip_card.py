@@ -13,7 +13,7 @@ from .package import LEVELS, package_drawing
 if TYPE_CHECKING:
     from ..datasheet.table import Sheet
 
-BEFORE, BEHIND = 6, 14  # instructions shown around the current one
+BEFORE, AFTER = 6, 14  # instructions shown around the current one
 LAST = 3  # findings shown
 
 
@@ -38,7 +38,7 @@ class ChipCard:
     """A chip at an instant.
 
     Args:
-        says: its name, part and state, in a line.
+        description: its name, part and state, in a line.
         levels: of its pins that carry a signal; None: floating.
         registers: by name, for each axis.
         rows: the stored program.
@@ -46,7 +46,7 @@ class ChipCard:
         findings: in words, in order of time.
     """
 
-    says: str
+    description: str
     sheet: Sheet
     levels: Mapping[str, int | None]
     registers: Sequence[Mapping[str, int]]
@@ -56,16 +56,18 @@ class ChipCard:
 
     def markup(self) -> Markup:
         """Return the card as HTML."""
-        return card(self.says, *self._packages(), element("div", self._registers(), self._program()), self._findings())
+        return card(
+            self.description, *self._packages(), element("div", self._registers(), self._program()), self._findings()
+        )
 
     def _packages(self) -> list[Markup]:
         pins = {pin.name: pin for pin in self.sheet.pins}
         drawn = []
         for package in packages(self.sheet.pins):
             loose = [f"{name} {LEVELS.get(self.levels.get(name), '')}" for name in package.loose]
-            told = element("div", f"without a number: {', '.join(loose)}", class_="quiet") if loose else Markup()
+            note = element("div", f"without a number: {', '.join(loose)}", class_="quiet") if loose else Markup()
             drawing = package_drawing(package, self.sheet.part.upper(), pins, self.levels)
-            drawn.append(element("div", drawing, told))
+            drawn.append(element("div", drawing, note))
         return drawn
 
     def _registers(self) -> Markup:
@@ -75,7 +77,13 @@ class ChipCard:
         axes = len(self.registers)
         names = [f"axis {n}" for n in range(1, axes + 1)] if axes > 1 else ["value"]
         lines = [
-            [row.letter or "", row.name, *(str(own.get(row.name, "")) for own in self.registers), row.unit, row.says]
+            [
+                row.letter or "",
+                row.name,
+                *(str(own.get(row.name, "")) for own in self.registers),
+                row.unit,
+                row.description,
+            ]
             for row in known
         ]
         return _scrolls(table(["", "register", *names, "unit", ""], lines, range(2, 2 + axes)))
@@ -84,8 +92,8 @@ class ChipCard:
         if not self.rows:
             return Markup()
         now = next((n for n, row in enumerate(self.rows) if row.address == self.counter), None)
-        first = max(min((now or 0) - BEFORE, len(self.rows) - BEFORE - BEHIND), 0)
-        shown = self.rows[first : first + BEFORE + BEHIND]
+        first = max(min((now or 0) - BEFORE, len(self.rows) - BEFORE - AFTER), 0)
+        shown = self.rows[first : first + BEFORE + AFTER]
         lines = [
             ["\u25b6" if first + n == now else "", f"{row.address:04X}", row.data.hex(" ").upper(), row.text]
             for n, row in enumerate(shown)

@@ -67,9 +67,9 @@ def _escaped(text: str) -> str:
     return escape(text.encode("utf-8", "replace").decode("utf-8"))
 
 
-def card(says: str, *pieces: str) -> Markup:
+def card(caption: str, *pieces: str) -> Markup:
     """Return a card for a notebook: a line of text, and pieces below it, next to each other as space permits."""
-    return element("div", element("style", STYLE), element("b", says, class_="says"), pieces, class_="slewline")
+    return element("div", element("style", STYLE), element("b", caption, class_="says"), pieces, class_="slewline")
 
 
 def table(

@@ -18,7 +18,7 @@ CHARACTER = 6.4  # its width
 BODY = 92  # width of a DIP
 MARGIN = 4
 SIDES = {"left": (-1, 0), "bottom": (0, 1), "right": (1, 0), "top": (0, -1)}  # direction of its pins
-WAYS = {"in": "input", "out": "output", "both": "input and output", "power": "supply", "none": "no signal"}
+IN_OUT = {"in": "input", "out": "output", "both": "input and output", "power": "supply", "none": "no signal"}
 LEVELS = {0: "low", 1: "high", None: "floating"}
 
 
@@ -81,7 +81,9 @@ def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
         text_decoration="overline" if pin.active == 0 else None, opacity=None if level else 0.6,
     )  # fmt: skip
     return [
-        element("title", f"{pin.number or ''} {pin.name}: {WAYS[pin.way]}{active}{level}. {pin.says}".strip()),
+        element(
+            "title", f"{pin.number or ''} {pin.name}: {IN_OUT[pin.in_out]}{active}{level}. {pin.description}".strip()
+        ),
         *(_mark(levels[pin.name], LEVEL * right, LEVEL * down) if level else _wire(side)),
         *([_number(str(pin.number), side)] if pin.number else []),
         name,

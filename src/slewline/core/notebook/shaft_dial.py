@@ -13,7 +13,7 @@ from zlib import crc32
 from .markup import ACCENT, Markup, element
 
 SIZE, TICKS, LONG = 120, 40, 5  # of the face; ticks around it, every fifth one longer
-HELD_S = 1.0  # pause at the end
+PAUSE_S = 1.0  # pause at the end
 
 
 def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
@@ -30,16 +30,16 @@ def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
         drawn.insert(0, element("style", _frames(name, turns, play_s)))
         rotor["class_"] = name
     half = SIZE / 2
-    says = f"A shaft that has turned {turns[-1] - turns[0]:.2f} times" if len(turns) > 1 else "A shaft at rest"
+    caption = f"A shaft that has turned {turns[-1] - turns[0]:.2f} times" if len(turns) > 1 else "A shaft at rest"
     return element(
         "svg", drawn, element("g", _rotor(), **rotor), viewBox=f"{-half:g} {-half:g} {SIZE} {SIZE}",
-        width=SIZE, height=SIZE, role="img", aria_label=says,
+        width=SIZE, height=SIZE, role="img", aria_label=caption,
     )  # fmt: skip
 
 
 def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
     """Return the animation, as CSS without any text from outside."""
-    moving = 100 * play_s / (play_s + HELD_S)
+    moving = 100 * play_s / (play_s + PAUSE_S)
     first = turns[0] // 1
     frames = "".join(
         f"{moving * n / (len(turns) - 1):.2f}%{{transform:rotate({360 * (turn - first):.1f}deg)}}"
@@ -49,7 +49,7 @@ def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
     return Markup(
         f"@keyframes {name}{{{frames}{last}}}"
         f"@media (prefers-reduced-motion: no-preference)"
-        f"{{.{name}{{animation:{name} {play_s + HELD_S:.2f}s linear infinite}}}}"
+        f"{{.{name}{{animation:{name} {play_s + PAUSE_S:.2f}s linear infinite}}}}"
     )
 
 

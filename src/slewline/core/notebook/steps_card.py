@@ -17,17 +17,17 @@ WIDE, HIGH, MARGIN = 240, 90, 4
 
 
 def steps_card(
-    says: str, times_ps: NDArray[np.int64], directions: NDArray[np.int8], positions: NDArray[np.int64]
+    caption: str, times_ps: NDArray[np.int64], directions: NDArray[np.int8], positions: NDArray[np.int64]
 ) -> Markup:
     """Return steps as HTML.
 
     Args:
-        says: their number, in words.
+        caption: their number, in words.
         times_ps, directions, positions: (n,), for each step.
     """
     count = len(times_ps)
     if not count:
-        return card(says)
+        return card(caption)
     shown = range(count) if count <= FIRST + LAST + 1 else [*range(FIRST), None, *range(count - LAST, count)]
     lines = [
         ["\u22ee", "", "", ""] if n is None else
@@ -35,7 +35,7 @@ def steps_card(
         for n in shown
     ]  # fmt: skip
     rows = table(["step", "time", "direction", "position"], lines, right=range(4))
-    return card(says, rows, _thumbnail(times_ps, positions))
+    return card(caption, rows, _thumbnail(times_ps, positions))
 
 
 def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Markup:

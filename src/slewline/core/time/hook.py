@@ -71,11 +71,13 @@ class Hook(Generic[P]):
                 except TypeError:
                     if wrong := misfit(listener, *args, **kwargs):
                         name = getattr(listener, "__name__", "of this kind")
-                        raise UsageError(f"a listener {name}: {wrong}; it is called with {_told(args)}") from None
+                        raise UsageError(
+                            f"a listener {name}: {wrong}; it is called with {_arguments_text(args)}"
+                        ) from None
                     raise
 
 
-def _told(args: tuple[object, ...]) -> str:
+def _arguments_text(args: tuple[object, ...]) -> str:
     return f"{len(args)} argument{'s' * (len(args) != 1)}: {', '.join(type(each).__name__ for each in args)}"
 
 

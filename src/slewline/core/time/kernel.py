@@ -225,17 +225,17 @@ class Kernel:
         if self.woken or self.pending:
             self.settle()
         heap = self.heap
-        told = self.on_commit.listeners != ()
+        has_listeners = self.on_commit.listeners != ()
         self.running, self.ended, self.over = True, False, over
-        self.horizon = -1 if told or self.shuffle is not None else until
+        self.horizon = -1 if has_listeners or self.shuffle is not None else until
         try:
             while not self.ended and (over is None or not over()):
                 if not heap or (time := heap[0][0]) > until:
                     return True
                 _, _, who, token = heappop(heap)
                 if who.token != token:
-                    if not told and self.on_commit.listeners:  # a listener has been added
-                        told, self.horizon = True, -1
+                    if not has_listeners and self.on_commit.listeners:  # a listener has been added
+                        has_listeners, self.horizon = True, -1
                         self._committed()
                     continue
                 who.token = token + 1
@@ -243,7 +243,7 @@ class Kernel:
                 self.seen = time - 1
                 if self.shuffle is not None or who.is_net or (heap and heap[0][0] == time):
                     self._instant(time, who)
-                    if told:
+                    if has_listeners:
                         self._committed()
                     continue
                 self.task, self.sole = who, True  # one timer, alone in its instant: the usual case
@@ -258,7 +258,7 @@ class Kernel:
                     self._react(self.now, [])
                 else:
                     self.seen = self.now
-                if told:
+                if has_listeners:
                     self._committed()
             return False
         finally:
@@ -356,12 +356,12 @@ class Kernel:
         for driver in pending:
             driver.pending = False
             net = driver.net
-            told = driver.next
-            if net.pending_drivers == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
+            level = driver.next
+            if net.pending_drivers == 1 and net.plain is driver and ((kind := type(level)) is int or kind is tuple):
                 net.pending_drivers = 0
-                driver.level = told  # usual case: the only driver changes from level to level, without a recorder
-                if told != net.value:
-                    net.value = told
+                driver.level = level  # usual case: the only driver changes from level to level, without a recorder
+                if level != net.value:
+                    net.value = level
                     net.changes += 1
                     net.changed_at = time
                     if net.waiters or net.observers:

@@ -38,11 +38,11 @@ class Outside:
         self._inside = self._queueing = 0  # nesting depths of `nested` and `queued`
 
     @property
-    def heard(self) -> bool:
+    def has_listeners(self) -> bool:
         """True if an input made now is reported to a listener or a journal."""
         return not self._inside and (self.write is not None or bool(self.on_input.listeners))
 
-    def tell(self, do: str, **what: Any) -> None:
+    def record(self, do: str, **what: Any) -> None:
         """Report an input, as a verb and plain data, unless it is nested in another one."""
         if self._inside:
             return

@@ -68,8 +68,8 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     match = _QUANTITY.fullmatch(text.replace("\N{GREEK SMALL LETTER MU}", "µ"))
     unit = units.get(match[4] if match and match[4] in units else match[4].lower()) if match else None
     if match is None or unit is None:
-        says = f"{what} {text!r}: expected a number and a unit ({', '.join(units)}), for example {example!r}"
-        raise TimeError(says + without_comma(text))
+        message = f"{what} {text!r}: expected a number and a unit ({', '.join(units)}), for example {example!r}"
+        raise TimeError(message + without_comma(text))
     decimals = match[3] or ""
     value, rest = divmod(int(match[2] + decimals) * unit, int(10 ** len(decimals)))
     if rest:

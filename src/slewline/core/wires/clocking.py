@@ -38,7 +38,7 @@ class ScanWindow:
         """Return the end of a stride that begins at `start`, `stop` at the latest."""
         return min(start + self.ps, stop)
 
-    def told(self, count: int) -> None:
+    def adapt(self, count: int) -> None:
         """Adapt the stride to the number of edges in the last one."""
         if count > BLOCK:
             self.ps = max(self.ps // 4, 1)
@@ -63,7 +63,7 @@ class WalkedEdges(Events):
         self._starts, self._counts = [since], [0]
         self._reached, self._found = since, 0  # the end of the scan so far, and the number of edges found
         self._strides = ScanWindow()
-        self._held: tuple[int, int, int, Any] = (since, 0, 0, ())  # start; first ... last-1, from 0; instants
+        self._cached: tuple[int, int, int, Any] = (since, 0, 0, ())  # start; first ... last-1, from 0; instants
 
     def _edges(self, start: int, stop: int) -> Any:
         """Return the instants at start < t <= stop: a list or an array."""
@@ -83,8 +83,8 @@ class WalkedEdges(Events):
             stop = self._strides.stop(self._reached, ps)
             times = self._edges(self._reached, stop)
             count = len(times)
-            self._strides.told(count)
-            self._held = (self._reached, self._found, self._found + count, times)
+            self._strides.adapt(count)
+            self._cached = (self._reached, self._found, self._found + count, times)
             if self._found + count - self._counts[-1] > BLOCK:
                 self._starts.append(self._reached)
                 self._counts.append(self._found)
@@ -97,7 +97,7 @@ class WalkedEdges(Events):
     def count(self, ps: int) -> int:
         """Return the number of edges by an instant (ps), that instant included."""
         self._walk(ps)
-        start, first, _, times = self._held
+        start, first, _, times = self._cached
         if ps >= self._reached:
             return self._found
         if ps >= start:
@@ -127,7 +127,7 @@ class WalkedEdges(Events):
         """Return the instants of edges first ... last, which must all exist: (n,) int64 ps, ascending."""
         import numpy as np
 
-        _, a, b, times = self._held
+        _, a, b, times = self._cached
         if a >= first or b < last:
             i = bisect_right(self._counts, first - 1) - 1
             start, a = self._starts[i], self._counts[i]

@@ -151,7 +151,7 @@ class TakingEnd(End, Protocol):
     Attributes:
         awaiting: it waits for I/O REQUEST, and for the other levels in `awaited`: (net, level).
         token: that of its task when it began to wait.
-        held: nets whose levels control it.
+        watched_nets: nets whose levels control it.
         instrobe: the output that shows when the bus is read, if it has one.
         exchange: the exchange by which bytes arrive as a value at present, if any.
     """
@@ -159,7 +159,7 @@ class TakingEnd(End, Protocol):
     awaiting: bool
     token: int
     awaited: tuple[tuple[Net, int | None], ...]
-    held: tuple[Net, ...]
+    watched_nets: tuple[Net, ...]
     request: Net
     ready: Driver
     instrobe: Driver | None
@@ -217,7 +217,7 @@ class Handshakes(Exchange):
         self.over, self.gone, self.low, self.through = True, 0, False, 0
         self.sender: Task | None = None  # the host's task, which waits for the end
         self.woken = False  # it has been woken
-        self.held: tuple[Net, ...] = ()
+        self.watched_nets: tuple[Net, ...] = ()
 
     # -------------------------------------------------------------------------------------------------------- by value
     @property
@@ -235,7 +235,7 @@ class Handshakes(Exchange):
         return True
 
     @property
-    def under_way(self) -> int:
+    def in_flight(self) -> int:
         """The number of bytes that the host has completed, of those for whose end it waits."""
         if self.sender is None:
             return 0
@@ -247,7 +247,7 @@ class Handshakes(Exchange):
         try:
             await suspended()
         finally:
-            self.through, self.sender = self.under_way, None
+            self.through, self.sender = self.in_flight, None
 
     def taken(self) -> None:
         """Record that the last byte is taken, now (called by the chip)."""
@@ -271,12 +271,12 @@ class Handshakes(Exchange):
     # ---------------------------------------------------------------------------------------------------- edge by edge
     def _enter(self) -> bool:
         chip = self.chip
-        held = {net.root: None for net in chip.held}
-        for root in (*(line.driver.net for line in self.answering), *held):
+        watched_nets = {net.root: None for net in chip.watched_nets}
+        for root in (*(line.driver.net for line in self.answering), *watched_nets):
             for net in root.joined or (root,):
                 if net.exchange is not None:
                     net.exchange.withdraw()
-        if any(root.promise is not None or root.pending_drivers for root in held):
+        if any(root.promise is not None or root.pending_drivers for root in watched_nets):
             return False
         chip.request.latched = False
         chip.task.token += 1  # it waits for nothing on the wires
@@ -285,11 +285,11 @@ class Handshakes(Exchange):
             self._watch_request(True)
             return False
         chip.exchange, chip.request.changes = self, chip.request.changes + 2  # of one byte at least
-        for root in held:
+        for root in watched_nets:
             for net in root.joined or (root,):
                 net.exchange = self
             root.sort_drivers()
-        self.held = tuple(held)
+        self.watched_nets = tuple(watched_nets)
         return True
 
     def _watch_request(self, awaited: bool) -> None:
@@ -305,7 +305,7 @@ class Handshakes(Exchange):
 
     def withdraw(self) -> None:
         chip, coming, seen = self.chip, self.state, self.kernel.seen
-        for root in self.held:
+        for root in self.watched_nets:
             for net in root.joined or (root,):
                 net.exchange = None
             root.sort_drivers()

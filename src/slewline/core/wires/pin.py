@@ -264,15 +264,15 @@ class Terminal:
 
     def _put(self, level: int | None, ps: int) -> None:
         kernel = self.net.kernel
-        if self.row.way in ("power", "none"):
-            raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.says}) carries no signal")
+        if self.row.in_out in ("power", "none"):
+            raise WiringError(f"{self.name} (pin {self.row.number}: {self.row.description}) carries no signal")
         if isinstance(self.net, Bus) and self.bit is None:
             raise WiringError(f"{self.name} is a bus of eight wires; drive the pins of a chip that is wired to it")
         if ps > kernel.now:
             kernel.call_at(ps, kernel.outside.later(lambda: self._put(level, ps)))
             return
         self._level = level = None if level is None else int(level)
-        kernel.outside.tell("drive", pin=self.name, level=level)
+        kernel.outside.record("drive", pin=self.name, level=level)
         if self._driver is None:
             self._driver = Driver(self.net, "outside")
         if isinstance(self.net, Bus) and self.bit is not None:

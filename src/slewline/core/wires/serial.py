@@ -113,25 +113,25 @@ class ReceivingEnd(Protocol):
         """Return how to set another rate, in words; empty: it cannot be set."""
 
 
-def disagreement(who: str, mine: LineSetting, whom: str, ear: ReceivingEnd) -> str:
+def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd) -> str:
     """Return the difference between the settings of two ends of a line, and the remedy; empty: they agree."""
-    theirs = ear.setting
+    theirs = receiver.setting
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""
-    by = f" ({ear.set_by})" if ear.set_by else ""
+    by = f" ({receiver.set_by})" if receiver.set_by else ""
     remedy = f"set the host to {theirs.in_full}"
-    if str(mine.baud) != str(theirs.baud) and (other := ear.instead(mine.baud)):
+    if str(mine.baud) != str(theirs.baud) and (other := receiver.instead(mine.baud)):
         remedy += f", or the part to {mine.baud} baud with {other}"
     return f"{who} is set to {mine}, and {whom} to {theirs}{by}: {remedy}"
 
 
-def rate_disagreement(who: str, baud: int | str, whom: str, ear: ReceivingEnd) -> str:
+def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingEnd) -> str:
     """Return the same as `disagreement`, for an end of which only the rate is known."""
-    theirs = ear.setting
+    theirs = receiver.setting
     if str(baud) == str(theirs.baud):
         return ""
-    by = f" ({ear.set_by})" if ear.set_by else ""
-    other = ear.instead(baud)
+    by = f" ({receiver.set_by})" if receiver.set_by else ""
+    other = receiver.instead(baud)
     remedy = f"set the host to {theirs.in_full}" + (f", or the part to {baud} baud with {other}" if other else "")
     return f"{who} is set to {baud} baud, and {whom} to {theirs}{by}: {remedy}"
 

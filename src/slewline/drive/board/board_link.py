@@ -12,9 +12,9 @@ from collections import deque
 from ...core.time.hook import Hook
 from . import wire
 from .clock import BoardClock
+from .in_flight import EventOrder, SentFrame
 from .outbox import AT_ONCE, BoardCommand, Outbox
 from .records import pack
-from .under_way import EventOrder, SentFrame
 from .wire import (
     Answer,
     BoardConfig,
@@ -32,9 +32,9 @@ MS = 1_000_000
 HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
 HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none, but its clock is checked
 REFILL = 5 * MS  # while records wait for slots
-PATIENCE, LONGEST_PATIENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
+SILENCE, LONGEST_SILENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
-BEHIND = 5 * MS  # a repeated event follows the answer within this time, or it was lost again
+REPEAT_NS = 5 * MS  # a repeated event follows the answer within this time, or it was lost again
 RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
 SMALL = 7  # bytes of one of these
 ASKS_KEPT = 8
@@ -64,7 +64,7 @@ class Link(Outbox):
         self.answer: Answer | None = None
         self.counted: int | None = None  # the board's count, as last reported: signed 32 bits
         self.damaged = self.resent = 0
-        self.heard_ns: int | None = None  # time of the last frame
+        self.received_ns: int | None = None  # time of the last frame
         self.at_rest = False
         self._decoder = Decoder()
         self._token = 0
@@ -109,7 +109,7 @@ class Link(Outbox):
         """Return for how long a frame has been pending without any answer, in ns; 0 if no frame is pending."""
         if not self._flight:
             return 0
-        return now_ns - max(self.heard_ns or 0, self._asked_ns)
+        return now_ns - max(self.received_ns or 0, self._asked_ns)
 
     @property
     def free(self) -> int:
@@ -121,10 +121,10 @@ class Link(Outbox):
         return (self.ident.room if self.ident else HOST_ROOM) - sum(each.size for each in self._flight)
 
     @property
-    def _patience(self) -> int:
+    def _answer_timeout(self) -> int:
         usual = self.clock.round_trip_ns[2] or UNKNOWN
-        least = max(PATIENCE, 3 * usual) << min(self._silences, 2)
-        return min(least, LONGEST_PATIENCE)
+        least = max(SILENCE, 3 * usual) << min(self._silences, 2)
+        return min(least, LONGEST_SILENCE)
 
     @property
     def _heartbeat(self) -> int:
@@ -135,8 +135,8 @@ class Link(Outbox):
 
     def _slots(self) -> int:
         """Return the number of records that may be sent now."""
-        under_way = sum(len(self._commands[at].records) for at in range(self._sent))
-        return self.answer.free - under_way if self.answer else 0
+        in_flight = sum(len(self._commands[at].records) for at in range(self._sent))
+        return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
         """Return the next time at which `outgoing` may have bytes, if none come in before; None if there is none."""
@@ -148,7 +148,7 @@ class Link(Outbox):
             if self._commands:
                 return self._last_ask + REFILL
             return min([self._last_ask + self._heartbeat, *(again_ns for _, again_ns in self._missing())])
-        due = self._waits_since + self._patience
+        due = self._waits_since + self._answer_timeout
         if self.is_open:
             due = min(due, max(self._last_ask + self._heartbeat, self._now + MS))
         return due
@@ -158,7 +158,7 @@ class Link(Outbox):
         """Return the bytes to send now, and count them as sent."""
         self._now = now_ns
         out = bytearray()
-        if self._flight and now_ns - self._waits_since >= self._patience:
+        if self._flight and now_ns - self._waits_since >= self._answer_timeout:
             self._silences += 1
             self._waits_since = now_ns
             self._ask = True
@@ -241,18 +241,18 @@ class Link(Outbox):
         """Receive bytes of the board; the hooks are called from here."""
         self._now = now_ns
         for frame in list(self._decoder.feed(data)):
-            said = None if isinstance(frame, Damaged) else wire.read(frame)
-            if said is None:
+            message = None if isinstance(frame, Damaged) else wire.read(frame)
+            if message is None:
                 self.damaged += 1  # an answer or an event: the next answer shows which
                 self._ask = True
                 continue
-            self.heard_ns = now_ns
-            if isinstance(said, Answer):
-                self._answered(said)
-            elif isinstance(said, BoardEvent):
-                self._happened(said)
+            self.received_ns = now_ns
+            if isinstance(message, Answer):
+                self._answered(message)
+            elif isinstance(message, BoardEvent):
+                self._happened(message)
             else:
-                self.ident = said
+                self.ident = message
 
     def _answered(self, answer: Answer) -> None:
         if not (self._opening or self.is_open):
@@ -320,7 +320,7 @@ class Link(Outbox):
         if flight.kind == FrameKind.STOP and self._stops and answer.result == FrameResult.TAKEN:
             self._stops.popleft()
         if flight.event is not None:
-            self._events.asked[flight.event] = self._now + BEHIND
+            self._events.asked[flight.event] = self._now + REPEAT_NS
         if answer.result in (FrameResult.WRONG_NUMBER, FrameResult.NO_ROOM):
             self._again(flight)
         elif answer.result != FrameResult.TAKEN and flight.command:

@@ -58,7 +58,7 @@ class BoardSerial:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.heard = bytearray()  # last bytes received
+        self.received = bytearray()  # last bytes received
         self._open()
 
     def _open(self) -> None:
@@ -106,8 +106,8 @@ class BoardSerial:
             OSError: the port is gone.
         """
         data: bytes = self._port.read(4096) if self._reader is None else self._reader.read()
-        self.heard += data
-        del self.heard[:-KEPT]
+        self.received += data
+        del self.received[:-KEPT]
         if self._unsent:
             self.write(b"")
         return data

@@ -55,7 +55,7 @@ class BoardClock:
         self.jumps = 0
         self._noted_ns = 0  # the last round trip
         self._lives = 0  # ns of board time before this power-up
-        self._told = 0  # ns of board time
+        self._board_ns = 0  # ns of board time
         self._forget()
 
     def _forget(self) -> None:
@@ -67,7 +67,7 @@ class BoardClock:
 
     def restart(self) -> None:
         """Handle a restart of the board: its ticks begin at 0, board time continues."""
-        self._lives = self._told
+        self._lives = self._board_ns
         self._forget()
 
     # ------------------------------------------------------------------------------------------------ recorded bounds
@@ -155,8 +155,10 @@ class BoardClock:
         It stops while a restarted board has not answered.
         """
         if self.known:
-            self._told = max(self._told, self._lives + (self.ticks(now_ns) - self._first) * 1_000_000_000 // self.hz)
-        return self._told
+            self._board_ns = max(
+                self._board_ns, self._lives + (self.ticks(now_ns) - self._first) * 1_000_000_000 // self.hz
+            )
+        return self._board_ns
 
     # ----------------------------------------------------------------------------------------------------- accuracy
     @property

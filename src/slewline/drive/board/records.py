@@ -17,7 +17,7 @@ from .wire import RECORD_BYTES, USER_OUTPUTS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-DOWN, REST, PAUSE, OUT, HALF, WAY = 1, 2, 4, 8, 16, 64  # flags
+DOWN, REST, PAUSE, OUT, HALF, RAMP_LEFT = 1, 2, 4, 8, 16, 64  # flags
 
 PER_TICK = 65_536
 MOST_STEPS = 65_535  # per record
@@ -25,7 +25,7 @@ SHORTEST_PAUSE, LONGEST = 256, 2**31 - 1  # ticks
 STEEPEST = 2**31 - 1  # limits of `add`
 _LONG_PAUSE = 2**30  # ticks of each pause in a longer gap
 
-MOST_WAY = 65_535  # steps
+MOST_RAMP_LEFT = 65_535  # steps
 
 _RECORD = Struct("<BHIHi")
 
@@ -48,23 +48,23 @@ class Record(NamedTuple):
         """Return the record as 13 bytes."""
         return _RECORD.pack(*self)
 
-    def with_way(self, way: int, slope: int) -> Record:
+    def with_ramp_left(self, ramp_left: int, slope: int) -> Record:
         """Return a record of one interval with the length of the stop ramp from its first step, and its slope."""
-        return self._replace(flags=self.flags | WAY, add=slope << 16 | way)
+        return self._replace(flags=self.flags | RAMP_LEFT, add=slope << 16 | ramp_left)
 
     @property
     def growth(self) -> int:
         """Growth of each interval over the previous one, in 1/65536 tick."""
-        return 0 if self.flags & WAY else self.add
+        return 0 if self.flags & RAMP_LEFT else self.add
 
     @property
     def slope(self) -> int:
         """Change of the stop ramp's length with each step, with WAY."""
         return self.add >> 16
 
-    def way(self, step: int) -> int | None:
+    def ramp_left(self, step: int) -> int | None:
         """Return the number of steps of a stop ramp from a step, counted from 0; None without WAY."""
-        return (self.add & 0xFFFF) + step * self.slope if self.flags & WAY and not self.flags & PAUSE else None
+        return (self.add & 0xFFFF) + step * self.slope if self.flags & RAMP_LEFT and not self.flags & PAUSE else None
 
     @property
     def first(self) -> int:
@@ -100,11 +100,11 @@ class Record(NamedTuple):
             sets = max(masks) <= USER_OUTPUTS if self.flags & OUT else self.count == 0
             return sets and self.flags < 32 and SHORTEST_PAUSE <= self.interval <= LONGEST
         ends = self.first >> 16, self.last >> 16
-        if self.flags & WAY:
-            last = self.way(self.count - 1) or 0
-            if abs(self.slope) > 1 or not 0 <= last <= MOST_WAY:
+        if self.flags & RAMP_LEFT:
+            last = self.ramp_left(self.count - 1) or 0
+            if abs(self.slope) > 1 or not 0 <= last <= MOST_RAMP_LEFT:
                 return False
-        known = not self.flags & ~(DOWN | HALF | WAY)
+        known = not self.flags & ~(DOWN | HALF | RAMP_LEFT)
         return known and self.count > 0 and shortest <= min(ends) and max(ends) <= LONGEST
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from . import wire
 from .boards import LEAST_CHECK, START_LEAD_TICKS, START_MOST_TICKS, UNO, BoardModel
-from .records import MOST_WAY, unpack
+from .records import MOST_RAMP_LEFT, unpack
 from .twin_motion import BOOT, BRAKE, HALT, IDLE, RUN, MovingTwin
 from .wire import (
     ENABLE,
@@ -101,7 +101,7 @@ class BoardTwin(MovingTwin):
     def checked(self, counted: int, right: bool, tick: int) -> None:
         """End a self-test: `counted` pulses came back."""
         self.run(tick)
-        self._event_told(Happening.CHECKED, 0 if right else 1, tick, counted)
+        self._report_event(Happening.CHECKED, 0 if right else 1, tick, counted)
 
     # ------------------------------------------------------------------------------------------------------- frames
     def _take(self, frame: Frame | Damaged, tick: int) -> None:
@@ -222,7 +222,7 @@ class BoardTwin(MovingTwin):
             return FrameResult.BAD_CONTENT
         if how == 0 and self.state in (RUN, BRAKE):
             self._halt()
-            self._event_told(Happening.STOPPED, HOST, tick)
+            self._report_event(Happening.STOPPED, HOST, tick)
         if how == 1 and self.state == RUN:
             self._brake(Happening.BRAKED, HOST, tick)
         return FrameResult.TAKEN
@@ -244,17 +244,17 @@ class BoardTwin(MovingTwin):
         return FrameResult.TAKEN
 
     def _set_table(self, payload: bytes) -> FrameResult:
-        said = wire.tail_entries(payload)
-        if said is None:
+        message = wire.tail_entries(payload)
+        if message is None:
             return FrameResult.BAD_CONTENT
-        first, entries = said
+        first, entries = message
         intervals = [interval for interval, _ in self.table[:first] + entries]
         ascend = intervals[0] >= self.model.shortest << 8 and intervals == sorted(intervals)
         if first > len(self.table) or not ascend or not all(count for _, count in entries):
             return FrameResult.BAD_CONTENT
         if first + len(entries) > self.model.tail:
             return FrameResult.NO_ROOM
-        if sum(count for _, count in self.table[:first] + entries) > MOST_WAY:
+        if sum(count for _, count in self.table[:first] + entries) > MOST_RAMP_LEFT:
             return FrameResult.BAD_CONTENT
         self.table[first:] = entries
         return FrameResult.TAKEN

@@ -70,7 +70,7 @@ class MovingTwin:
         self._events: deque[bytes] = deque(maxlen=KEPT_EVENTS)
         self._event = 0  # number of the next one
         self._forget_the_run()
-        self._event_told(Happening.BOOT, HOST, tick)
+        self._report_event(Happening.BOOT, HOST, tick)
 
     def _forget_the_run(self) -> None:
         self.queue.clear()
@@ -107,7 +107,7 @@ class MovingTwin:
         before = self._event
         self._edge(number, tick)
         if self._event == before and self.config.report >> number & 1:
-            self._event_told(Happening.INPUT, number, tick)
+            self._report_event(Happening.INPUT, number, tick)
         self._show(tick)
 
     # ------------------------------------------------------------------------------------------------------- motion
@@ -128,7 +128,7 @@ class MovingTwin:
             self._step(tick)
             if not self.tail:
                 self._halt()
-                self._event_told(Happening.HALTED, HOST, tick)
+                self._report_event(Happening.HALTED, HOST, tick)
             return
         self.time += self.interval
         if not self.record.flags & PAUSE:
@@ -141,7 +141,7 @@ class MovingTwin:
                 self._begin_tail(tick, tick)
                 if not self.tail:
                     self._halt()
-                    self._event_told(Happening.HALTED, HOST, tick)
+                    self._report_event(Happening.HALTED, HOST, tick)
                 return
             if self.left:
                 return
@@ -163,20 +163,20 @@ class MovingTwin:
         elif before.flags & REST:
             self._forget_the_run()
             self.state = IDLE
-            self._event_told(Happening.REST, HOST, tick)
+            self._report_event(Happening.REST, HOST, tick)
         else:
             self._brake(Happening.UNDERRUN, HOST, tick)
 
     def _step(self, tick: int) -> None:
         assert self.record is not None  # noqa: S101
-        way = -1 if self.record.flags & DOWN else 1
-        self.position = (self.position + way + 2**31) % 2**32 - 2**31
-        self.steps.append((tick, way, self.position))
+        direction = -1 if self.record.flags & DOWN else 1
+        self.position = (self.position + direction + 2**31) % 2**32 - 2**31
+        self.steps.append((tick, direction, self.position))
         if not self.config.driver & DriverFlag.DRY:
             self.pulses.append(tick)
         self.pace = None if self.last_step is None else tick - self.last_step
         self.last_step = tick
-        self.index = (self.index + way * (1 if self.record.flags & HALF else 2)) % wire.PHASES
+        self.index = (self.index + direction * (1 if self.record.flags & HALF else 2)) % wire.PHASES
         self._set_phases(tick)
 
     def _brake(self, kind: Happening, which: int, tick: int) -> None:
@@ -193,7 +193,7 @@ class MovingTwin:
             self.state = BRAKE
         if not playing and not self.tail:
             self._halt()
-        self._event_told(kind, which, tick)
+        self._report_event(kind, which, tick)
 
     def _following(self) -> int:
         """Return the ticks from the scheduled step to the next one; many if none follows in this direction."""
@@ -206,20 +206,20 @@ class MovingTwin:
 
     def _begin_tail(self, last_step: int, earliest: int) -> None:
         """Schedule the steps of the tail, counted from the last step, none before the earliest tick."""
-        ticks = [last_step + each for each in self._way_down()]
+        ticks = [last_step + each for each in self._stop_ramp()]
         late = max(0, earliest - ticks[0]) if ticks else 0
         self.tail = deque(each + late for each in ticks)
 
-    def _way_down(self) -> list[int]:
+    def _stop_ramp(self) -> list[int]:
         """Return the steps of the tail, in ticks from the last step."""
         pace, start_stop = self.pace, self.config.start_stop
         out, time = [], 0
-        way = None if self.record is None else self.record.way(self.record.count - self.left - 1)
-        if pace is None or way == 0:
+        ramp_left = None if self.record is None else self.record.ramp_left(self.record.count - self.left - 1)
+        if pace is None or ramp_left == 0:
             return []
         least = pace + pace // 8 if pace < FAST_TICKS else pace
-        if way is not None and self.table:
-            for interval in [interval for interval, count in self.table for _ in range(count)][-way:]:
+        if ramp_left is not None and self.table:
+            for interval in [interval for interval, count in self.table for _ in range(count)][-ramp_left:]:
                 time += max(interval, least << 8)
                 out.append(time >> 8)
             return out
@@ -259,9 +259,9 @@ class MovingTwin:
 
     def _fits(self, number: int) -> bool:
         """Return whether the input acts in the direction of the present record."""
-        ways = self.config.reflex[number] & (Reflex.UPWARDS | Reflex.DOWNWARDS)
+        directions = self.config.reflex[number] & (Reflex.UPWARDS | Reflex.DOWNWARDS)
         down = self.record is not None and self.record.flags & DOWN
-        return not ways or bool(ways & (Reflex.DOWNWARDS if down else Reflex.UPWARDS))
+        return not directions or bool(directions & (Reflex.DOWNWARDS if down else Reflex.UPWARDS))
 
     def _edge(self, number: int, tick: int) -> None:
         if self.state == BOOT:
@@ -274,14 +274,14 @@ class MovingTwin:
         if reflex == Reflex.ESTOP:
             self.power.cut(self.state in (RUN, BRAKE), self.now)
             self._halt()
-            self._event_told(Happening.ESTOP, number, tick)
+            self._report_event(Happening.ESTOP, number, tick)
         elif reflex == Reflex.STOP and self.state in (RUN, BRAKE) and self._fits(number):
             self._halt()
-            self._event_told(Happening.STOPPED, number, tick)
+            self._report_event(Happening.STOPPED, number, tick)
         elif reflex == Reflex.BRAKE and self.state == RUN and self._fits(number):
             self._brake(Happening.BRAKED, number, tick)
         elif reflex == Reflex.MARK and not starting:
-            self._event_told(Happening.MARK, number, tick)
+            self._report_event(Happening.MARK, number, tick)
 
     # ------------------------------------------------------------------------------------------------------- outputs
     def _set_outputs(self, mask: int, value: int, tick: int) -> None:
@@ -307,7 +307,7 @@ class MovingTwin:
             self.phase = phase
             self.phases.append((tick, phase))
 
-    def _event_told(self, kind: Happening, which: int, tick: int, position: int | None = None) -> None:
+    def _report_event(self, kind: Happening, which: int, tick: int, position: int | None = None) -> None:
         position = self.position if position is None else position
         event = BoardEvent(self._event % 256, kind, which, self.state, self.inputs, position, tick)
         self._event += 1

@@ -307,8 +307,12 @@ class BoardConfig:
 
 
 def _is_reflex(number: int) -> bool:
-    reflex, ways = number & 15, number & ~15
-    return not ways or (reflex in (Reflex.STOP, Reflex.BRAKE) and ways in (16, 32)) if reflex <= Reflex.ESTOP else False
+    reflex, directions = number & 15, number & ~15
+    return (
+        not directions or (reflex in (Reflex.STOP, Reflex.BRAKE) and directions in (16, 32))
+        if reflex <= Reflex.ESTOP
+        else False
+    )
 
 
 # ------------------------------------------------------------------------------------------------------------ messages

@@ -138,7 +138,7 @@ class CaptureReport:
         first, second = (f"{axis.name}.{edge}" for edge in (limit.start, limit.end))
         shown = row.kept is False or row.bound.kept(end - start, end - start)  # otherwise sampling alone explains it
         bounds = (row.bound,) if shown else ()
-        return axis, Interval(first, second, start, end, bounds), limit.says
+        return axis, Interval(first, second, start, end, bounds), limit.description
 
 
 def _room(row: Checked) -> float:

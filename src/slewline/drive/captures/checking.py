@@ -51,7 +51,9 @@ def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
         (f"step {step}", "direction changes", "DIR after STEP", driver.hold_ps),
     )
     return [
-        Limit(start, end, says, driver.source, least=least, keeper="host") for start, end, says, least in rows if least
+        Limit(start, end, description, driver.source, least=least, keeper="host")
+        for start, end, description, least in rows
+        if least
     ]
 
 

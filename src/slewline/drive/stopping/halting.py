@@ -12,14 +12,16 @@ if TYPE_CHECKING:
     from ..drive_state import DriveState
     from .findings import DriveFindings
 
-WAYS = ("abort", "kill", "reset", "power")  # stop modes of chips
+STOP_MODES = ("abort", "kill", "reset", "power")  # stop modes of chips
 KEEPING = ("abort", "kill")  # modes that keep the registers
 
 
-def ways_of(chip: Chip) -> list[str]:
+def stop_modes_of(chip: Chip) -> list[str]:
     """Return the stop modes that a chip has."""
-    roles = {row.role for row in chip.sheet.pins if row.way in ("in", "both")}
-    return [way for way in WAYS if way in roles or way == "power" or (way == "kill" and hasattr(chip, "kill"))]
+    roles = {row.role for row in chip.sheet.pins if row.in_out in ("in", "both")}
+    return [
+        mode for mode in STOP_MODES if mode in roles or mode == "power" or (mode == "kill" and hasattr(chip, "kill"))
+    ]
 
 
 def stop_mode(chip: Chip, how: str | None) -> str:
@@ -28,7 +30,7 @@ def stop_mode(chip: Chip, how: str | None) -> str:
     Raises:
         UsageError: the chip has no such input.
     """
-    allowed = ways_of(chip)
+    allowed = stop_modes_of(chip)
     if how is not None and how not in allowed:
         raise UsageError(f"{chip.name}: stop={how!r}; allowed {', '.join(map(repr, allowed))}")
     return how or allowed[0]
@@ -47,7 +49,7 @@ class StopChip:
     def __init__(self, state: DriveState, findings: DriveFindings, how: str) -> None:
         self.state, self.findings, self.how = state, findings, how
         self._position: int | None = None  # count to be taken over
-        self._acting = self._stands = False  # the chip is being stopped from here; it has come to rest since
+        self._acting = self._at_rest = False  # the chip is being stopped from here; it has come to rest since
 
     def expects(self, event: BoardEvent) -> bool:
         """Return False: the chip does not see the event."""
@@ -55,7 +57,7 @@ class StopChip:
 
     def stopped(self, event: BoardEvent) -> None:
         """Stop the chip now."""
-        self._acting, self._stands = True, False
+        self._acting, self._at_rest = True, False
         self._act()
 
     def _act(self) -> None:
@@ -73,7 +75,7 @@ class StopChip:
     def _pins(self) -> list[str]:
         """Return the inputs that stop the motion of the axis."""
         rows = [row for row in self.state.chip.sheet.pins if row.plays("abort", self.state.number)]
-        return [row.name for row in rows if row.way in ("in", "both")]
+        return [row.name for row in rows if row.in_out in ("in", "both")]
 
     def _active(self, pin: str) -> int:
         return self.state.chip.pin(pin).row.active or 0
@@ -88,13 +90,13 @@ class StopChip:
         An input that stops it is released at rest: some chips ignore one that is active when a motion begins.
         """
         axis = self.state.axis
-        if axis.moving or axis.log.under_way:
-            if self._stands:
-                self._stands = False
+        if axis.moving or axis.log.in_progress:
+            if self._at_rest:
+                self._at_rest = False
                 self._act()
             return
-        if self._acting and not self._stands:
-            self._stands = True
+        if self._acting and not self._at_rest:
+            self._at_rest = True
             if self.how == "abort":
                 self._let_go()
         if self._position is not None:
@@ -104,13 +106,13 @@ class StopChip:
     @property
     def settled(self) -> bool:
         """Whether the chip is at rest, and has taken the count over."""
-        return self._position is None and (self._stands or not self._acting)
+        return self._position is None and (self._at_rest or not self._acting)
 
     def clear(self) -> None:
         """Release the input, or switch the supply on."""
         if self._acting:
             self._acting = False
-            if not (self._stands and self.how == "abort"):
+            if not (self._at_rest and self.how == "abort"):
                 self._let_go()
 
     def _let_go(self) -> None:

@@ -45,7 +45,7 @@ class Homing(NamedTuple):
     The direction is 0 if there is none.
     """
 
-    way: int = 0
+    direction: int = 0
     pin: str = ""
     level: int = 0
 
@@ -80,8 +80,10 @@ class BoardInput(NamedTuple):
         if not self.pin:
             return Reflex.ESTOP
         if self.reflex in HOMING:
-            way = 0 if self.reflex == SOUGHT and self.pin != homing.pin else homing.way * HOMING[self.reflex]
-            return 0 if not way else Reflex.STOP | (Reflex.UPWARDS if way > 0 else Reflex.DOWNWARDS)
+            direction = (
+                0 if self.reflex == SOUGHT and self.pin != homing.pin else homing.direction * HOMING[self.reflex]
+            )
+            return 0 if not direction else Reflex.STOP | (Reflex.UPWARDS if direction > 0 else Reflex.DOWNWARDS)
         return REFLEX[self.reflex]
 
 
@@ -106,13 +108,13 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
         if number in found:
             raise UsageError(f"input {name}: {printed[number]} is given twice; leave one out")
         pin = wired.removeprefix("!")
-        rows = {row.name: row for row in chip.sheet.pins if row.way in ("in", "both")}
+        rows = {row.name: row for row in chip.sheet.pins if row.in_out in ("in", "both")}
         if wired == f"!{ESTOP}":
             raise UsageError(
                 f"input {name}: an E-stop is active while its contact is open, so that a broken wire stops the motor; "
                 f"wire a contact that opens, and give {name}={ESTOP}"
             )
-        if any(row.name == pin for row in chip.sheet.pins if row.way == "out"):
+        if any(row.name == pin for row in chip.sheet.pins if row.in_out == "out"):
             raise UsageError(
                 f"input {name}: {pin} is an output of {chip.name}; an output of the board can show it: "
                 f"outputs={{'D2': '{pin}'}} (--output D2={pin})"

@@ -35,7 +35,7 @@ class Rewound(NamedTuple):
     since_ps: int  # time of the first input
     missing: int  # missing steps, in the direction of the motion; below 0: too many steps
     rest_ps: int  # time of the last step
-    stands: bool  # the motion has ended
+    is_at_rest: bool  # the motion has ended
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:

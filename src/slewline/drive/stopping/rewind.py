@@ -40,7 +40,7 @@ STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 6
 REST_PS = 5 * 10**12  # time for a chip to come to rest
 SLICE_PS = 10**10
-BEHIND_PS = 2 * 10**11  # at rest: following more often would keep an idle drive busy
+FOLLOW_PS = 2 * 10**11  # at rest: following more often would keep an idle drive busy
 MOST_NS = 10_000_000  # time per turn for following the past
 LINE_MS = 40  # greatest delay of a line and a board, from a command to its answer
 MEASURED = 10  # entries for measuring the cost of one
@@ -100,7 +100,7 @@ class Rewind:
             self.command = None  # the motor was at rest before the board received it
         if not self.levels and self.link.answer is not None:
             self._see(self.link.answer.inputs)
-        if not self.cable.under_way and not state.axis.moving and state.kernel.now > self.past.since_ps + BEHIND_PS:
+        if not self.cable.in_progress and not state.axis.moving and state.kernel.now > self.past.since_ps + FOLLOW_PS:
             before, played, began = state.kernel.now - 1, self.past.played, self.wall()
             self.past.follow(before, lambda: self.wall() > began + MOST_NS)
             if (more := self.past.played - played) > MEASURED and (spent := self.wall() - began) > 0:
@@ -144,7 +144,7 @@ class Rewind:
                 self.edges = [(each, level, instant)]
             elif self.stop is not None:
                 self.edges.append((each, level, instant))
-            elif event.kind == Happening.MARK and event.which == number and self.cable.under_way:
+            elif event.kind == Happening.MARK and event.which == number and self.cable.in_progress:
                 self._mark(each, level, instant)
             elif not self._stops(event):
                 state.chip.pin(each.pin).drive(level)
@@ -155,7 +155,7 @@ class Rewind:
     def _instant(self, event: BoardEvent) -> int:
         """Return the instant of the model for an event of the board (ps)."""
         state = self.state
-        late = state.horizon if self.cable.under_way or self.stop is not None else 0
+        late = state.horizon if self.cable.in_progress or self.stop is not None else 0
         return min(max(self.ticks.ps(self.clock.unwrap(event.tick) - late), 1), state.kernel.now)
 
     # ------------------------------------------------------------------------------------------------- what was stopped
@@ -248,37 +248,39 @@ class Rewind:
             UsageError: the bytes of a command are not found.
         """
         if stop.which != HOST or self.command is None:
-            held = self._held
-            if held is not None and (kept := self._kept(stop, held)) is not None:
+            hold_input = self._hold_input
+            if hold_input is not None and (kept := self._kept(stop, hold_input)) is not None:
                 offset, at = kept
-                return Cause([driven(f"{self.state.chip.name}.{held.pin}", held.acts, at)], (offset,), instant - at)
-            edges = [edge for number, edge in enumerate(self.edges) if not number or edge[0] is not held]
+                return Cause(
+                    [driven(f"{self.state.chip.name}.{hold_input.pin}", hold_input.acts, at)], (offset,), instant - at
+                )
+            edges = [edge for number, edge in enumerate(self.edges) if not number or edge[0] is not hold_input]
             return Cause([driven(f"{self.state.chip.name}.{each.pin}", level, at) for each, level, at in edges])
-        heard, text = self.command
+        received_ps, text = self.command
         found = None
         for offset, entry in self.past.entries():
-            if entry["do"] == "input" and entry["verb"] in WRITES and entry["t"] <= heard:
+            if entry["do"] == "input" and entry["verb"] in WRITES and entry["t"] <= received_ps:
                 found = offset, entry
         if found is None:
             raise UsageError(f"the bytes of {text} are not in the journal since the last rest")
         offset, entry = found
         moved = given(entry["part"], entry["verb"], entry["args"], instant)
-        return Cause([moved], (offset,), max(heard - int(entry["t"]), 0))
+        return Cause([moved], (offset,), max(received_ps - int(entry["t"]), 0))
 
     @property
-    def _held(self) -> BoardInput | None:
+    def _hold_input(self) -> BoardInput | None:
         """Input that holds the motor, if there is one; its release takes effect at the present."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 
-    def _kept(self, stop: BoardEvent, held: BoardInput) -> tuple[int, int] | None:
+    def _kept(self, stop: BoardEvent, hold_input: BoardInput) -> tuple[int, int] | None:
         """Return a journal entry and its instant: the input was released, and held the motor again before a step.
 
         In the other run it is not released.
         """
-        state, name, found = self.state, f"{self.state.chip.name}.{held.pin}", None
+        state, name, found = self.state, f"{self.state.chip.name}.{hold_input.pin}", None
         for offset, entry in self.past.entries():
-            if entry["do"] == "drive" and entry["pin"] == name and entry["level"] != held.acts:
+            if entry["do"] == "drive" and entry["pin"] == name and entry["level"] != hold_input.acts:
                 found = offset, int(entry["t"])
         if found is None:
             return None
@@ -300,16 +302,16 @@ class Rewind:
             after = times[times.index(at) + 1] if at != times[-1] else now
             instant = min(max(instant, at), after - 1)
         tried: dict[int, Rewound] = {}  # by the instant of the chip's input
-        told: int | None = instant
-        while told is not None and len(tried) < TRIES and told not in tried:
-            if told - cause.lead_ps <= self.past.since_ps:
-                return f"{readable(told)} is before the last rest"
-            found = tried[told] = self._run(cause, told, now, position, sign)
+        candidate: int | None = instant
+        while candidate is not None and len(tried) < TRIES and candidate not in tried:
+            if candidate - cause.lead_ps <= self.past.since_ps:
+                return f"{readable(candidate)} is before the last rest"
+            found = tried[candidate] = self._run(cause, candidate, now, position, sign)
             if not found.missing:
                 return self._take_at_rest(found, cause, now, position, sign)
-            told = following(tried, times)
+            candidate = following(tried, times)
         best = min(tried.values(), key=lambda each: abs(each.missing))
-        if best.stands:
+        if best.is_at_rest:
             return self._take_at_rest(best, cause, now, position, sign)
         return f"the law of the chip does not stop at the count of the board, {position}"
 
@@ -323,8 +325,8 @@ class Rewind:
             while axis.moving and bench.now_ps < now + REST_PS:
                 bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
             missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
-        stands = not axis.moving or rest < axis.kernel.now - SLICE_PS
-        return Rewound(bench, instant, first, missing, rest, stands)
+        is_at_rest = not axis.moving or rest < axis.kernel.now - SLICE_PS
+        return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
         """Take another run over; if its chip comes to rest later than now, wait for that first: return None."""
@@ -349,10 +351,10 @@ class Rewind:
 
     def _take(self, found: Rewound, sign: int) -> str:
         """Continue with another bench, at the position of the motor."""
-        state, held = self.state, self._held
+        state, hold_input = self.state, self._hold_input
         self._move(found.bench, found.since_ps)
-        if held is not None and self.levels[held.number] != held.acts:
-            state.chip.pin(held.pin).drive(self.levels[held.number])
+        if hold_input is not None and self.levels[hold_input.number] != hold_input.acts:
+            state.chip.pin(hold_input.pin).drive(self.levels[hold_input.number])
         self.homing = Homing.of(state.axis)
         state.configure(configured(self.config, self.inputs.values(), self.homing))
         if found.missing:

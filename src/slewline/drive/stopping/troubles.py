@@ -151,8 +151,8 @@ class Troubles:
         if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
             return
         axis = self.state.axis
-        stood = "was in motion, and has been stopped" if found.moving else "is at rest"
-        has = f"the board has kept its supply since its last use: the motor {stood} at count {found.counted}"
+        state_text = "was in motion, and has been stopped" if found.moving else "is at rest"
+        has = f"the board has kept its supply since its last use: the motor {state_text} at count {found.counted}"
         if found.unsure:
             has += ", but its position is uncertain"
         keep_count = self.state.keep_count
@@ -195,11 +195,11 @@ class Troubles:
             "board-silent",
             f"the board has not answered for {while_}: check its cable and its supply",
         )
-        if self.state.phase == "ok" and self.cable.under_way:
+        if self.state.phase == "ok" and self.cable.in_progress:
             self.link.abandon()
             self._halt()
 
-    def heard(self) -> None:
+    def note_message(self) -> None:
         """Handle a message of the board: after an unreported halt, its count once it is at rest."""
         state, answer = self.state, self.link.answer
         if self._before_halt is None or answer is None or answer is self._before_halt:
@@ -290,7 +290,7 @@ class Troubles:
 
     def clock_jumped(self) -> None:
         """Handle a sleep of this computer: its clock stopped, and the board's did not."""
-        if self.state.phase == "ok" and self.cable.under_way:
+        if self.state.phase == "ok" and self.cable.in_progress:
             self._halt()
             self.report(
                 "computer-slept",

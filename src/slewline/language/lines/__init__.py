@@ -83,9 +83,9 @@ class Lines(Dialect[LineRow]):
         """Return a command as text: its head and its values."""
         return spell(row, values)
 
-    def said(self, answer: str) -> str:
+    def meaning_of(self, answer: str) -> str:
         """Return the meaning of an answer, in words; "" if it only accepts the line."""
-        return "" if answer == self.accepted else super().said(answer)
+        return "" if answer == self.accepted else super().meaning_of(answer)
 
     def shorter(self, sheet: Sheet) -> str:
         """Return advice on how to shorten a program."""

@@ -65,8 +65,8 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
         every = " ".join(dict.fromkeys(row.head for row in sheet.rows(LineRow)))
-        says = f"{text!r} is not a command of the {sheet.part}"
-        return Refusal("unknown", says, 0, len(text), f"{text} is not a command of the {sheet.part.upper()}", every)
+        message = f"{text!r} is not a command of the {sheet.part}"
+        return Refusal("unknown", message, 0, len(text), f"{text} is not a command of the {sheet.part.upper()}", every)
     rest = text.removeprefix(head)
     closest: Refusal | None = None
     for row, pattern in patterns[head]:
@@ -80,14 +80,14 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
             return LineCommand(row, values, 0, stored, spell(row, values))
         (arg, value), allowed = bad, range_of(bad[0])
         place = places(row, text)[row.args.index(arg)]
-        says = f"{text}: {arg.name} {value}, allowed {allowed}"
+        message = f"{text}: {arg.name} {value}, allowed {allowed}"
         remedy = f"the nearest is {arg.spell(nearest(arg, value))}"
-        closest = Refusal("range", says, *place, f"{row.name} {arg.name} {value}", allowed, remedy)
+        closest = Refusal("range", message, *place, f"{row.name} {arg.name} {value}", allowed, remedy)
     if closest is not None:
         return closest
     forms = " or ".join(usage(row) for row, _ in patterns[head])
-    says = f"{text!r} does not fit {forms}"
-    return Refusal("argument", says, 0, len(text), f"{text} does not fit", forms)
+    message = f"{text!r} does not fit {forms}"
+    return Refusal("argument", message, 0, len(text), f"{text} does not fit", forms)
 
 
 def places(row: LineRow, text: str) -> list[tuple[int, int]]:

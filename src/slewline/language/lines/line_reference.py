@@ -17,7 +17,7 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
     """Return the full description of a command, in Markdown: forms, arguments, opcode, answers."""
     room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
     text = [
-        f"# {row.name}: {row.says}",
+        f"# {row.name}: {row.description}",
         "",
         f"- line: `{line_grammar.usage(row)}`",
         f"- accepted: {_taken(row)}",
@@ -35,7 +35,7 @@ def line_table(commands: Iterable[LineRow]) -> str:
         (
             f"`{line_grammar.usage(row)}`",
             row.name,
-            row.says,
+            row.description,
             "; ".join(f"{arg.name} {_limits(arg)}" for arg in row.args),
             row.size,
             _opcodes(row) if row.stored else "",

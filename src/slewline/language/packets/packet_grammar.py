@@ -160,8 +160,8 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
     try:
         return bits[name.lower()]
     except KeyError:
-        says = f"{sheet.part} has no status bit {name!r}; allowed {', '.join(bits)}"
-        raise UnknownName(says + hint(name, bits)) from None
+        message = f"{sheet.part} has no status bit {name!r}; allowed {', '.join(bits)}"
+        raise UnknownName(message + hint(name, bits)) from None
 
 
 # ------------------------------------------------------------------------------------------------------------- commands
@@ -176,8 +176,8 @@ def row(sheet: Sheet, name: str) -> PacketRow:
         raise UsageError(f"command {name!r}: expected a mnemonic such as 'GET_STATUS'; packet() sends a code")
     found = sheet.rows(PacketRow).by_form.get(name.upper())
     if found is None:
-        stranger = _stranger(sheet, name)
-        raise UnknownName(f"{stranger.found}; {stranger.remedy}")
+        refusal = _unknown(sheet, name)
+        raise UnknownName(f"{refusal.found}; {refusal.remedy}")
     return found
 
 
@@ -199,7 +199,7 @@ def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketComma
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.rows(PacketRow).by_form.get(name.upper())
     if known is None:
-        return _stranger(sheet, name)
+        return _unknown(sheet, name)
     rest = text.lstrip()[len(name) :]
     at = len(text) - len(rest.lstrip())
     if "/" in rest and known.args and known.args[0].cycles:
@@ -239,14 +239,14 @@ def number(text: str, arg: Arg) -> int | None:
 def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand | Refusal:
     """Return a command with a rate and its unit."""
     arg, written = row.args[0], text[at:].rstrip()
-    says = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
+    message = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
     try:
         value = rates.spoken(arg, written, per_s)
     except UsageError as error:
         return _refusal("range", at, at + len(written), f"{row.name} {error}")
     if value is None:
         remedy = f"write a decimal number with {rates.units(arg)} after it"
-        return _refusal("bad-number", at, at + len(written), f"{row.name} {arg.name} {says}", range_of(arg), remedy)
+        return _refusal("bad-number", at, at + len(written), f"{row.name} {arg.name} {message}", range_of(arg), remedy)
     return PacketCommand(row, (value,), 0, b"", spell(row, (value,)))
 
 
@@ -255,11 +255,11 @@ def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
-        says, remedy = (
+        message, remedy = (
             f"{text[first:]} after {row.name}, which takes {row.takes}",
             f"leave out {text[first:]}; one command a line",
         )
-        return _refusal("extra-argument", first, len(text), says, "", remedy)
+        return _refusal("extra-argument", first, len(text), message, "", remedy)
     if len(found) < len(row.args):
         arg = row.args[0]
         return _refusal("missing-argument", len(text), len(text) + 1, f"{row.name} without {arg.name}", range_of(arg))
@@ -267,12 +267,12 @@ def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
         return PacketCommand(row, (), 0, b"", row.form)
     arg, written = row.args[0], found[0]
     value, end = number(written, arg), at + len(written)
-    says = f"{row.name} {arg.name} {written if len(written) <= LONGEST else f'{written[:LONGEST]}...'}"
+    message = f"{row.name} {arg.name} {written if len(written) <= LONGEST else f'{written[:LONGEST]}...'}"
     if value is None:
-        return _refusal("bad-number", at, end, says, range_of(arg), _number_meant(arg, written))
+        return _refusal("bad-number", at, end, message, range_of(arg), _number_meant(arg, written))
     if not arg.allows(value):
         nearest = min(max(value, arg.low), arg.high)
-        return _refusal("range", at, end, says, range_of(arg), f"the nearest is {nearest}")
+        return _refusal("range", at, end, message, range_of(arg), f"the nearest is {nearest}")
     return PacketCommand(row, (value,), 0, b"", spell(row, (value,)))
 
 
@@ -300,7 +300,7 @@ def _scaled(arg: Arg, written: str) -> str:
     return f"{written} {arg.unit} is {whole}{round(scaled)}"
 
 
-def _stranger(sheet: Sheet, name: str) -> Refusal:
+def _unknown(sheet: Sheet, name: str) -> Refusal:
     """Return the refusal of a mnemonic that the part does not have, with a suggestion."""
     wanted, slips = name.upper(), spoken_as(sheet, Words).slips
     tail = wanted.partition("_")[2] or wanted

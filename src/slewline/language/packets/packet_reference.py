@@ -16,7 +16,7 @@ CHECKSUM = "A checksum of 16 bits may be read after every packet: the sum of com
 def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
     """Return the full description of a command, in Markdown: its words, times and sources."""
     text = [
-        f"# {row.name}: {row.says}",
+        f"# {row.name}: {row.description}",
         "",
         f"- line: `{packet_grammar.usage(row)}`",
         f"- packet: `{packet(row)}`",
@@ -25,7 +25,7 @@ def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
         f"- manual: {row.where}",
     ]
     text += [f"- `{arg.name}`: {packet_grammar.range_of(arg)}" for arg in (*row.args, *row.reads)]
-    text += [f"- {says}" for says in _conditions(row)]
+    text += [f"- {condition}" for condition in _conditions(row)]
     return "\n".join(text) + "\n"
 
 
@@ -57,7 +57,7 @@ def packet_table(sheet: Sheet) -> str:
         (
             f"`{packet(row)}`",
             row.name,
-            row.says,
+            row.description,
             "; ".join(f"{arg.name} {packet_grammar.range_of(arg)}" for arg in (*row.args, *row.reads)),
             _acted_on(row),
             "; ".join(_conditions(row)),
@@ -79,7 +79,11 @@ def words_of(dialect: packet_grammar.Words) -> list[str]:
 
 def _fields(bits: Iterable[Bits]) -> str:
     rows = (
-        (f"{each.low}" if each.width == 1 else f"{each.low}-{each.low + each.width - 1}", f"`{each.name}`", each.says)
+        (
+            f"{each.low}" if each.width == 1 else f"{each.low}-{each.low + each.width - 1}",
+            f"`{each.name}`",
+            each.description,
+        )
         for each in bits
     )
     return table(("bit", "name", "meaning"), rows)
@@ -91,9 +95,9 @@ def _other_codes(dialect: packet_grammar.Words) -> list[tuple[str, str]]:
     rows = [
         (
             _codes(code for code, found in dialect.siblings.items() if (found.writes, found.reads) == words),
-            f"a sister part's; no effect, {says}",
+            f"a sister part's; no effect, {condition}",
         )
-        for words, says in alike.items()
+        for words, condition in alike.items()
     ]
     return [
         (_codes(dialect.illegal), "illegal: checksum 0"),

@@ -145,7 +145,7 @@ class Decoder(Generic[L_co]):
         before, self._before = self._before, None
         row = self._row = (self._in_ascii if ascii else self._in_binary).get(byte)
         if row is None:
-            self._stranger(byte, ascii, before)
+            self._foreign_byte(byte, ascii, before)
         elif not row.terminated:
             self.at_letter, self._before = True, row
             return CommandText(row, (), 0, row.pack(()) if row.stored else b"", row.form)
@@ -155,7 +155,7 @@ class Decoder(Generic[L_co]):
             self._state = in_line if ascii else self._count
         return None
 
-    def _stranger(self, byte: int, ascii: bool, before: TextRow | None) -> None:
+    def _foreign_byte(self, byte: int, ascii: bool, before: TextRow | None) -> None:
         """Process a byte that is not a command letter.  Commands must be in upper case."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:

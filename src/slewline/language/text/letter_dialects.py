@@ -164,10 +164,10 @@ class Verbatim(ReadAlike, TextDialect):
         """Return the bytes of a statement in the memory: its text and a carriage return."""
         return statement.text.encode("latin-1") + END
 
-    def start(self, said: Sequence[Statement]) -> int:
+    def start(self, statements: Sequence[Statement]) -> int:
         """Return the pointer after some commands: the start of a program that is entered now."""
         pointer = 0
-        for statement in said:
+        for statement in statements:
             if statement.block >= 0:
                 pointer = statement.end
             elif statement.row.role == "pointer":

@@ -29,8 +29,8 @@ def resets(sheet: Sheet) -> re.Pattern[str]:
 def rests(sheet: Sheet) -> re.Pattern[str]:
     """Return the pattern of a directive that waits until the motor is at rest."""
     wanted = (("motion_complete", 1), ("ready", 1), ("running", 0))
-    ways = "|".join(_waits(pin, holds) for role, holds in wanted if (pin := sheet.role(role)) is not None)
-    return re.compile(rf"@until\s+(?:{ways})$") if ways else _NEVER
+    conditions = "|".join(_waits(pin, holds) for role, holds in wanted if (pin := sheet.role(role)) is not None)
+    return re.compile(rf"@until\s+(?:{conditions})$") if conditions else _NEVER
 
 
 def _waits(pin: Pin, holds: int) -> str:

@@ -41,9 +41,9 @@ def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
 def loops(source: Source) -> None:
     """Report nested loops, for a part with a single count, and loops of one pass."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
-    ways = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
+    alternatives = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
     for outer, inner in nested(source):
-        found, remedy = f"the loop of line {inner.line} is inside this one", f"repeat the outer one with {ways}"
+        found, remedy = f"the loop of line {inner.line} is inside this one", f"repeat the outer one with {alternatives}"
         about = f"{section(outer.row)} {outer.row.form}"
         source.report(outer, "nested-loop", "warning", found, section=about, remedy=remedy)
     for block in source.blocks:

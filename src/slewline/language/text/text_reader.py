@@ -55,7 +55,7 @@ class TextReader(Reader):
             self.add(letter, at, row, (), ())
             labels, begin = (), at
             if text[at : at + 1].isspace():
-                self.behind(row, at)
+                self.check_rest(row, at)
                 return ()
         return labels
 
@@ -79,7 +79,7 @@ class TextReader(Reader):
         remedy = unknown_remedy(self.sheet, letter)
         self.error(at, at + 1, "unknown-command", f"{letter} is not a command", letters, "", remedy)
 
-    def behind(self, row: Row, at: int) -> None:
+    def check_rest(self, row: Row, at: int) -> None:
         """Report text after a command without arguments."""
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
@@ -93,8 +93,8 @@ class TextReader(Reader):
         elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
         extra = extra.lstrip(" ,;\t").rstrip()
         begins = not extra[:1].isdigit() and extra[:1] in self.sheet.commands.by_form
-        says = f"write {extra} on a line of its own" if begins else f"leave out {extra}"
-        return f"{says}; {elsewhere}" if elsewhere else says
+        message = f"write {extra} on a line of its own" if begins else f"leave out {extra}"
+        return f"{message}; {elsewhere}" if elsewhere else message
 
     # ------------------------------------------------------------------------------------------------------- labels
     def end(self, labels: tuple[str, ...]) -> None:

@@ -61,7 +61,7 @@ def in_full(sheet: Sheet, row: TextRow) -> str:
         place, kept = "memory", "as it was sent"
         time = f"{row.time_us} µs after the last byte" if not row.motion else "as long as the motion"
     text = [
-        f"# {row.name}: {row.says}",
+        f"# {row.name}: {row.description}",
         "",
         f"- ASCII: `{usage(row, spoken)}`, {'then a' if row.terminated else 'without a'} carriage return",
         f"- binary: `{binary(row, spoken)}`",
@@ -107,7 +107,7 @@ def command_table(sheet: Sheet) -> str:
         (
             f"`{usage(row, spoken)}`",
             row.name,
-            row.says,
+            row.description,
             "; ".join(f"{arg.name} {_range(sheet, arg)}" for arg in row.args),
             *(f"{row.size}: `{stored(row)}`" if row.stored else "0" for _ in stored_as),
             f"`{binary(row, spoken)}`",

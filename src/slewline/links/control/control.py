@@ -116,7 +116,7 @@ class Client:
         self.postponed = False  # requests wait for the next turn of the loop
         self.every_s = 0.0  # between two events, of a client that has subscribed
         self.seen: Data = {}  # the view that the client has
-        self.told = (0, 0, 0.0)  # entries sent so far, and the time of the last event
+        self.sent = (0, 0, 0.0)  # entries sent so far, and the time of the last event
         self.watching = 0  # the number of its subscription
         self.gathering: Iterator[tuple[tuple[str, ...], Any]] | None = None  # rest of a view, still to be compared
         self.changed: Data = {}  # changes found in it
@@ -135,8 +135,8 @@ class Client:
     def take(self, data: bytes) -> None:
         """Receive bytes: requests, or pieces of them."""
         self.incoming += self.beginning.take(data)
-        if self.beginning.stranger:
-            self.refuse(f"this port does not support {self.beginning.stranger}")
+        if self.beginning.protocol:
+            self.refuse(f"this port does not support {self.beginning.protocol}")
         self.work()
 
     def ended(self) -> None:
@@ -245,7 +245,7 @@ class Client:
     def subscribe(self, every_s: float) -> Data:
         """Send events from now on, at this minimum interval; 0: stop.  Return the present view."""
         dialogue = self.server.dialogue
-        self.seen, self.told = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
+        self.seen, self.sent = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
         self.gathering = None
         self.watch(every_s)
         return self.seen
@@ -255,21 +255,21 @@ class Client:
         self.every_s = every_s and max(every_s, OFTENEST_S)
         self.watching += 1
         if self.every_s:
-            self.server.loop.after(self.every_s, partial(self.tell, self.watching))
+            self.server.loop.after(self.every_s, partial(self.notify, self.watching))
 
-    def tell(self, watching: int) -> None:
+    def notify(self, watching: int) -> None:
         """Send changes, unless the client has not read the last ones."""
         if watching != self.watching or not self.stream.open:
             return
-        self.server.loop.after(self.every_s, partial(self.tell, watching))
+        self.server.loop.after(self.every_s, partial(self.notify, watching))
         if self.stream.outgoing or self.beyond is not None:
             return
         dialogue = self.server.dialogue
-        touched, number, told_s = self.told
+        touched, number, sent_s = self.sent
         if dialogue.touched != touched:
             entries = [*dialogue.changed(touched, number)][::-1]
             self.event({"event": "said", "entries": entries})
-            self.told = dialogue.touched, dialogue.number, told_s
+            self.sent = dialogue.touched, dialogue.number, sent_s
         if self.gathering is None:
             self.gathering, self.changed = self.server.views.pieces(), {}
             self.gather()
@@ -287,10 +287,10 @@ class Client:
                 self.server.loop.ask(self.gather)
                 return
         self.gathering = None
-        told_s, now_s = self.told[2], perf_counter()
-        if self.changed or (now_s - told_s > CLOCK_S and not self.server.pace.paused):
+        sent_s, now_s = self.sent[2], perf_counter()
+        if self.changed or (now_s - sent_s > CLOCK_S and not self.server.pace.paused):
             self.event({"event": "view", "view": self.changed})
-            self.told = *self.told[:2], now_s
+            self.sent = *self.sent[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
         """Send requests to the control port of a branch from now on; "": answer them here again."""
@@ -299,7 +299,7 @@ class Client:
         self.event(event)
         self.gathering = None
         self.lead(where)
-        self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
+        self.seen, self.sent = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def lead(self, where: str) -> None:
         """Route later requests to the control port of a branch, or to this one, ""."""

@@ -66,7 +66,7 @@ def request_schema(row: RequestSpec) -> Data:
     """Return the schema of a request."""
     needed = {"do": {"const": row.do}} | {key.name: described(key) for key in row.keys if not key.default}
     optional = {key.name: described(key) for key in (*row.keys, *COMMON) if key.default}
-    return record(needed, optional) | {"additionalProperties": False, "description": row.says}
+    return record(needed, optional) | {"additionalProperties": False, "description": row.description}
 
 
 def reply_schema(row: RequestSpec) -> Data:
@@ -79,9 +79,9 @@ def reply_schema(row: RequestSpec) -> Data:
 def event_schema(row: EventSpec) -> Data:
     """Return the schema of an event."""
     needed = {"event": {"const": row.event}, "time_ps": WHOLE} | {key.name: described(key) for key in row.keys}
-    return record(needed) | {"description": row.says}
+    return record(needed) | {"description": row.description}
 
 
 def described(key: Key) -> Data:
     """Return the kind of a key, with its description."""
-    return key.kind | {"description": key.says}
+    return key.kind | {"description": key.description}

@@ -55,14 +55,14 @@ class TimeVerbs(Verbs):
         """Let paused time run up to a condition; a breakpoint, `pause` or `go` on the way ends the run, too."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
-        told = request["do"] != "advance"
+        is_awaited = request["do"] != "advance"
 
         def reply(_over: bool) -> Data:
             if pushing.reached or pushing.broken_off():
                 return {"met": pushing.reached}
             return self.outcome(False, condition)
 
-        self.client.wait(request, reply if told else lambda _over: {}, pushing, limit_ps, True)
+        self.client.wait(request, reply if is_awaited else lambda _over: {}, pushing, limit_ps, True)
 
     def outcome(self, met: bool, condition: Condition) -> Data:
         """Return whether a condition was met; if not, its faults, and the activity of each chip and part."""

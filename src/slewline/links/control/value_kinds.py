@@ -63,7 +63,7 @@ CHIP = record(
         "findings": array(FOUND),
     }
 )
-HITS = record({way: mapping(WHOLE) for way in ("chip", "host")})
+HITS = record({side: mapping(WHOLE) for side in ("chip", "host")})
 LINE = record(
     {"chips": array(TEXT), "host": {"type": ["string", "null"]}, "taken": WHOLE, "given": WHOLE, "dropped": WHOLE},
     {"baud": WHOLE, "format": TEXT, "hits": HITS, "findings": array(FOUND)},
@@ -80,7 +80,7 @@ class Key:
 
     name: str
     kind: Data
-    says: str
+    description: str
     default: str = ""  # of a key that may be left out
 
 
@@ -89,7 +89,7 @@ class RequestSpec:
     """A request; one that has two forms, such as `until`, has two rows."""
 
     do: str
-    says: str
+    description: str
     example: Data
     keys: tuple[Key, ...] = ()
     reply: tuple[Key, ...] = ()
@@ -112,7 +112,7 @@ class EventSpec:
     """An event: a line with `event`, its keys, and `time_ps`."""
 
     event: str
-    says: str
+    description: str
     keys: tuple[Key, ...]
 
     @property

@@ -255,7 +255,7 @@ def problem_data(problem: Problem) -> Data:
         "column": problem.column,
         "length": problem.length,
         "severity": problem.severity,
-        "says": problem.says,
+        "says": problem.message,
         "remedy": problem.remedy,
     }
 
@@ -266,8 +266,8 @@ def sheet_data(sheet: Sheet) -> Data:
         {
             "number": pin.number,
             "name": pin.name,
-            "way": pin.way,
-            "says": pin.says,
+            "way": pin.in_out,
+            "says": pin.description,
             "active": pin.active,
             "role": pin.role,
             "axis": pin.axis,
@@ -276,11 +276,11 @@ def sheet_data(sheet: Sheet) -> Data:
         for pin in sheet.pins
     ]
     registers = [
-        {"name": each.name, "bits": each.bits, "says": each.says, "unit": each.unit, "letter": each.letter}
+        {"name": each.name, "bits": each.bits, "says": each.description, "unit": each.unit, "letter": each.letter}
         for each in sheet.registers
     ]
     commands = [
-        {"form": row.form, "name": row.name, "syntax": syntax(row), "says": row.says, "where": row.where}
+        {"form": row.form, "name": row.name, "syntax": syntax(row), "says": row.description, "where": row.where}
         for row in sheet.commands
     ]
     return {

@@ -18,7 +18,7 @@ from ...core.time.hook import Hook
 from ...errors import StoreError
 from .memory_file import FileStore
 
-PATIENCE_S = 0.001
+WRITE_TIMEOUT_S = 0.001
 
 
 class BackgroundStore:
@@ -28,15 +28,15 @@ class BackgroundStore:
 
     Args:
         store: the store that writes; it must have no other user.
-        patience_s: how long `pending` waits for it, in seconds: where virtual time passes faster than that of the wall
+        timeout_s: how long `pending` waits for it, in seconds: where virtual time passes faster than that of the wall
             clock, a module must not poll again and again; None: until it has written, where time follows no clock.
 
     Raises:
         StoreError: the store cannot be read.
     """
 
-    def __init__(self, store: FileStore, patience_s: float | None = PATIENCE_S) -> None:
-        self.store, self.patience_s = store, patience_s
+    def __init__(self, store: FileStore, timeout_s: float | None = WRITE_TIMEOUT_S) -> None:
+        self.store, self.timeout_s = store, timeout_s
         self.path = store.path
         self.on_failure: Hook[[str]] = Hook()
         self._content = Memory(store.read())
@@ -84,7 +84,7 @@ class BackgroundStore:
         Raises:
             StoreError: the write has failed; this is raised once.
         """
-        if not self.wait(self.patience_s):
+        if not self.wait(self.timeout_s):
             return True
         refusal, self._refusal = self._refusal, None
         if refusal is not None:

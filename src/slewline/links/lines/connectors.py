@@ -51,7 +51,7 @@ def uart(bench: Bench, chip: Chip) -> SerialPort:
     receiver = bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
     port = bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
     bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
-    port.uart.far.ears = {receiver.name: receiver}
+    port.uart.far.receivers = {receiver.name: receiver}
     return port
 
 

@@ -35,9 +35,9 @@ from ...parts.hosts.bus_host import BusHost
 from ...parts.lines.far_end import RAW_REMEDY, TELNET
 from ..sockets.stream import CHUNK
 from .line_transcript import TranscriptFile
-from .outlet import Told
+from .outlet import SentBytes
 from .pace import Pace
-from .served_line import HostLine, Say
+from .served_line import HostLine, Send
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -85,13 +85,13 @@ class FramedLine(HostLine):
                 raise UsageError(f"byte {line[odd]:#04x} at character {odd + 1} is not ASCII; not sent{why}")
             self._do(line.decode("ascii"))
         except SlewlineError as error:
-            self.say(f"! {error}")
+            self.send(f"! {error}")
 
     def _do(self, text: str) -> None:
         if text == "!":
             self._forget()
         elif text == "?":
-            self._act(lambda computer, _, say: say(line_of(f"? {'ready' if takes(computer) else 'busy'}"), None))
+            self._act(lambda computer, _, send: send(line_of(f"? {'ready' if takes(computer) else 'busy'}"), None))
         elif text[0] == "?":
             groups = [f"?{group}" for group in self.chip.sheet.through(BusHandshake).verify_bytes]
             if text not in groups:
@@ -99,7 +99,7 @@ class FramedLine(HostLine):
             self._check_room(text)
             request = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
             self._act(
-                lambda computer, request, say: computer.queue.post("an answer", partial(answer, text, request, say)),
+                lambda computer, request, send: computer.queue.post("an answer", partial(answer, text, request, send)),
                 request,
             )
         else:
@@ -107,7 +107,7 @@ class FramedLine(HostLine):
             self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
-    def _act(self, do: Callable[[Any, Any, Say], object], request: Request[bytes] | None = None) -> None:
+    def _act(self, do: Callable[[Any, Any, Send], object], request: Request[bytes] | None = None) -> None:
         """Do something to the computer that another bench is to repeat after the same input."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
@@ -118,7 +118,7 @@ class FramedLine(HostLine):
         """Host computer on the bench."""
         return self.computer
 
-    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+    def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
         """Connect the line to the computer of another bench."""
         super().move(bench, coming)
         self.chip, self.computer = self.chips[0], cast("BusHost", bench.parts[self.computer.name])
@@ -135,11 +135,11 @@ class FramedLine(HostLine):
     def _forget(self) -> None:
         (self.computer.clear if self.cutting else self.computer.drop)()
         self.cutting = self.computer.queue.begun  # the next one cuts a command
-        self.say("!")
+        self.send("!")
 
-    def say(self, text: str) -> None:
+    def send(self, text: str) -> None:
         """Send an answer, one line."""
-        self._act(lambda _computer, _request, say: say(line_of(text), None))
+        self._act(lambda _computer, _request, send: send(line_of(text), None))
 
     def whole(self, data: bytes) -> bytes:
         """Return the complete lines received; the start of the next one waits for its end."""
@@ -174,8 +174,8 @@ def takes(computer: BusHost) -> bool:
     """Return whether the chip takes a command now.  A program that admits no live ones leaves READY high."""
     sheet, pins = computer.chip.sheet, computer.chip.pins
     running = sheet.role("running")
-    deaf = not sheet.takes_live and running is not None and pins[running.name].level == 0
-    return computer.idle and pins["ready"].level == 1 and not deaf
+    is_blocked = not sheet.takes_live and running is not None and pins[running.name].level == 0
+    return computer.idle and pins["ready"].level == 1 and not is_blocked
 
 
 async def taken(kernel: Kernel, port: CommandPort) -> None:
@@ -183,6 +183,6 @@ async def taken(kernel: Kernel, port: CommandPort) -> None:
     await first_of(kernel, kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
 
-async def answer(question: str, request: Request[bytes], say: Say) -> None:
+async def answer(question: str, request: Request[bytes], send: Send) -> None:
     """Answer a query with the data read."""
-    say(line_of(f"{question} {request.result.hex(' ').upper()}"), None)
+    send(line_of(f"{question} {request.result.hex(' ').upper()}"), None)

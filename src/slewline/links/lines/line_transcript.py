@@ -67,16 +67,16 @@ class TranscriptFile:
         except OSError as error:
             raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
-    def characters(self, line: str, way: str, data: bytes) -> None:
+    def characters(self, line: str, to: str, data: bytes) -> None:
         """Write characters that were transferred."""
         if self.file is None:
             return
         for byte in data:
             direction, since, so_far = self.open.get(line, ("", 0, bytearray()))
-            if direction != way:
+            if direction != to:
                 self.end(line)
                 since, so_far = self.kernel.now, bytearray()
-                self.open[line] = way, since, so_far
+                self.open[line] = to, since, so_far
             so_far.append(byte)
             if byte == 0x0D or len(so_far) >= LONGEST:
                 self.end(line)
@@ -84,8 +84,8 @@ class TranscriptFile:
     def end(self, line: str) -> None:
         """Write the characters gathered from a line."""
         if line in self.open:
-            way, since, data = self.open.pop(line)
-            self.write(since, line, way, data.decode("latin-1").encode("unicode_escape").decode("ascii"))
+            to, since, data = self.open.pop(line)
+            self.write(since, line, to, data.decode("latin-1").encode("unicode_escape").decode("ascii"))
 
     def event(self, line: str, text: str) -> None:
         """Write an event on a line."""
@@ -95,12 +95,12 @@ class TranscriptFile:
                 self.kernel.now, line, EVENT, " ".join(text.split()).encode("ascii", "backslashreplace").decode()
             )
 
-    def write(self, ps: int, line: str, way: str, text: str) -> None:
+    def write(self, ps: int, line: str, to: str, text: str) -> None:
         """Write one line of the transcript; a full disk does not stop the server."""
         if self.file is None:
             return
         try:
-            self.file.write(f"{ps // PS_PER_S:>8}.{ps % PS_PER_S // 10**6:06d} {line} {way} {text}\n")
+            self.file.write(f"{ps // PS_PER_S:>8}.{ps % PS_PER_S // 10**6:06d} {line} {to} {text}\n")
         except OSError as error:
             self._let_go()
             self.failed(f"log {self.path}: {error.strerror or error}; the transcript ends here")

@@ -17,7 +17,7 @@ from typing import NamedTuple
 Gate = Callable[[Callable[[], object], int], object]  # takes a call and its instant on the bench (ps)
 
 
-class Told(NamedTuple):
+class SentBytes(NamedTuple):
     """Bytes of a module: the instant at which they ended (ps), and the host that they are for; None: any."""
 
     ps: int
@@ -28,10 +28,10 @@ class Told(NamedTuple):
 class Leaving:
     """Such bytes before delivery."""
 
-    __slots__ = ("left", "told", "void")
+    __slots__ = ("left", "sent", "void")
 
-    def __init__(self, told: Told, left: bool = False) -> None:
-        self.told, self.left, self.void = told, left, False
+    def __init__(self, sent: SentBytes, left: bool = False) -> None:
+        self.sent, self.left, self.void = sent, left, False
 
 
 class Outlet:
@@ -44,30 +44,30 @@ class Outlet:
     def __init__(self, deliver: Callable[[bytes, object], object]) -> None:
         self.deliver = deliver
         self.gate: Gate | None = None
-        self.held = 0  # number of calls that the gate has not made yet
+        self.waiting = 0  # number of calls that the gate has not made yet
         self.since_ps: int | None = None  # start of the record (ps); None: no record
-        self.said: deque[Leaving] = deque()
+        self.log: deque[Leaving] = deque()
 
-    def say(self, data: bytes, at_ps: int, to: object = None) -> None:
+    def send(self, data: bytes, at_ps: int, to: object = None) -> None:
         """Deliver bytes that ended at an instant (ps), or pass them to the gate."""
-        leaving = Leaving(Told(at_ps, data, to))
+        leaving = Leaving(SentBytes(at_ps, data, to))
         if self.since_ps is not None:
-            self.said.append(leaving)
+            self.log.append(leaving)
         if self.gate is None:
             self._leave(leaving)
         else:
-            self.held += 1
+            self.waiting += 1
             self.gate(partial(self._let_out, leaving), at_ps)
 
     def _let_out(self, leaving: Leaving) -> None:
         if not leaving.left:
-            self.held -= not leaving.void
+            self.waiting -= not leaving.void
             self._leave(leaving)
 
     def _leave(self, leaving: Leaving) -> None:
         if not leaving.void:
             leaving.left = True
-            self.deliver(leaving.told.data, leaving.told.to)
+            self.deliver(leaving.sent.data, leaving.sent.to)
 
     def remember(self, now_ps: int) -> None:
         """Record all data from now on."""
@@ -78,33 +78,33 @@ class Outlet:
         """Discard the record up to an instant (ps): no run goes back before it any more."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
-            while self.said and self.said[0].left and self.said[0].told.ps <= before_ps:
-                self.said.popleft()
+            while self.log and self.log[0].left and self.log[0].sent.ps <= before_ps:
+                self.log.popleft()
 
-    def say_again(self, anew: Iterable[Told]) -> bytes:
+    def resend(self, outputs: Iterable[SentBytes]) -> bytes:
         """Output the data of another run since the start of the record; the new run begins as the old one did.
 
         Returns:
             bytes that were delivered but do not occur in the new run: they cannot be withdrawn.
         """
         since = -1 if self.since_ps is None else self.since_ps
-        before = [each for each in self.said if each.told.ps > since]
-        seen = b"".join(each.told.data for each in before if each.left)
+        before = [each for each in self.log if each.sent.ps > since]
+        seen = b"".join(each.sent.data for each in before if each.left)
         for each in before:
             if not each.left and not each.void:
                 each.void = True
-                self.held -= 1
-        self.said = deque(each for each in self.said if each.told.ps <= since)
+                self.waiting -= 1
+        self.log = deque(each for each in self.log if each.sent.ps <= since)
         same, agrees = 0, True
-        for told in anew:
-            if told.ps <= since:
+        for sent in outputs:
+            if sent.ps <= since:
                 continue
             common = 0
-            while agrees and common < len(told.data):
-                agrees = same < len(seen) and seen[same] == told.data[common]
+            while agrees and common < len(sent.data):
+                agrees = same < len(seen) and seen[same] == sent.data[common]
                 same, common = same + agrees, common + agrees
             if common:
-                self.said.append(Leaving(told._replace(data=told.data[:common]), True))
-            if told.data[common:]:
-                self.say(told.data[common:], told.ps, told.to)
+                self.log.append(Leaving(sent._replace(data=sent.data[:common]), True))
+            if sent.data[common:]:
+                self.send(sent.data[common:], sent.ps, sent.to)
         return seen[same:]

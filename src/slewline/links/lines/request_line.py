@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .line_transcript import TranscriptFile
-from .outlet import Told
+from .outlet import SentBytes
 from .pace import Pace
-from .served_line import HostLine, Say
+from .served_line import HostLine, Send
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -40,7 +40,7 @@ class RequestLine(HostLine):
         assert queue is not None  # noqa: S101  # it is asked
         return queue
 
-    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+    def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
         """Connect the line to the part of another bench."""
         super().move(bench, coming)
         self._part = bench.parts[self._part.name]
@@ -53,15 +53,15 @@ class RequestLine(HostLine):
         """
         host = self.host
 
-        def do(part: Any, work: Request[Any] | None, say: Say) -> None:
-            async def tell() -> None:
+        def do(part: Any, work: Request[Any] | None, send: Send) -> None:
+            async def deliver() -> None:
                 self.silent = part is not self._part
                 found, self.silent = answers(part, work), False
                 if host is not None and found:
-                    say(found, host)
+                    send(found, host)
                 self.let_in()
 
-            part.queue.post("an answer", tell)
+            part.queue.post("an answer", deliver)
 
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)

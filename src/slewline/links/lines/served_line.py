@@ -28,7 +28,7 @@ from ...parts.lines.rs232 import SerialPort
 from ..sockets.preamble import TEXT
 from ..sockets.stream import CHUNK
 from .line_transcript import TO_CHIP, TO_HOST, TranscriptFile
-from .outlet import Gate, Outlet, Told
+from .outlet import Gate, Outlet, SentBytes
 from .pace import Pace
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...parts.base.part import Part
 
-Say = Callable[[bytes, object], object]  # sends bytes to a host; None: to any
+Send = Callable[[bytes, object], object]  # sends bytes to a host; None: to any
 BACKLOG = 256  # characters that may wait for their turn on the line
 ANSWER_TIMEOUT_PS = 60 * 10**12  # longest wait for an answer, in lockstep or for a host that sends no more
 
@@ -135,7 +135,7 @@ class HostLine:
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.pace.lockstep:  # time passes for received bytes, not for a waiting host
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
-        self.pace.wait(Wait(lambda: self.quiet() and not self.outlet.held, limit_ps, lambda _quiet: call()))
+        self.pace.wait(Wait(lambda: self.quiet() and not self.outlet.waiting, limit_ps, lambda _quiet: call()))
 
     def _rests(self, quiet: bool) -> None:
         self.wait = None
@@ -152,7 +152,7 @@ class HostLine:
 
     def give(self, data: bytes, to: object = None) -> None:
         """Send bytes to the host, or only to `to`, unless a gate delays them."""
-        self.outlet.say(data, self.kernel.now, to)
+        self.outlet.send(data, self.kernel.now, to)
 
     def _deliver(self, data: bytes, to: object) -> None:
         if to is not None and self.host is not to:  # the next host has not sent the request
@@ -170,7 +170,7 @@ class HostLine:
         """Part on the bench in which the line ends."""
         raise NotImplementedError
 
-    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+    def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
         """Connect the line to the part of the same name on another bench; `coming` are characters in transit."""
         self.kernel = bench.kernel
         self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
@@ -182,9 +182,9 @@ class HostLine:
     def opened_at(self, baud: int) -> None:
         """Record the rate that a host has set on a port where it has no effect."""
 
-    def note(self, way: str, data: bytes) -> None:
+    def note(self, direction: str, data: bytes) -> None:
         """Write bytes into the transcript."""
-        self.log.characters(self.name, way, data)
+        self.log.characters(self.name, direction, data)
 
     def feed(self, data: bytes) -> None:
         """Send bytes towards the module."""
@@ -219,7 +219,7 @@ class Act(NamedTuple):
 
     inputs: int
     ps: int
-    do: Callable[[Any, Any, Say], object]
+    do: Callable[[Any, Any, Send], object]
 
 
 class Acts:
@@ -235,11 +235,11 @@ class Acts:
         self.done: deque[Act] = deque()
         self.number = 0  # of acts since the beginning
 
-    def heard(self, do: str, what: dict[str, Any]) -> None:
+    def on_input(self, do: str, what: dict[str, Any]) -> None:
         """Count an input that is about to be made."""
         self.inputs += do == "input" and what["part"] == self.part
 
-    def add(self, ps: int, do: Callable[[Any, Any, Say], object]) -> None:
+    def add(self, ps: int, do: Callable[[Any, Any, Send], object]) -> None:
         """Record an action: a function of the part, of the result of its last input, and of the sender of answers."""
         self.done.append(Act(self.inputs, ps, do))
         self.number += 1
@@ -280,14 +280,14 @@ class ConnectorLine(HostLine):
         """Serial connector on the bench."""
         return self.port
 
-    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+    def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
         """Connect the line to the connector of another bench."""
         super().move(bench, coming)
         self.port.on_character.remove(self._character)
         self._end_in(cast("SerialPort", bench.parts[self.port.name]))
         self.coming = len(coming)
-        for told in coming:
-            self.kernel.call_at(told.ps, partial(self._over, told.data[0]))
+        for sent in coming:
+            self.kernel.call_at(sent.ps, partial(self._over, sent.data[0]))
 
     @property
     def baud(self) -> int | str:  # type: ignore[override]
@@ -348,12 +348,16 @@ class ConnectorLine(HostLine):
 
         Characters that wait for CTS do not count while the chip waits for another host.
         """
-        if self.coming or not (self.uart.idle or self._held()):
+        if self.coming or not (self.uart.idle or self._waits_for_rate()):
             return False
         return not any(chip.answering for chip in self.chips)
 
-    def _held(self) -> bool:
-        return isinstance(self.uart, AdaptiveUart) and self.uart.held and any(chip.awaits_host for chip in self.chips)
+    def _waits_for_rate(self) -> bool:
+        return (
+            isinstance(self.uart, AdaptiveUart)
+            and self.uart.waits_for_rate
+            and any(chip.awaits_host for chip in self.chips)
+        )
 
     def _character(self, character: Character) -> None:
         self.port.received.clear()  # an outside host

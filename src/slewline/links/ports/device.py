@@ -102,7 +102,7 @@ class DevicePort(Closing):
     """A line on a serial port of this machine.
 
     Args:
-        tell: called when the port disappears, and when it is back.
+        report: called when the port disappears, and when it is back.
         make: opens the port; a function that takes URLs would let a bench file connect to any address.
 
     Raises:
@@ -114,10 +114,10 @@ class DevicePort(Closing):
         loop: Loop,
         line: CableLine,
         device: str,
-        tell: Callable[[str], object] = lambda _text: None,
+        report: Callable[[str], object] = lambda _text: None,
         make: Callable[..., Any] = serial.Serial,
     ) -> None:
-        self.loop, self.line, self.device, self.tell, self.make = loop, line, device, tell, make
+        self.loop, self.line, self.device, self.report, self.make = loop, line, device, report, make
         self.port: Any = None
         self._latest = b""  # received bytes, in which a server may explain why it closes
         self.threads: Threads | None = None
@@ -171,7 +171,7 @@ class DevicePort(Closing):
     def _lost(self, why: str) -> None:
         why = self._let_go(why)
         why = dismissal(self._latest) or why
-        self.tell(f"{self.device}: gone ({why}); retrying until it is back")
+        self.report(f"{self.device}: gone ({why}); retrying until it is back")
         self.loop.after(RETRY_S, self._retry)
 
     def _retry(self) -> None:
@@ -182,11 +182,11 @@ class DevicePort(Closing):
         except (OSError, ValueError):
             self.loop.after(RETRY_S, self._retry)
         else:
-            self.tell(f"{self.device}: back")
+            self.report(f"{self.device}: back")
 
     def again(self) -> DevicePort:
         """Return the port, opened again after it was closed."""
-        return DevicePort(self.loop, self.line, self.device, self.tell, self.make)
+        return DevicePort(self.loop, self.line, self.device, self.report, self.make)
 
     def _shut(self) -> None:
         """Close the port."""

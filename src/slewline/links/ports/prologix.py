@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.chip import Chip
     from ...parts.boards.gpib_device import GpibController
-    from ..lines.outlet import Told
+    from ..lines.outlet import SentBytes
 
 LINE = re.compile(rb"((?:[^\r\n\x1b]|\x1b.)*)[\r\n]", re.DOTALL)
 ESCAPED = re.compile(rb"\x1b(.)|\+", re.DOTALL)
@@ -55,7 +55,7 @@ class Setting(NamedTuple):
     low: int
     high: int
     usual: int
-    says: str
+    description: str
 
 
 SETTINGS: Mapping[str, Setting] = {
@@ -94,7 +94,7 @@ class Selection:
         self.entering = False
         self.left = 0  # bytes per group
 
-    def heard(self, chip: Chip, data: bytes) -> None:
+    def data_received(self, chip: Chip, data: bytes) -> None:
         """Record data sent to the chip."""
         as_text = self.mode is None or chip.pins[self.mode.name].level != 0
         for byte in data:
@@ -136,7 +136,7 @@ class PrologixLine(RequestLine):
         """GPIB controller on the bench."""
         return cast("GpibController", self.part)
 
-    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+    def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
         """Connect the line to the controller of another bench."""
         super().move(bench, coming)
         self.devices = {address: bench.chips[chip.name] for address, chip in self.devices.items()}
@@ -195,7 +195,7 @@ class PrologixLine(RequestLine):
             return
         self.controller.write(address, data)
         if address in self.selected:
-            self.selected[address].heard(self.devices[address], data)
+            self.selected[address].data_received(self.devices[address], data)
         self.answer(lambda _controller, _work: b"")
         if self.settings["auto"]:
             self._read(None)
@@ -234,8 +234,8 @@ class PrologixLine(RequestLine):
 
     def _say(self, text: str) -> bool:
         """Queue an answer line."""
-        said = f"{text}\r\n".encode("ascii", "replace")
-        self.answer(lambda _controller, _work: said)
+        reply = f"{text}\r\n".encode("ascii", "replace")
+        self.answer(lambda _controller, _work: reply)
         return True
 
     def _setting(self, name: str, arguments: Sequence[str]) -> bool:
@@ -281,8 +281,8 @@ class PrologixLine(RequestLine):
         """Report an address that no device has."""
         if address not in self.selected:
             there = ", ".join(map(str, self.selected))
-            says = f"++{command} {address}: no device has this address; devices are at {there}"
-            self.controller.finding("gpib-address", says)
+            message = f"++{command} {address}: no device has this address; devices are at {there}"
+            self.controller.finding("gpib-address", message)
 
     def do_spoll(self, arguments: Sequence[str]) -> bool:
         """Poll the status of a device."""
@@ -352,8 +352,10 @@ class PrologixLine(RequestLine):
 
     def do_help(self, arguments: Sequence[str]) -> bool:
         """List the commands."""
-        rows = dict(COMMANDS) | {name: f"[{row.low}-{row.high}]: {row.says}" for name, row in SETTINGS.items()}
-        return not arguments and all([self._say(f"++{name} {says}") for name, says in sorted(rows.items())])
+        rows = dict(COMMANDS) | {name: f"[{row.low}-{row.high}]: {row.description}" for name, row in SETTINGS.items()}
+        return not arguments and all(
+            [self._say(f"++{name} {description}") for name, description in sorted(rows.items())]
+        )
 
 
 def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:

@@ -36,12 +36,12 @@ from ..sockets.stream import SocketStream
 from .symbolic_link import DeviceLink
 
 IFLAG, CFLAG, LFLAG, ISPEED, OSPEED = 0, 2, 3, 4, 5  # indices in the result of tcgetattr
-WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
+REMEDY = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
     "a pty has no 7 data bits and no parity: a host that sets them twice within a millisecond, as pySerial "
-    f"does for a timeout right after the open, gets EINVAL (invalid argument); {WAYS}"
+    f"does for a timeout right after the open, gets EINVAL (invalid argument); {REMEDY}"
 )
-PLAIN = f"a pty of this system has 8 bits and no parity, and may refuse a host that sets 7O2; {WAYS}"
+PLAIN = f"a pty of this system has 8 bits and no parity, and may refuse a host that sets 7O2; {REMEDY}"
 NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve with --tcp or --rfc2217 instead"
 
 

@@ -217,13 +217,13 @@ class RegisterLine(RequestLine):
         )
 
     # ----------------------------------------------------------------------------------------------------- transcript
-    def note(self, way: str, data: bytes) -> None:
+    def note(self, direction: str, data: bytes) -> None:
         """Write accesses into the transcript, not the bytes of the requests."""
 
-    def _show(self, way: str, offset: int, byte: int, ps: int) -> None:
+    def _show(self, direction: str, offset: int, byte: int, ps: int) -> None:
         """Write an access into the transcript: "< 2 31", "> 0 5c"."""
         if not self.silent:
-            self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
+            self.log.write(ps, self.name, direction, f"{offset:x} {byte:02x}")
 
 
 def placed(layout: Layout) -> str:

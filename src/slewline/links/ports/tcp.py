@@ -39,7 +39,7 @@ LOCAL = "a socket of this user"  # address of a Unix socket, and name of its cli
 RETRY_S = 0.5  # when the system cannot accept a connection
 # Acknowledge immediately: a host that writes in small pieces, as most do, otherwise waits 40 ms before the next one.
 QUICK: int | None = getattr(socket, "TCP_QUICKACK", None)
-FAREWELL_S = 1.0  # time for a refused host to read the reason
+REFUSAL_S = 1.0  # time for a refused host to read the reason
 REMAINS = 8192  # bytes of former hosts that the next one has to wait for: ten seconds at 9600 baud
 AHEAD = 1 << 20  # bytes read ahead to detect the closing of a host; at 9600 baud they would take 18 minutes
 LEFT = 64  # bytes that a former host counts for, in addition to its remaining ones
@@ -122,7 +122,7 @@ def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
     with suppress(OSError):
         connection.send(f"slewline: {why}\r\n".encode("ascii", "replace"))
         connection.shutdown(socket.SHUT_WR)
-    loop.after(FAREWELL_S, end)
+    loop.after(REFUSAL_S, end)
 
 
 class Session:
@@ -155,19 +155,19 @@ class Session:
     # --------------------------------------------------------------------------------------------------- to the line
     def room(self) -> int:
         """Return the number of bytes that may come from the host now."""
-        return min(self.line.share, CHUNK - len(self.characters) - len(self.beginning.held))
+        return min(self.line.share, CHUNK - len(self.characters) - len(self.beginning.pending))
 
     def take(self, data: bytes) -> None:
         """Receive bytes from the host."""
         self.port.loop.dirty.append(self._acknowledge)
         passed = self.beginning.take(data)
-        if self.beginning.stranger:
+        if self.beginning.protocol:
             self.characters.clear()
-            why = f"speaks {self.beginning.stranger}, which hosts do not use; connection closed"
-            self.port.report_stranger(self.beginning.stranger, f"{self.name} {why}")
+            why = f"speaks {self.beginning.protocol}, which hosts do not use; connection closed"
+            self.port.report_foreign_client(self.beginning.protocol, f"{self.name} {why}")
             self.gone(why)
             return
-        if self.beginning.held:
+        if self.beginning.pending:
             self.port.loop.after(HOLD_S, partial(self._pass_on, len(self.beginning.seen)))
         self.receive(passed)
 
@@ -227,7 +227,7 @@ class Session:
     def ended(self) -> None:
         """Record that the host sends no more."""
         self.receive(self.beginning.release())
-        if self.stream.deaf:
+        if self.stream.is_shut:
             self.gone(self.stream.why)
 
     def detach(self, why: str) -> None:
@@ -261,7 +261,7 @@ class TcpPort(Closing):
     """A line on a TCP port.
 
     Args:
-        tell: called when bytes of a host are dropped.
+        report: called when bytes of a host are dropped.
     """
 
     scheme = "socket"
@@ -273,9 +273,9 @@ class TcpPort(Closing):
         line: PortLine,
         address: str | Path,
         allow_remote: bool = False,
-        tell: Callable[[str], object] = lambda _text: None,
+        report: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self.loop, self.line, self.allow_remote, self.tell = loop, line, allow_remote, tell
+        self.loop, self.line, self.allow_remote, self.report = loop, line, allow_remote, report
         self.session: Session | None = None  # the connected host
         self.turns: deque[Session] = deque()  # the connected host, after former ones whose bytes are still to be played
         self.full = self.sending = self.crowded = False
@@ -286,7 +286,7 @@ class TcpPort(Closing):
 
     def again(self) -> Self:
         """Return a new port at the address of this one, which was closed."""
-        return type(self)(self.loop, self.line, self.address, self.allow_remote, self.tell)
+        return type(self)(self.loop, self.line, self.address, self.allow_remote, self.report)
 
     @property
     def where(self) -> str:
@@ -306,11 +306,11 @@ class TcpPort(Closing):
             self.listener.pause()
         self.pump()
 
-    def report_stranger(self, protocol: str, says: str) -> None:
+    def report_foreign_client(self, protocol: str, message: str) -> None:
         """Report, once per protocol, a client with another protocol: a browser reconnects by itself."""
         if protocol not in self.strangers:
             self.strangers.add(protocol)
-            self.tell(f"{says}; a browser opens the page of slewline panel" if protocol == "HTTP" else says)
+            self.report(f"{message}; a browser opens the page of slewline panel" if protocol == "HTTP" else message)
 
     def _shorten(self) -> None:
         """Drop bytes that former hosts have left, down to the longest wait allowed for the next host."""
@@ -321,7 +321,7 @@ class TcpPort(Closing):
             excess -= dropped
         if self.dropped:
             dropped, self.dropped = self.dropped, 0
-            self.tell(
+            self.report(
                 f"{self.where}: the previous host left more bytes than the line can play in time; "
                 f"{dropped} of them were dropped, because the next host is connected"
             )

@@ -17,7 +17,7 @@ from itertools import count
 from socket import socket
 from time import perf_counter
 
-from .system import FineSelector, Ready, bell
+from .system import FineSelector, Ready, wakeup_pair
 
 Call = Callable[[], object]
 Calls = tuple[Call | None, Call | None]  # called when readable, when writable
@@ -33,10 +33,10 @@ class Loop:
         self.order = count()
         self.asked: deque[Call] = deque()
         self.dirty: list[Call] = []  # functions that flush bytes written in this turn
-        self.closed = self.hears_signals = False
-        self.bell, self.button = bell()
-        self._forgotten = weakref.finalize(self, _close, self.bell, self.button)  # closed all the same
-        self.watch(self.bell.fileno(), self._answer)
+        self.closed = self.watches_signals = False
+        self.wakeup, self.button = wakeup_pair()
+        self._forgotten = weakref.finalize(self, _close, self.wakeup, self.button)  # closed all the same
+        self.watch(self.wakeup.fileno(), self._answer)
 
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
@@ -64,13 +64,13 @@ class Loop:
             if not self.closed:
                 self.button.send(b"\0")
 
-    def hear_signals(self) -> None:
+    def watch_signals(self) -> None:
         """Let a signal end the sleep, even on Windows.  Call this, and then `close`, in the main thread."""
         signal.set_wakeup_fd(self.button.fileno(), warn_on_full_buffer=False)
-        self.hears_signals = True
+        self.watches_signals = True
 
     def _answer(self) -> None:
-        self.bell.recv(4096)
+        self.wakeup.recv(4096)
         for _ in range(len(self.asked)):  # calls requested by these have their turn after ready descriptors
             self.asked.popleft()()
 
@@ -101,9 +101,9 @@ class Loop:
     def close(self) -> None:
         """Release everything; later calls of `ask` have no effect."""
         self.closed = True
-        if self.hears_signals:
+        if self.watches_signals:
             signal.set_wakeup_fd(-1)
-            self.hears_signals = False
+            self.watches_signals = False
         self.selector.close()
         self._forgotten()
 

@@ -88,24 +88,24 @@ CONTROL = Greetings(own="control")
 
 
 class Preamble:
-    """The first bytes of a connection, until its protocol is known; `stranger` is the name of a foreign one."""
+    """The first bytes of a connection, until its protocol is known; `protocol` is the name of a foreign one."""
 
     def __init__(self, greetings: Greetings = TEXT) -> None:
         self.greetings = greetings
-        self.seen, self.held = b"", b""
+        self.seen, self.pending = b"", b""
         self.holding = self.undecided = True
-        self.stranger = ""
+        self.protocol = ""
 
     def take(self, data: bytes) -> bytes:
         """Return the bytes that may be passed on after these have come; none, once a foreign protocol is recognised."""
         if not self.undecided:
-            return b"" if self.stranger else data
+            return b"" if self.protocol else data
         self.seen += data
-        self.held += data
-        self.stranger = self.greetings.known(self.seen)
-        self.undecided = not self.stranger and self.greetings.undecided(self.seen)
-        if self.stranger:
-            self.held = b""
+        self.pending += data
+        self.protocol = self.greetings.known(self.seen)
+        self.undecided = not self.protocol and self.greetings.undecided(self.seen)
+        if self.protocol:
+            self.pending = b""
         elif not self.undecided or not self.holding or not self.seen.strip(b"\r\n"):
             return self._let_go()
         return b""
@@ -116,5 +116,5 @@ class Preamble:
         return self._let_go()
 
     def _let_go(self) -> bytes:
-        held, self.held = self.held, b""
-        return held
+        pending, self.pending = self.pending, b""
+        return pending

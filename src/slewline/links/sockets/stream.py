@@ -45,7 +45,7 @@ class SocketStream:
         self.ahead = bytearray()  # bytes read before there was room for them
         self.dropped = 0
         self.reading = self.open = True
-        self.dirty = self.blocked = self.at_end = self.finishing = self.deaf = False
+        self.dirty = self.blocked = self.at_end = self.finishing = self.is_shut = False
         self.why = "closed the connection"
         self.fd = end.fileno()
         if isinstance(end, socket.socket):
@@ -132,7 +132,7 @@ class SocketStream:
     def write(self, data: bytes) -> int:
         """Queue bytes, to be sent at the end of this turn; return the number dropped because no host reads."""
         space = self.queue - len(self.outgoing)
-        dropped = max(len(data) - space, 0) if self.open and not self.deaf else len(data)
+        dropped = max(len(data) - space, 0) if self.open and not self.is_shut else len(data)
         self.outgoing += data[: len(data) - dropped]
         self.dropped += dropped
         if self.outgoing and not (self.dirty or self.blocked):
@@ -152,7 +152,7 @@ class SocketStream:
         except BlockingIOError:
             blocked = True
         except OSError as error:
-            self.deafen(error.strerror or str(error))
+            self.shut(error.strerror or str(error))
             return
         if blocked is not self.blocked:
             self.blocked = blocked
@@ -163,9 +163,9 @@ class SocketStream:
                 self.hang_up(self.why)
 
     # ---------------------------------------------------------------------------------------------------------- end
-    def deafen(self, why: str) -> None:
+    def shut(self, why: str) -> None:
         """Drop later output; bytes that the other side has sent before are still read."""
-        self.why, self.deaf, self.blocked = why, True, False
+        self.why, self.is_shut, self.blocked = why, True, False
         self.outgoing.clear()
         if self.ended is None or self.at_end:
             self.hang_up(why)

@@ -92,7 +92,7 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return ends
 
 
-def bell() -> tuple[socket.socket, socket.socket]:
+def wakeup_pair() -> tuple[socket.socket, socket.socket]:
     """Return two ends that wake a selector: it watches the first, and a byte sent into the second wakes it."""
     ends = pair()
     for end in ends:
@@ -173,7 +173,7 @@ def forget_children() -> None:
     ignore(numbers("SIGCHLD"))
 
 
-def hear_ends(call: Callable[[int], object]) -> None:
+def watch_children(call: Callable[[int], object]) -> None:
     """Call a function with the number of each child process that has ended."""
     wait, at_once = getattr(os, "waitpid", None), getattr(os, "WNOHANG", 0)
 

@@ -1,7 +1,7 @@
 """Replacement of the served bench by another one, while all connections stay open.
 
 Hosts stay connected and notice nothing: bytes in transit to the bench are inputs of the journal that the new bench has
-played; its output meanwhile is recorded (`Ear`), and the part that a host lacks is sent (`lines/outlet.py`).
+played; its output meanwhile is recorded (`LineTap`), and the part that a host lacks is sent (`lines/outlet.py`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..lines.outlet import Told
+from ..lines.outlet import SentBytes
 from ..lines.served_line import Act, ConnectorLine, HostLine
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ KEPT_STRETCHES = 10_000  # history of each axis; a server runs for months
 KEEP = "1 h"  # history of recorded pins
 
 
-class Ear:
+class LineTap:
     """The output of another bench on a line.
 
     It repeats on its part all actions of the line on the part of the served bench, and records the output.
@@ -28,7 +28,7 @@ class Ear:
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
         self.line, self.kernel, self.part = line, bench.kernel, bench.parts[line.part.name]
-        self.said: list[Told] = []  # or is still in transit: its instant is in the future
+        self.sent: list[SentBytes] = []  # or is still in transit: its instant is in the future
         self.inputs = self.acted = 0  # inputs of the part, and actions after them
         self.result: Any = None  # of the last one
         self.live = False  # the line ends in this part
@@ -38,7 +38,7 @@ class Ear:
     def _character(self, character: Character) -> None:
         if not self.live:
             self.part.received.clear()  # type: ignore[attr-defined]
-            self.said.append(Told(character.end_ps, bytes([character.byte])))
+            self.sent.append(SentBytes(character.end_ps, bytes([character.byte])))
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
         """Record an input and its result; perform the actions after it."""
@@ -71,23 +71,23 @@ class Ear:
         if self.live:
             self.line.give(data, to)
         else:
-            self.said.append(Told(self.kernel.now, data, to))
+            self.sent.append(SentBytes(self.kernel.now, data, to))
 
 
-class Ears:
+class LineTaps:
     """Recorders on all lines of a bench that replays the past."""
 
-    def __init__(self, ears: Mapping[str, Ear]) -> None:
-        self.ears = ears
+    def __init__(self, taps: Mapping[str, LineTap]) -> None:
+        self.taps = taps
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
         """Record a journal entry that has been executed."""
-        for ear in self.ears.values():
+        for ear in self.taps.values():
             ear.done(entry, result)
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
         """Return instant and function of the next action of a line, up to an instant (ps); None if there is none."""
-        found = [(act.ps, ear) for ear in self.ears.values() if (act := ear.next) is not None and act.ps <= to_ps]
+        found = [(act.ps, ear) for ear in self.taps.values() if (act := ear.next) is not None and act.ps <= to_ps]
         if not found:
             return None
         at, ear = min(found, key=lambda each: each[0])

@@ -102,7 +102,7 @@ class Branches:
             made.control, made.lines, made.process = found["control"], found["lines"], found["process"]
             self.known[number] = made
             try:
-                self._put_on_leash(made)
+                self._tie_to_server(made)
                 self._switch(made)
             except OSError as error:
                 self._lose(made, str(error))
@@ -115,18 +115,18 @@ class Branches:
         else:
             answer({"error": f"back: there is no record of {readable(at)}: its process has ended"})
 
-    def _put_on_leash(self, branch: Branch) -> None:
+    def _tie_to_server(self, branch: Branch) -> None:
         """Connect to a branch, to query its time, and to detect its end."""
-        leash = branch.leash = connection(branch.control)
-        leash.sendall(greeting(self._token()))
-        leash.recv(1 << 16)  # its reply
-        leash.setblocking(False)
-        self.server.loop.watch(leash.fileno(), lambda: self._heard(branch, leash))
+        lifeline = branch.lifeline = connection(branch.control)
+        lifeline.sendall(greeting(self._token()))
+        lifeline.recv(1 << 16)  # its reply
+        lifeline.setblocking(False)
+        self.server.loop.watch(lifeline.fileno(), lambda: self._read_answer(branch, lifeline))
 
-    def _heard(self, branch: Branch, leash: socket.socket) -> None:
+    def _read_answer(self, branch: Branch, lifeline: socket.socket) -> None:
         """Handle a message of a branch: its time, or its end."""
         try:
-            data = leash.recv(1 << 16)
+            data = lifeline.recv(1 << 16)
         except BlockingIOError:
             return
         except OSError:
@@ -200,7 +200,7 @@ class Branches:
             if self.asked:
                 self._ask_next()
 
-        if branch.leash is None:
+        if branch.lifeline is None:
             if stand:
                 self.server.breakpoints.stand()
             branch.now_ps = self.server.bench.now_ps
@@ -211,8 +211,8 @@ class Branches:
     def _send(self, branch: Branch, request: bytes, go_on: Callable[[], object]) -> None:
         """Send a request of the server to a branch; call `go_on` when it has answered, or has ended."""
         branch.waiting.append(go_on)
-        with suppress(OSError):  # `_heard` handles it
-            cast("socket.socket", branch.leash).sendall(request)
+        with suppress(OSError):  # `_read_answer` handles it
+            cast("socket.socket", branch.lifeline).sendall(request)
 
     def _watch(self, branch: Branch) -> None:
         """Leave the branch that is shown as soon as it stops answering."""
@@ -265,9 +265,9 @@ class Branches:
         del self.known[branch.number]
         for go_on in branch.waiting:
             self.server.loop.ask(go_on)
-        if branch.leash is not None and branch.leash.fileno() >= 0:
-            self.server.loop.watch(branch.leash.fileno())
-            branch.leash.close()
+        if branch.lifeline is not None and branch.lifeline.fileno() >= 0:
+            self.server.loop.watch(branch.lifeline.fileno())
+            branch.lifeline.close()
         for path in (branch.journal, Path(branch.control), *map(Path, branch.lines.values())):
             with suppress(OSError):
                 path.unlink()

@@ -35,7 +35,7 @@ class Branch:
     control: str = ""
     lines: dict[str, str] = field(default_factory=dict)
     process: int = 0
-    leash: socket.socket | None = None  # the world ends when it is closed
+    lifeline: socket.socket | None = None  # the world ends when it is closed
     rest: bytes = b""  # rest of the bytes received on the leash
     waiting: list[Callable[[], object]] = field(default_factory=list)  # queries of its time, in order
     silent: int = 0  # consecutive polls without an answer

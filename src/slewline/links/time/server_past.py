@@ -18,7 +18,7 @@ from ...bench.past import Instant, Past
 from ...core.time.timebase import readable
 from ...errors import UsageError
 from ..lines.served_line import Acts, ConnectorLine, HostLine
-from .bench_exchange import Ear, Ears, limit_kept, record_same
+from .bench_exchange import LineTap, LineTaps, limit_kept, record_same
 from .checkpoints import Checkpoints
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class ServedPast(Past):
     def __init__(self, server: ServerFace) -> None:
         super().__init__(server.bench)
         self.server, self.checkpoints = server, Checkpoints(server)
-        self.ears: dict[Kernel, dict[str, Ear]] = {}  # recorders of benches that play the past
+        self.taps: dict[Kernel, dict[str, LineTap]] = {}  # recorders of benches that play the past
         limit_kept(server.bench)
 
     def at(self, ps: int) -> ServedInstant:
@@ -80,13 +80,13 @@ class ServedPast(Past):
             line.outlet.remember(server.bench.now_ps)
             if line.acts is None and not isinstance(line, ConnectorLine):
                 line.acts = Acts(line.part.name)
-                server.bench.on_input.add(line.acts.heard)
+                server.bench.on_input.add(line.acts.on_input)
 
-    def listen(self, bench: Bench) -> Ears:
+    def listen(self, bench: Bench) -> LineTaps:
         self.remember()
         limit_kept(bench)
-        ears = self.ears[bench.kernel] = {name: Ear(line, bench) for name, line in self.server.lines.items()}
-        return Ears(ears)
+        taps = self.taps[bench.kernel] = {name: LineTap(line, bench) for name, line in self.server.lines.items()}
+        return LineTaps(taps)
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
         """Let the shadows play on up to an instant, and discard data that hosts have received before it."""
@@ -97,11 +97,11 @@ class ServedPast(Past):
                 if line.acts is not None:
                     line.acts.forget(to_ps)
             benches = [shadow.player.bench for shadow in self.shadows if shadow.player is not None]
-            self.ears = {bench.kernel: self.ears[bench.kernel] for bench in benches}
+            self.taps = {bench.kernel: self.taps[bench.kernel] for bench in benches}
             for bench in benches:
                 record_same(bench, self.server.bench)
-                for ear in self.ears[bench.kernel].values():
-                    ear.said = [told for told in ear.said if told.ps > to_ps]
+                for tap in self.taps[bench.kernel].values():
+                    tap.sent = [sent for sent in tap.sent if sent.ps > to_ps]
         return done
 
     # ----------------------------------------------------------------------------------------------------- the exchange
@@ -119,14 +119,14 @@ class ServedPast(Past):
         self._check(bench)
         before = [found for found in old.findings if found.time_ps >= since_ps]
         super().go_on(bench, since_ps)
-        ears = self.ears.pop(bench.kernel, None) or {name: Ear(line, bench) for name, line in server.lines.items()}
+        taps = self.taps.pop(bench.kernel, None) or {name: LineTap(line, bench) for name, line in server.lines.items()}
         limit_kept(bench)
         record_same(bench, old)
         server.bench = bench
         server.pace.move(bench)
         server.log.move(bench.kernel)
         for name, line in server.lines.items():
-            self._move(line, bench, ears[name])
+            self._move(line, bench, taps[name])
         server.furnish(bench)
         server.views.move(bench)
         server.breakpoints.move(bench)
@@ -136,11 +136,11 @@ class ServedPast(Past):
                 wait.end()
                 wait.renew()
                 wait.begin()
-        told = Counter((found.source, found.code, found.text) for found in before)
+        known = Counter((found.source, found.code, found.text) for found in before)
         for found in [each for each in bench.findings if each.time_ps >= since_ps]:
             key = found.source, found.code, found.text
-            told[key] -= 1
-            if told[key] < 0:
+            known[key] -= 1
+            if known[key] < 0:
                 server.finding(found)
 
     def _check(self, bench: Bench) -> None:
@@ -162,14 +162,14 @@ class ServedPast(Past):
         if shown:
             raise UsageError(f"exchange: branch {shown} is shown, and this bench is paused; show branch 0 first")
 
-    def _move(self, line: HostLine, bench: Bench, ear: Ear) -> None:
+    def _move(self, line: HostLine, bench: Bench, tap: LineTap) -> None:
         """Connect a line to another bench; send the output that its host lacks."""
         now = bench.now_ps
         if line.acts is not None:
-            bench.on_input.add(line.acts.heard)
-            line.acts.inputs = max(line.acts.inputs, ear.inputs)
-        ear.live = True
-        line.move(bench, [told for told in ear.said if told.ps > now])
-        unsaid = line.outlet.say_again([told for told in ear.said if told.ps <= now])
-        if unsaid:
-            self.server.log.event(line.name, f"the host has already received withdrawn data: {unsaid!r}")
+            bench.on_input.add(line.acts.on_input)
+            line.acts.inputs = max(line.acts.inputs, tap.inputs)
+        tap.live = True
+        line.move(bench, [sent for sent in tap.sent if sent.ps > now])
+        unsent = line.outlet.resend([sent for sent in tap.sent if sent.ps <= now])
+        if unsent:
+            self.server.log.event(line.name, f"the host has already received withdrawn data: {unsent!r}")

@@ -87,9 +87,9 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
         """Report a world that has ended, unless it had arrived before."""
         if process in worlds:
             with suppress(OSError):  # the server has ended
-                tell(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
+                send(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
 
-    system.hear_ends(buried)
+    system.watch_children(buried)
     for line in lines_of(orders):
         order = json.loads(line)
         if process := cast("Callable[[], int]", system.FORK)():
@@ -100,7 +100,7 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
             os._exit(0)
 
 
-def tell(orders: socket.socket, found: Data) -> None:
+def send(orders: socket.socket, found: Data) -> None:
     """Answer an order, with one line."""
     orders.sendall(json.dumps(found).encode() + b"\n")
 
@@ -135,7 +135,7 @@ class World:
         self.bench = server.bench
         self.inherited = server.past, server.branches, server.ports, server.loop  # connections of the server
         self.known = False  # to the server that ordered it
-        self.leash: object = None  # its first connection
+        self.lifeline: object = None  # its first connection
 
     def run(self) -> None:
         """Go to the instant, open the ports, report their addresses, and serve."""
@@ -146,7 +146,7 @@ class World:
             found = self.open_ports()
         except Exception as error:
             found = {"error": str(error)}
-        tell(self.answers, found | {"branch": self.order["branch"]})
+        send(self.answers, found | {"branch": self.order["branch"]})
         self.answers.close()
         if "error" not in found:
             self.server.branch = self.order["branch"]
@@ -168,18 +168,18 @@ class World:
         Other clients may seem connected for longer: a disconnection is noticed only when a pending reply is sent.
         """
         clients = [client for control in self.server.controls() for client in control.clients]
-        if self.leash is None and clients:
-            self.known, self.leash = True, clients[0]
-        return self.known and self.leash not in clients
+        if self.lifeline is None and clients:
+            self.known, self.lifeline = True, clients[0]
+        return self.known and self.lifeline not in clients
 
     @contextmanager
     def silence(self) -> Iterator[None]:
         """Suppress all output while the past is replayed."""
-        server, tell = self.server, self.server.tell
-        server.tell = lambda _text: None
+        server, report = self.server, self.server.report
+        server.report = lambda _text: None
         server.log.file = None
         yield
-        server.tell = tell
+        server.report = report
 
     def arrive(self) -> None:
         """Go to the instant."""

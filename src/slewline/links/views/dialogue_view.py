@@ -68,7 +68,7 @@ class Dialogue:
                 on_character.add(partial(self._character, part.name))
         registers = any(isinstance(part, Board) for part in bench.parts.values())
         for chip in bench.chips.values():
-            chip.on_command.add(partial(self._command, chip.name) if registers else heard)
+            chip.on_command.add(partial(self._command, chip.name) if registers else ignore)
 
     def add(self, who: str, kind: str, text: str, at: int | None = None, **more: Any) -> Entry:
         """Add an entry, now or at an instant of the past (ps)."""
@@ -143,7 +143,7 @@ class Dialogue:
             del self.growing[who]
 
 
-def heard(_text: str) -> None:
+def ignore(_text: str) -> None:
     """Do nothing with a command: a chip reports its commands only while there is an observer."""
 
 

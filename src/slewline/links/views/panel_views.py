@@ -93,7 +93,7 @@ def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 def levels(owner: Chip | Part) -> dict[str, int | None]:
     """Return the levels of the signal pins, by name; None: the pin floats."""
-    return {name: pin.level for name, pin in owner.pins.items() if pin.row.way in ("in", "out", "both")}
+    return {name: pin.level for name, pin in owner.pins.items() if pin.row.in_out in ("in", "out", "both")}
 
 
 def part_view(part: Part) -> Data:

@@ -38,8 +38,8 @@ def clause(text: str) -> str:
 class FindingReports:
     """Reporter of findings: the first of a cause immediately, the others as a number after a minute."""
 
-    def __init__(self, loop: Loop, tell: Callable[[str], object]) -> None:
-        self.loop, self.tell = loop, tell
+    def __init__(self, loop: Loop, report: Callable[[str], object]) -> None:
+        self.loop, self.report = loop, report
         self.more: dict[Key, int] = {}  # since the last report of this cause
         self.first: dict[Key, str] = {}  # its last text
 
@@ -56,7 +56,7 @@ class FindingReports:
             self._begin(key, "")
             self.more[key] = 1
         else:
-            self.tell(f"{finding.source}: {finding.code}: {finding.text}")
+            self.report(f"{finding.source}: {finding.code}: {finding.text}")
             self._begin(key, clause(finding.text))
 
     def _begin(self, key: Key, first: str) -> None:
@@ -72,7 +72,7 @@ class FindingReports:
         count, first = self.more.pop(key), self.first.pop(key)
         if count:
             what = "of other causes" if key[2] == OTHERS else f"like this: {first}"
-            self.tell(f"{key[0]}: {key[1]}: {count} more {what}")
+            self.report(f"{key[0]}: {key[1]}: {count} more {what}")
         return count
 
     def close(self) -> None:
@@ -88,13 +88,13 @@ class Lateness:
         rate: the requested virtual seconds per second.
     """
 
-    def __init__(self, lag: Lag, rate: float, tell: Callable[[str], object]) -> None:
-        self.lag, self.rate, self.tell = lag, rate, tell
+    def __init__(self, lag: Lag, rate: float, report: Callable[[str], object]) -> None:
+        self.lag, self.rate, self.report = lag, rate, report
         self.seen_ns = self.before_ns = 0  # lost at the last check, and before the present lag
         self.calm = CALM_CHECKS  # checks without a loss
 
     @property
-    def behind(self) -> bool:
+    def is_late(self) -> bool:
         """Whether virtual time lags."""
         return self.calm < CALM_CHECKS
 
@@ -102,14 +102,14 @@ class Lateness:
         """Report changes since the last check, every few seconds."""
         lost = self.lag.lost_ns
         if lost == self.seen_ns:
-            if self.behind:
+            if self.is_late:
                 self.calm += 1
-                if not self.behind:
+                if not self.is_late:
                     self._over()
             return
-        if not self.behind:
+        if not self.is_late:
             self.before_ns = self.seen_ns
-            self.tell(
+            self.report(
                 f"virtual time lags behind the wall clock ({self._lost()} so far): this machine, or its other load, "
                 f"is too slow for --rate {self.rate:g}; give a lower rate, or --lockstep"
             )
@@ -119,10 +119,10 @@ class Lateness:
         return f"{(self.lag.lost_ns - self.before_ns) / 1e9:.1f} s lost"
 
     def _over(self) -> None:
-        self.tell(f"virtual time follows the wall clock again; {self._lost()}")
+        self.report(f"virtual time follows the wall clock again; {self._lost()}")
 
     def close(self) -> None:
         """Report the time lost, if the lag lasts to the end."""
         self.check()
-        if self.behind:
-            self.tell(f"virtual time lagged until the end; {self._lost()}")
+        if self.is_late:
+            self.report(f"virtual time lagged until the end; {self._lost()}")

@@ -59,7 +59,7 @@ class Scope:
         bench = self.bench
         owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
         pins = {
-            owner.name: [name for name, pin in owner.pins.items() if pin.row.way in ("in", "out", "both")]
+            owner.name: [name for name, pin in owner.pins.items() if pin.row.in_out in ("in", "out", "both")]
             for owner in owners
         }
         return {"pins": {name: found for name, found in pins.items() if found}, "quantities": [*self.quantities()]}
@@ -98,7 +98,7 @@ class Scope:
             outline = quantity.outline(start, stop, columns)
             times = outline.times_ps.tolist()
             values = [None if isnan(value) else value for value in outline.values.tolist()]
-        shape = {"kind": "quantity", "unit": quantity.unit, "held": quantity.held}
+        shape = {"kind": "quantity", "unit": quantity.unit, "held": quantity.is_staircase}
         found[name] = shape | {"times_ps": times, "values": values}
 
     def _pin(self, found: Data, name: str, start: int, stop: int, columns: int) -> Iterator[Data | None]:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from ...language.lines import KEPT, checksum
-from ..dialogue import Said
+from ..dialogue import DialogueEntry
 from ..spoken import CR, Speech
 
 LF = b"\n"
@@ -72,7 +72,7 @@ def is_for(speech: Speech, data: bytes) -> bool:
     return not speech.address or data.startswith(str(speech.address).encode())
 
 
-def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]:
+def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[RecordedExchange]:
     """Return the exchanges of a dialogue with one module; data for others on its line is left out.
 
     A line that a host sends before the previous one is complete shares its exchange.
@@ -82,7 +82,7 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]
     over_us = 0.0
     begun = False  # a line
     passed = False  # the last line is for another module, and so is its answer
-    for entry in said:
+    for entry in entries:
         if entry.speaker == "module" and found and not passed:
             _answered(found[-1], entry)
         if entry.speaker != "host":
@@ -106,20 +106,20 @@ def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 
-def are_checked(said: Iterable[Said]) -> bool:
+def are_checked(entries: Iterable[DialogueEntry]) -> bool:
     """Return whether every line that was sent ends in its checksum."""
-    sent = b"".join(entry.data for entry in said if entry.speaker == "host")
+    sent = b"".join(entry.data for entry in entries if entry.speaker == "host")
     lines = [line for each in sent.split(CR)[:-1] if (line := each.lstrip(LF))]
     return bool(lines) and all(line[-1] == checksum(line[:-1], KEPT) for line in lines)
 
 
-def spread(entry: Said) -> list[tuple[int, int]]:
+def spread(entry: DialogueEntry) -> list[tuple[int, int]]:
     """Return the characters of an entry with their times; those between the first and the last are equally spaced."""
     span, last = entry.last_us - entry.at_us, max(len(entry.data) - 1, 1)
     return [(entry.at_us + span * number // last, code) for number, code in enumerate(entry.data)]
 
 
-def _answered(exchange: RecordedExchange, entry: Said) -> None:
+def _answered(exchange: RecordedExchange, entry: DialogueEntry) -> None:
     exchange.answer += entry.data
     if exchange.first_us is None:
         exchange.first_us = entry.at_us

@@ -43,10 +43,10 @@ class ModelAdapter:
         self.kernel = bench.kernel
         host = cast("BusHost", bench.host(chip))
         self.line = FramedLine("adapter", chip, Lockstep(bench), TranscriptFile(bench.kernel), host)
-        self.line.attach("dialogue", self._said, lambda: None)
+        self.line.attach("dialogue", self._record_sent, lambda: None)
         self.write = self.line.feed
 
-    def _said(self, data: bytes) -> int:
+    def _record_sent(self, data: bytes) -> int:
         """Pass on the output of the adapter; return 0: no character is dropped."""
         for number, byte in enumerate(data):
             over_ps = self.kernel.now + number * self.character_ps
@@ -57,7 +57,7 @@ class ModelAdapter:
 class ModelLine:
     """The model of a part at the end of a line, a second after power-up.
 
-    `heard` are the characters that it has sent, `found` its findings; both may be cleared.
+    `received` are the characters that it has sent, `found` its findings; both may be cleared.
 
     Args:
         header: its crystal and straps.
@@ -100,9 +100,9 @@ class ModelLine:
             self.port.heed(False)  # a cable of three wires
         else:
             self.port = connector(bench, "line", [self.chip])
-        self.heard: list[Character] = []
+        self.received: list[Character] = []
         self.found: list[Finding] = []
-        self.port.on_character.add(self.heard.append)
+        self.port.on_character.add(self.received.append)
         bench.on_finding.add(self.found.append)
         bench.run(PAUSE_PS)
 

@@ -127,7 +127,7 @@ class Differences:
             "module_less_model_us": {
                 name: round(what(self.delays_us), 1) if self.delays_us else None for name, what in delays.items()
             },
-            "deviations": [{"exchanges": numbers, "text": says} for says, numbers in self.deviations.items()],
+            "deviations": [{"exchanges": numbers, "text": deviation} for deviation, numbers in self.deviations.items()],
             "held_before": self.from_before,
             "memory_bytes": self.shown,
             "findings": [{"exchange": number, "code": code, "text": text} for number, code, text in self.findings],
@@ -150,9 +150,9 @@ class Differences:
                 round(what(self.delays_us) / 1000, 1) + 0.0 for what in (min, median, max)
             )  # no -0.0
             rows.append(f"answers of the module later by {least:.1f} to {most:.1f} ms, median {middle:.1f} ms")
-        for says, numbers in self.deviations.items():
+        for deviation, numbers in self.deviations.items():
             more = f" and {len(numbers) - 1} more" if len(numbers) > 1 else ""
-            rows.append(f"exchange {numbers[0]}{more}, the module: {says}")
+            rows.append(f"exchange {numbers[0]}{more}, the module: {deviation}")
         if self.from_before:
             rows.append(
                 f"{', '.join(self.from_before)}: no earlier line sets this value; the module may hold it since "
@@ -195,7 +195,7 @@ class DialogueComparison:
         self.cls = cls
         self.header, self.speech, self.options, self.memory = dialogue.header, speech, options, memory
         self.tolerance = tolerance or usual_tolerance(speech, dialogue.header.crystal_hz)
-        self.exchanges = exchanges_of(dialogue.said, speech)
+        self.exchanges = exchanges_of(dialogue.entries, speech)
         self.shown = memory_of(self.exchanges, speech) if memory is None else b""
         self.progress = progress
         self.asked_again = 0
@@ -266,9 +266,9 @@ class DialogueComparison:
         sent = commands(self.speech, exchange.sent)
         if not sent or not exchange.answer:
             return
-        says = deviations(self.speech, sent[-1], exchange.answer)
-        if says:
-            found.deviations.setdefault(says, []).append(exchange.number)
+        deviation = deviations(self.speech, sent[-1], exchange.answer)
+        if deviation:
+            found.deviations.setdefault(deviation, []).append(exchange.number)
         elif self._is_from_before(exchange.number, sent[-1]) and sent[-1] not in found.from_before:
             found.from_before.append(sent[-1])
 

@@ -79,7 +79,7 @@ class ModelReplay(ModelLine):
             self.run(round((at_us + offset_us) * PS_PER_US))
             if answers[-1:] != [answer]:
                 self._take(answers)
-                del self.heard[:], self.found[:]
+                del self.received[:], self.found[:]
                 answers.append(answer)
             answer.over_us = max(answer.over_us, self.kernel.now / PS_PER_US) + len(data) * character_us
             self.port.write(data)
@@ -90,17 +90,17 @@ class ModelReplay(ModelLine):
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
             self.kernel.run_while(lambda: self._has(lines, exchange.number), round(limit_us * PS_PER_US))
-            self.run(self.heard[-1].end_ps if self.heard else 0)
+            self.run(self.received[-1].end_ps if self.received else 0)
         self._take([answer])
 
     def _has(self, lines: int, number: int) -> bool:
         self.progress(number)
-        return sum(each.byte == CR[0] for each in self.heard) >= lines
+        return sum(each.byte == CR[0] for each in self.received) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
         """Record the characters received since the last line was sent."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
-            answer.answer = bytes(each.byte for each in self.heard)
-            if self.heard:
-                answer.first_us, answer.last_us = (self.heard[at].end_ps / PS_PER_US for at in (0, -1))
+            answer.answer = bytes(each.byte for each in self.received)
+            if self.received:
+                answer.first_us, answer.last_us = (self.received[at].end_ps / PS_PER_US for at in (0, -1))

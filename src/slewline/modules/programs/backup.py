@@ -20,7 +20,7 @@ from ...record.whole_file import WholeFile
 from ..failures import ModuleFailure, PortLost, RefusedCommand
 from ..module import Module
 from .contents import ModuleContents, read_contents
-from .readers import Say
+from .readers import Report
 from .restore import STORED_BYTE_S, ProgramText, Restore, can_store
 from .writing import WRITERS, send
 
@@ -39,7 +39,7 @@ def pull(
     base: int | None = None,
     recall: bool = False,
     replace: bool = False,
-    say: Say = lambda _text: None,
+    report: Report = lambda _text: None,
 ) -> ModuleContents:
     """Save the content of a module to a file, and return it.
 
@@ -50,7 +50,7 @@ def pull(
             is
             then restored and verified.
         replace: the file may exist.
-        say: called with progress messages.
+        report: called with progress messages.
 
     Raises:
         UsageError: the file exists, or cannot be written; the part stores no other program.
@@ -61,30 +61,32 @@ def pull(
     check_recall(module.speech.sheet, recall)
     for each in (own, *([other] if recall else [])):
         check_new(each, replace)
-    contents = read_contents(module, base, say)
-    save(own, contents, say)
+    contents = read_contents(module, base, report)
+    save(own, contents, report)
     if recall:
-        _pull_other(module, contents, other, say)
+        _pull_other(module, contents, other, report)
     return contents
 
 
-def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) -> None:
+def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Report) -> None:
     """Save the program in the EEPROM, and restore the one in RAM."""
     (row,) = contents.sheet.acting("recall")
-    with _putting_back(module, contents, say) as restore:
+    with _putting_back(module, contents, report) as restore:
         try:
             restore.recall()
         except RefusedCommand as refused:
-            say(f"{row.form} was answered with {refused.code}: {refused.says}; there is no other program to save")
+            report(
+                f"{row.form} was answered with {refused.code}: {refused.description}; there is no other program to save"
+            )
             return
-        save(path, read_contents(module), say)
+        save(path, read_contents(module), report)
 
 
 @contextmanager
-def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterator[Restore]:
+def _putting_back(module: Module, contents: ModuleContents, report: Report) -> Iterator[Restore]:
     """Restore the program of a module at the end, in any case; verify it by its listing."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
-    restore = Restore(module, wanted, contents, say)
+    restore = Restore(module, wanted, contents, report)
     began = ""
     try:
         yield restore
@@ -98,7 +100,7 @@ def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterato
             whys = dict.fromkeys(filter(None, (began, _why(failure))))
             raise Unfinished(
                 "\n".join(whys) + f"\nthe old program was not restored.  Content of {module.name}, as far as it "
-                f"has answered: {restore.stands}.  The file has the program: slewline push restores it"
+                f"has answered: {restore.status}.  The file has the program: slewline push restores it"
             ) from None
 
 
@@ -111,7 +113,7 @@ def _put_back(restore: Restore) -> None:
     except ModuleFailure:
         restore.is_known = False
     if not restore.is_there:
-        restore.say("restoring the old program ...")
+        restore.report("restoring the old program ...")
         send(restore)
 
 
@@ -138,7 +140,7 @@ def push(
     store: bool = False,
     keep: str | PathLike[str] | None = None,
     pace: float = STORED_BYTE_S,
-    say: Say = lambda _text: None,
+    report: Report = lambda _text: None,
 ) -> None:
     """Send a program to a module, verify it by its listing, and only then store it in the EEPROM.
 
@@ -149,7 +151,7 @@ def push(
         store: store it in the EEPROM.
         keep: the file for the old program; None: a new file next to `path`.
         pace: seconds from one character to the next, for a memory with addresses.
-        say: called with progress messages.
+        report: called with progress messages.
 
     Raises:
         UsageError: the old program cannot be saved, or the part has no command to store.
@@ -159,19 +161,19 @@ def push(
     """
     check_store(wanted.sheet, store)
     wanted.check_motion(module, str(path))
-    contents = read_contents(module, wanted.base, say)
-    restore = Restore(module, wanted, contents, say, pace)
-    kept = keep_before(restore, contents, path, keep, say)
+    contents = read_contents(module, wanted.base, report)
+    restore = Restore(module, wanted, contents, report, pace)
+    kept = keep_before(restore, contents, path, keep, report)
     try:
         send(restore)
         if store:
             restore.store()
     except (ModuleFailure, KeyboardInterrupt) as failure:
         raise Unfinished(
-            f"{_why(failure)}\ncontent of {module.name}, as far as it has answered: {restore.stands}"
+            f"{_why(failure)}\ncontent of {module.name}, as far as it has answered: {restore.status}"
             f"{'; ' + kept if kept else ''}\nto continue, repeat the same command"
         ) from None
-    say(restore.stands)
+    report(restore.status)
 
 
 def keep_before(
@@ -179,7 +181,7 @@ def keep_before(
     contents: ModuleContents,
     path: str | PathLike[str],
     keep: str | PathLike[str] | None,
-    say: Say,
+    report: Report,
 ) -> str:
     """Save the content of a module before a push, unless it is the pushed program or a truncated beginning of it.
 
@@ -190,12 +192,12 @@ def keep_before(
         UsageError: it cannot be saved.
     """
     if restore.is_there:
-        say("it holds this program already")
+        report("it holds this program already")
         return ""
     if restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
-        say(f"it holds the beginning of this program, {contents.size}: an interrupted push, which now continues")
+        report(f"it holds the beginning of this program, {contents.size}: an interrupted push, which now continues")
         return f"the old program is in {earlier}"
-    return f"the old program is in {save_beside(path, contents, keep, say)}"
+    return f"the old program is in {save_beside(path, contents, keep, report)}"
 
 
 def check_push(sheet: Sheet) -> None:
@@ -264,7 +266,7 @@ def check_new(path: Path, replace: bool | None) -> None:
         raise UsageError(f"{path}: this file exists; {remedy}")
 
 
-def save(path: Path, contents: ModuleContents, say: Say) -> None:
+def save(path: Path, contents: ModuleContents, report: Report) -> None:
     """Write the content of a module to a file; add an image next to it, if the text cannot represent all of it.
 
     Raises:
@@ -272,16 +274,16 @@ def save(path: Path, contents: ModuleContents, say: Say) -> None:
     """
     with WholeFile(path, durable=True) as file:
         file.write(contents.text.encode("latin-1"))
-    say(f"wrote {path}: {contents.size}")
+    report(f"wrote {path}: {contents.size}")
     if unsaid := contents.unsaid:
         image = path.with_name(path.name + IMAGE)
         with WholeFile(image, durable=True) as file:
             file.write(to_hex(contents.image).encode("ascii"))
-        say(f"{path} cannot represent all of the program: {unsaid}; its bytes are in {image}")
+        report(f"{path} cannot represent all of the program: {unsaid}; its bytes are in {image}")
 
 
 def save_beside(
-    path: str | PathLike[str], contents: ModuleContents, keep: str | PathLike[str] | None, say: Say
+    path: str | PathLike[str], contents: ModuleContents, keep: str | PathLike[str] | None, report: Report
 ) -> Path:
     """Save the old content of a module before a push; return the path.
 
@@ -291,12 +293,12 @@ def save_beside(
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)
     if has(found, text):
-        say(f"{found} has the old program")
+        report(f"{found} has the old program")
         return found
     check_new(found, replace=None)
     earlier = sorted(found.parent.glob(f"{beside(path, 'before*').name}")) if keep is None else []
-    save(found, contents, say)
+    save(found, contents, report)
     if earlier:
         names = ", ".join(map(str, earlier))
-        say(f"{names}: of earlier pushes; {found} may have an incomplete program of one of them")
+        report(f"{names}: of earlier pushes; {found} may have an incomplete program of one of them")
     return found

@@ -12,7 +12,7 @@ from ...errors import ProgramError
 from ...language.assemble import assemble, units
 from ..failures import ListingDiffers
 from ..module import Module
-from .readers import ERASED, READINGS, ProgramReading, Say, read_buffer, read_listing, read_memory
+from .readers import ERASED, READINGS, ProgramReading, Report, read_buffer, read_listing, read_memory
 
 SAVING_S = 3.0  # writing time of an EEPROM: an earlier session may have been interrupted after M
 
@@ -49,7 +49,7 @@ class ModuleContents:
         after = [line for row, line in settings.values() if row.role == "pointer"]
         enter = [] if sheet.enter is None else [sheet.enter.form]
         ends = harmless_end(sheet)
-        end = [ends.form] if ends is not None else [f"; {sheet.leave[-1].form}: {sheet.leave[-1].says}"]
+        end = [ends.form] if ends is not None else [f"; {sheet.leave[-1].form}: {sheet.leave[-1].description}"]
         lines = [*head, *before, *enter, *self.program, *end, *after, *(f"; {note}" for note in self.notes)]
         return "".join(f"{line}\n" for line in lines)
 
@@ -96,12 +96,12 @@ def harmless_end(sheet: Sheet) -> Row | None:
     return next((row for row in reversed(sheet.leave) if not row.may_step), None)
 
 
-def read_contents(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ModuleContents:
+def read_contents(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ModuleContents:
     """Return the content of a module, which is not changed.
 
     Args:
         base: the address to begin at, in a memory with addresses; None: its start.
-        say: called with a message for a long wait.
+        report: called with a message for a long wait.
 
     Raises:
         UsageError: the memory of the part has no addresses.
@@ -112,7 +112,7 @@ def read_contents(module: Module, base: int | None = None, say: Say = lambda _te
         module.wait_until_ready(SAVING_S)
     values = {what: _believed(module, what) for what in module.speech.questions}
     reader = row_for(_serial(module.speech.sheet), READERS, "reads a program over")
-    found = reader(module, base, say)
+    found = reader(module, base, report)
     return ModuleContents(module.speech.sheet, found.program, found.stored, base or 0, values, found.notes)
 
 
@@ -132,7 +132,7 @@ def _serial(sheet: Sheet) -> Channel:
     return next(channel for channel in sheet.channels if isinstance(channel, (*READERS,)))
 
 
-Reader = Callable[[Module, "int | None", Say], ProgramReading]
+Reader = Callable[[Module, "int | None", Report], ProgramReading]
 READERS: Mapping[type[Channel], Reader] = MappingProxyType(
     {SerialLine: read_listing, AdaptiveLine: read_memory, BusHandshake: read_buffer}
 )

@@ -23,7 +23,7 @@ from ..spoken import CR
 READINGS = 8  # readings, of which two must agree
 LONGEST_LINE = 1024  # characters; more without a carriage return are not a program
 ERASED = 0xFF
-Say = Callable[[str], object]
+Report = Callable[[str], object]
 T = TypeVar("T")
 
 
@@ -79,7 +79,7 @@ def _check_base(sheet: Sheet, base: int | None) -> None:
 
 
 # ------------------------------------------------------------------------------------------------------ whole listings
-def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
+def read_listing(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
     """Return the program that a module lists.
 
     Raises:
@@ -134,8 +134,8 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
 class ProgramReader:
     """Reads a program instruction by instruction, as far as it can be executed."""
 
-    def __init__(self, module: Module, say: Say) -> None:
-        self.module, self.say = module, say
+    def __init__(self, module: Module, report: Report) -> None:
+        self.module, self.report = module, report
         self.sheet = module.speech.sheet
 
     def program(self, base: int) -> ProgramReading:
@@ -182,8 +182,8 @@ class MemoryReader(ProgramReader):
     An erased memory has no lines: it would be read to its end, which takes a minute.
     """
 
-    def __init__(self, module: Module, say: Say) -> None:
-        super().__init__(module, say)
+    def __init__(self, module: Module, report: Report) -> None:
+        super().__init__(module, report)
         self.dialect = spoken_as(self.sheet, Verbatim)
         (self.pointer,) = self.sheet.acting("pointer")
 
@@ -230,7 +230,7 @@ class MemoryReader(ProgramReader):
         if line[:1].encode("latin-1") != bytes([ERASED]):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
-        self.say(f"{module.name}: erased from {address} on; the module lists the rest, {seconds:.0f} s at most")
+        self.report(f"{module.name}: erased from {address} on; the module lists the rest, {seconds:.0f} s at most")
         module.tidy(self.sheet.buffer_bytes - address)
         return b""
 
@@ -240,13 +240,13 @@ def _shows_erased(received: bytes) -> bool:
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
-def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
+def read_memory(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
     """Return the program in a memory with addresses, and restore the pointer.
 
     Args:
         base: its start; None: 0.
     """
-    reader = MemoryReader(module, say)
+    reader = MemoryReader(module, report)
     what = next(name for name, (command, _) in module.speech.questions.items() if command[-1] == reader.pointer.form)
     pointer = int(module.value(what))
     try:
@@ -262,8 +262,8 @@ class BufferReader(ProgramReader):
     A label of a program that has not run yet is stored as its letter, so the target of its branches is unknown.
     """
 
-    def __init__(self, module: Module, say: Say, stored: bytes) -> None:
-        super().__init__(module, say)
+    def __init__(self, module: Module, report: Report, stored: bytes) -> None:
+        super().__init__(module, report)
         self.stored = stored
         self.labels = ""
 
@@ -304,7 +304,7 @@ class BufferReader(ProgramReader):
         return ProgramReading(kept, found.stored[: len(found.stored) - max(surplus, 0)], (*found.notes, note))
 
 
-def read_buffer(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
+def read_buffer(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
     """Return the program of a part with an adapter, as far as the part reports it.
 
     Raises:
@@ -316,7 +316,7 @@ def read_buffer(module: Module, base: int | None = None, say: Say = lambda _text
     speech = cast("FramedSpeech", module.speech)
     command = f"?{PROGRAM}"
     stored = agreed(f"{module.name}: {command}", lambda: speech.group(PROGRAM, module.once(command).text))
-    found = BufferReader(module, say, stored).whole()
+    found = BufferReader(module, report, stored).whole()
     for note in found.notes:
-        say(f"{module.name}: {note}")
+        report(f"{module.name}: {note}")
     return found

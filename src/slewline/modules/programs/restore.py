@@ -1,4 +1,4 @@
-"""A program text for a module, and the progress of sending it: `Restore.stands` describes it in words."""
+"""A program text for a module, and the progress of sending it: `Restore.status` describes it in words."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, R
 from ..module import Module
 from ..spoken import STORED_S
 from .contents import ModuleContents
-from .readers import Say
+from .readers import Report
 
 ROUNDS = 8  # attempts to send a program, or its damaged parts
 STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms until it reads back
@@ -72,7 +72,7 @@ class ProgramText:
         for each in (*self.before, *self.after):
             if each.row.may_step and not module.may_move:
                 raise MotionRefused(
-                    f"{where}, line {each.line}: {each.text} may step the motor: {each.row.says}; no command "
+                    f"{where}, line {each.line}: {each.text} may step the motor: {each.row.description}; no command "
                     "was sent; leave it out, or allow motion with --move"
                 )
 
@@ -83,7 +83,7 @@ class Restore:
     Args:
         wanted: the program.
         contents: the content of the module.
-        say: called with progress messages.
+        report: called with progress messages.
         pace: seconds from one character to the next, for a memory with addresses.
     """
 
@@ -92,28 +92,28 @@ class Restore:
         module: Module,
         wanted: ProgramText,
         contents: ModuleContents,
-        say: Say = lambda _text: None,
+        report: Report = lambda _text: None,
         pace: float = STORED_BYTE_S,
     ) -> None:
-        self.module, self.wanted, self.contents, self.say, self.pace = module, wanted, contents, say, pace
+        self.module, self.wanted, self.contents, self.report, self.pace = module, wanted, contents, report, pace
         self.sheet = wanted.sheet
         self.holds = "its program is unchanged"  # content before sending, in words
-        self.stands = self.holds  # present content of the module, in words
+        self.status = self.holds  # present content of the module, in words
         self.is_known = True  # `contents` are up to date
 
     @property
     def is_there(self) -> bool:
         """Whether the module holds the program already."""
-        held, wanted = self.contents, self.wanted
-        whole = held.stored == wanted.stored or not self.sheet.acting("list")
-        same = held.base == wanted.base and whole and held.stored.startswith(wanted.stored)
+        present, wanted = self.contents, self.wanted
+        whole = present.stored == wanted.stored or not self.sheet.acting("list")
+        same = present.base == wanted.base and whole and present.stored.startswith(wanted.stored)
         return self.is_known and same
 
     @property
     def was_cut(self) -> bool:
         """Whether the module holds the beginning of the program, as after an interrupted `send`."""
-        held, wanted = self.contents, self.wanted
-        return held.base == wanted.base and bool(held.stored) and wanted.stored.startswith(held.stored)
+        present, wanted = self.contents, self.wanted
+        return present.base == wanted.base and bool(present.stored) and wanted.stored.startswith(present.stored)
 
     def set(self, statement: Statement) -> None:
         """Send a command that is not part of the program; verify its value if there is a query for it."""
@@ -140,13 +140,13 @@ class Restore:
         """
         (row,) = self.sheet.acting("recall")
         before = self.holds
-        self.holds = self.stands = f"{row.form} was not answered: its RAM has one of its two programs"
+        self.holds = self.status = f"{row.form} was not answered: its RAM has one of its two programs"
         try:
             self.module.ask(row.form)
         except RefusedCommand:
-            self.holds = self.stands = before
+            self.holds = self.status = before
             raise
-        self.holds = self.stands = "its RAM has the stored program"
+        self.holds = self.status = "its RAM has the stored program"
 
     def store(self) -> None:
         """Store the program in the EEPROM.
@@ -156,9 +156,9 @@ class Restore:
             ModuleFailure: it is unknown whether it was.
         """
         (row,) = self.sheet.acting("store")
-        held = "it holds the program, verified"
-        self.stands = f"{held}; it is unknown whether it was stored: push again, with --store"
-        self.say(f"{row.form}: {row.says} ...")
+        outcome = "it holds the program, verified"
+        self.status = f"{outcome}; it is unknown whether it was stored: push again, with --store"
+        self.report(f"{row.form}: {row.description} ...")
         try:
             self.module.ask(row.form)
         except (NoAnswer, DamagedAnswer) as failure:
@@ -166,9 +166,9 @@ class Restore:
             self.module.wait_until_ready(STORED_S)
             self.module.ask(row.form)  # the same program again
         except RefusedCommand as refused:
-            self.stands = f"{held}; it was not stored ({refused.code}: {refused.says})"
+            self.status = f"{outcome}; it was not stored ({refused.code}: {refused.description})"
             raise
-        self.stands = f"{held}, and has stored it"
+        self.status = f"{outcome}, and has stored it"
 
 
 def can_store(sheet: Sheet) -> bool:

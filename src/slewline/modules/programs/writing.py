@@ -49,7 +49,7 @@ def _enter(restore: Restore) -> None:
     module, sheet, lines = restore.module, restore.sheet, restore.wanted.program
     whole = len(lines)
     assert sheet.enter is not None  # noqa: S101  # a program text has been read for it
-    restore.stands = f"its program may be erased ({sheet.enter.form}); {_kept(sheet)}"
+    restore.status = f"its program may be erased ({sheet.enter.form}); {_kept(sheet)}"
     for left in reversed(range(ROUNDS)):
         try:
             module.ask(sheet.enter.form)
@@ -58,7 +58,7 @@ def _enter(restore: Restore) -> None:
             if not left:
                 raise
     for number, line in enumerate(lines):
-        restore.stands = f"it holds {number} of {whole} instructions; program entry is open; {_kept(sheet)}"
+        restore.status = f"it holds {number} of {whole} instructions; program entry is open; {_kept(sheet)}"
         _surely(restore, line.text, lines[: number + 1])
 
 
@@ -100,18 +100,18 @@ def _compare(restore: Restore) -> None:
             f"{restore.module.name}: instruction {at} is listed as {one}, but was sent as {other}; the program was not "
             "stored; check the line for noise, and push again"
         )
-    restore.say(f"verified: {len(found.program)} instructions")
+    restore.report(f"verified: {len(found.program)} instructions")
 
 
 def _leave(restore: Restore) -> None:
     """End program entry, if a command does so without a run."""
     sheet, module = restore.sheet, restore.module
-    held = f"it holds the program, verified; {_kept(sheet)}"
-    restore.stands = f"{held}; program entry is open"
+    outcome = f"it holds the program, verified; {_kept(sheet)}"
+    restore.status = f"{outcome}; program entry is open"
     end = harmless_end(sheet)
     if end is None:
         (only,) = sheet.leave
-        restore.say(
+        restore.report(
             f"program entry is open: {only.form} ends it, and runs the program; a power cycle ends it, "
             "too, and loses a program that is not stored"
         )
@@ -120,7 +120,7 @@ def _leave(restore: Restore) -> None:
         module.ask(end.form)
     except (NoAnswer, DamagedAnswer):
         module.ask(end.form)  # a second one has no effect
-    restore.stands = held
+    restore.status = outcome
 
 
 # ------------------------------------------------------------------------------------------------- into a memory
@@ -136,7 +136,7 @@ class MemoryWriter:
     def __init__(self, restore: Restore) -> None:
         self.restore, self.module, self.wanted = restore, restore.module, restore.wanted
         self.sheet = restore.sheet
-        self.reader = MemoryReader(self.module, restore.say)
+        self.reader = MemoryReader(self.module, restore.report)
         self.question = self.module.speech.framed(self.module.speech.probe) * 2
         self.groups = _groups(self.wanted.program)
 
@@ -153,12 +153,12 @@ class MemoryWriter:
             self.check_room()
         for _ in range(ROUNDS):
             if not wrong:
-                self.restore.stands = "it holds the program, verified"
-                self.restore.say(f"verified: {len(self.wanted.program)} instructions")
+                self.restore.status = "it holds the program, verified"
+                self.restore.report(f"verified: {len(self.wanted.program)} instructions")
                 return
             missed = set()
             for number in sorted(wrong, reverse=True):
-                self.restore.stands = f"{whole} some are old and some new; program entry may be open"
+                self.restore.status = f"{whole} some are old and some new; program entry may be open"
                 if not self.is_written(self.groups[number]):
                     missed.add(number)
             wrong = self.differing(missed)
@@ -169,9 +169,9 @@ class MemoryWriter:
 
     def was_read(self, group: Sequence[Statement]) -> bool:
         """Return whether instructions were in the memory before."""
-        held = self.restore.contents
-        begin, end = group[0].address - held.base, group[-1].end - held.base
-        return begin >= 0 and held.stored[begin:end] == b"".join(map(_bytes, group))
+        present = self.restore.contents
+        begin, end = group[0].address - present.base, group[-1].end - present.base
+        return begin >= 0 and present.stored[begin:end] == b"".join(map(_bytes, group))
 
     def differing(self, missed: set[int]) -> set[int]:
         """Return the numbers of the groups to write: missed or wrong ones, and groups that they overwrite.
@@ -294,10 +294,10 @@ def send(restore: Restore) -> None:
     """Send the commands before a program, the program, and the commands after it; verify them as far as possible.
 
     Raises:
-        ModuleFailure: `restore.stands` describes the content of the module.
+        ModuleFailure: `restore.status` describes the content of the module.
     """
     if restore.wanted.before:
-        restore.stands = f"some registers may be set already; {restore.holds}"
+        restore.status = f"some registers may be set already; {restore.holds}"
     for each in restore.wanted.before:
         restore.set(each)
     serial = next(channel for channel in restore.sheet.channels if isinstance(channel, (*WRITERS,)))

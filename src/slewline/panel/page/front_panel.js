@@ -164,18 +164,18 @@ export class Contact {
       svg("circle", { cx: 18, cy: 20, r: 3 }),
       svg("circle", { cx: 46, cy: 20, r: 3 }),
     );
-    this.says = h("span", { class: "contact-says" });
-    this.element = h("div", { class: "contact-box" }, this.picture, this.says);
+    this.state_text = h("span", { class: "contact-says" });
+    this.element = h("div", { class: "contact-box" }, this.picture, this.state_text);
   }
 
   /** @param {Shows} shows */
   take(shows) {
-    const says = shows.closed ? "closed" : "open";
-    if (this.says.textContent === says) return;
-    say(this.says, says);
+    const state_text = shows.closed ? "closed" : "open";
+    if (this.state_text.textContent === state_text) return;
+    say(this.state_text, state_text);
     set(this.lever, { y2: shows.closed ? 20 : 8 });
     set(this.element, { "data-closed": shows.closed === true });
-    set(this.picture, { "aria-label": `${this.name} is ${says}` });
+    set(this.picture, { "aria-label": `${this.name} is ${state_text}` });
   }
 }
 

@@ -3,7 +3,7 @@
  */
 
 const EASE_MS = 60; // time constant for correcting a difference
-const PATIENCE_MS = 250; // time without a view after which motion stops
+const STALE_MS = 250; // time without a view after which motion stops
 const SOON_MS = 20; // interval within which an equal value counts as the same view
 const CLOSE = 0.02; // steps: within this distance, the value has arrived
 
@@ -24,7 +24,7 @@ export class Follower {
    */
   take(value, nowMs) {
     const sinceMs = nowMs - this.viewMs;
-    if (Number.isNaN(this.value) || sinceMs > 4 * PATIENCE_MS) this.jump(value, nowMs);
+    if (Number.isNaN(this.value) || sinceMs > 4 * STALE_MS) this.jump(value, nowMs);
     if (sinceMs < 1 || (value === this.value && sinceMs < SOON_MS)) return; // the same view again
     const difference = value - this.value;
     // a single step is not a speed: extrapolate only if the motion continues in the same direction
@@ -53,8 +53,8 @@ export class Follower {
    * @returns {number}
    */
   at(nowMs) {
-    const passedMs = Math.min(Math.max(nowMs - this.shownMs, 0), PATIENCE_MS);
-    if (nowMs - this.viewMs > PATIENCE_MS) this.perMs = 0;
+    const passedMs = Math.min(Math.max(nowMs - this.shownMs, 0), STALE_MS);
+    if (nowMs - this.viewMs > STALE_MS) this.perMs = 0;
     const ahead = this.perMs * Math.max(nowMs - this.viewMs, 0);
     const target = this.value + ahead;
     this.shown += this.perMs * passedMs;

@@ -8,7 +8,7 @@
 import { h, say } from "./dom.js";
 import { control, set } from "./elements.js";
 import { onHold } from "./hold.js";
-import { hasSignal, levelText, packages, pressedLevel, twoRows, wayText } from "./package_layout.js";
+import { hasSignal, levelText, packages, pressedLevel, twoRows, inOutText } from "./package_layout.js";
 
 /** @typedef {import("./package_layout.js").Pin} Pin */
 /** @typedef {import("./package_layout.js").Package} Package */
@@ -291,10 +291,10 @@ class PackageView {
    * @returns {boolean} whether the key is an arrow
    */
   go(key, from) {
-    const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const all = [...this.pins.values()];
     if (key === "Home" || key === "End") all.at(key === "Home" ? 0 : -1)?.element.focus();
-    const way = ways[/** @type {keyof typeof ways} */ (key)];
+    const way = steps[/** @type {keyof typeof ways} */ (key)];
     if (!way) return key === "Home" || key === "End";
     const middle = (/** @type {HTMLElement} */ element) => {
       const box = element.getBoundingClientRect();
@@ -337,7 +337,7 @@ class PackageView {
     }
     const active = pin.active === 0 ? ", active low" : pin.active === 1 ? ", active high" : "";
     const number = pin.number ? `${pin.number} ` : "";
-    this.says.replaceChildren(h("b", {}, number + pin.name), ` ${wayText(pin)}${active}: ${pin.says}`);
+    this.says.replaceChildren(h("b", {}, number + pin.name), ` ${inOutText(pin)}${active}: ${pin.says}`);
   }
 
   /** Draw changes; called for every frame in which something may have changed. */
@@ -354,7 +354,7 @@ class PackageView {
       const number = pin.number ? `pin ${pin.number} ` : "pin ";
       const state = signal ? `, ${levelText(level)}${held ? ", held" : ""}` : "";
       set(element, {
-        "aria-label": `${owner}${number}${pin.name}, ${wayText(pin)}${state}`,
+        "aria-label": `${owner}${number}${pin.name}, ${inOutText(pin)}${state}`,
         "aria-pressed": element.localName === "button" ? String(held) : null,
         "aria-disabled": element.localName === "button" && !this.link.writes ? "true" : null,
         "data-level": signal ? (level === 1 ? "1" : level === 0 ? "0" : "z") : null,

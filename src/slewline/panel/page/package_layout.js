@@ -53,15 +53,15 @@ export function twoRows(one) {
   ];
 }
 
-const WAYS = { in: "input", out: "output", both: "input and output", power: "supply", none: "no signal" };
+const IN_OUT = { in: "input", out: "output", both: "input and output", power: "supply", none: "no signal" };
 
 /**
  * Return the direction of a pin in a word or two.
  * @param {Pin} pin
  * @returns {string}
  */
-export function wayText(pin) {
-  return WAYS[/** @type {keyof typeof WAYS} */ (pin.way)] ?? pin.way;
+export function inOutText(pin) {
+  return IN_OUT[/** @type {keyof typeof WAYS} */ (pin.way)] ?? pin.way;
 }
 
 /**

@@ -79,8 +79,8 @@ export class ShaftDial {
     const trail = size < TRAIL ? 0 : Math.sign(sweep) * Math.min(Math.ceil(size / STEP) * STEP, BLUR);
     if (trail === this.trail) return;
     this.trail = trail;
-    const way = trail > 0 ? "cw" : "ccw";
-    set(this.element, { "data-trail": trail ? way : null, "data-blur": Math.abs(trail) >= BLUR ? way : null });
+    const turns = trail > 0 ? "cw" : "ccw";
+    set(this.element, { "data-trail": trail ? turns : null, "data-blur": Math.abs(trail) >= BLUR ? turns : null });
     this.rotor.style.setProperty("--trail", `${2 * Math.abs(trail)}deg`);
   }
 }

@@ -72,8 +72,8 @@ class ChipPane(OfChip):
         rows = [line(width), line(width, ("registers", "bold $text-primary"))]
         sheet = self.sheet
         for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
-            says = ", ".join(each for each in (row["unit"], row["says"]) if each)
-            rows.append(line(width, *pair(EXPLAINED, name, value, "", style), (f"  {says}", DIM)))
+            note = ", ".join(each for each in (row["unit"], row["says"]) if each)
+            rows.append(line(width, *pair(EXPLAINED, name, value, "", style), (f"  {note}", DIM)))
         for title, outputs in (("outputs", True), ("inputs", False)):
             rows += [line(width), line(width, (title, "bold $text-primary"))]
             pins = [pin for pin in self.shown() if (pin["way"] != "in") == outputs]
@@ -85,11 +85,11 @@ class ChipPane(OfChip):
         """Return position and velocity in a row."""
         value = f"{figure(axis['velocity'])} steps/s"
         position = f"position {axis['position']}"
-        says = "moving" if axis["moving"] else "at rest"
-        says = says if self.state.get("powered", True) else "supply off"
+        note = "moving" if axis["moving"] else "at rest"
+        note = note if self.state.get("powered", True) else "supply off"
         style = "bold $text-success" if axis["moving"] else "bold"
-        gap = max(width - len(position) - len(value) - len(says), 2)
-        return [(position, style), (" " * (gap // 2), ""), (value, style), (" " * (gap - gap // 2), ""), (says, style)]
+        gap = max(width - len(position) - len(value) - len(note), 2)
+        return [(position, style), (" " * (gap // 2), ""), (value, style), (" " * (gap - gap // 2), ""), (note, style)]
 
     @property
     def scale(self) -> str:

@@ -219,8 +219,8 @@ class Debugger(App[None]):
 
     def action_go(self) -> None:
         """Let time run, or pause it."""
-        stands = self.session.paused and not self.session.doing
-        self.perform(self.session.go() if stands else self.session.pause())
+        is_paused = self.session.paused and not self.session.doing
+        self.perform(self.session.go() if is_paused else self.session.pause())
 
     def action_step(self, by: str) -> None:
         """Run to the next event of a kind."""
@@ -339,13 +339,13 @@ def keys(width: int) -> Content:
     """Return as many keys as there is room for."""
     parts: list[tuple[str, str]] = []
     used = 1
-    for key, says, action in KEYS:
-        cells = len(key) + len(says) + 2
+    for key, description, action in KEYS:
+        cells = len(key) + len(description) + 2
         if used + cells > width:
             break
         used += cells
         click = f"@click=app.{action}"
-        parts += [(f" {key}", f"bold $text-accent {click}"), (f" {says}", click)]
+        parts += [(f" {key}", f"bold $text-accent {click}"), (f" {description}", click)]
     return Content.assemble(*parts)
 
 

@@ -27,7 +27,7 @@ class Verb:
 
     name: str
     takes: str
-    says: str
+    description: str
     do: Callable[[DebugSession, list[str]], Work]
 
 
@@ -270,8 +270,8 @@ def check_verb(session: DebugSession, text: str) -> None:
     word = next(iter(text.lower().split()), "")
     forms = [row["form"].lower().split() for row in session.sheets.get(session.selected, {}).get("commands", ())]
     if (word in BY_NAME or word in KEYS) and not any(word in form[:1] for form in forms):
-        says = KEYS.get(word) or f"a verb of the debugger begins with a colon, :{text}"
-        raise UsageError(f"{text}: is not a command of {session.selected}; {says}")
+        message = KEYS.get(word) or f"a verb of the debugger begins with a colon, :{text}"
+        raise UsageError(f"{text}: is not a command of {session.selected}; {message}")
 
 
 def only(start: str) -> Verb | None:
@@ -322,7 +322,7 @@ def explained(session: DebugSession, text: str) -> str:
         name = text[1:].partition(" ")[0]
         verb = BY_NAME.get(name) or only(name)
         if verb is not None:
-            return f":{verb.name} {verb.takes}  {verb.says}"
+            return f":{verb.name} {verb.takes}  {verb.description}"
         return "  ".join(f":{each}" for each in BY_NAME if each.startswith(name))
     found = of_command(session, text)
     return f"{found['syntax']}  {found['name']}: {found['says']}  ({found['where']})" if found else ""

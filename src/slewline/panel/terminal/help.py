@@ -61,12 +61,12 @@ class HelpScreen(ModalScreen[None]):
         """Return the page."""
         width = min(self.app.size.width, 110) - 8
         rows: list[Part] = [("Keys\n", TITLE)]
-        rows += [part for key, says in KEYS for part in entry(width, key, says)]
+        rows += [part for key, description in KEYS for part in entry(width, key, description)]
         rows.append(("\nVerbs of the debugger\n", TITLE))
         rows += [
             part
             for verb in VERBS
-            for part in entry(width, f":{verb.name}", f"{verb.takes}{'; ' * bool(verb.takes)}{verb.says}")
+            for part in entry(width, f":{verb.name}", f"{verb.takes}{'; ' * bool(verb.takes)}{verb.description}")
         ]
         sheet = self.session.sheets.get(self.session.selected)
         if sheet is not None:
@@ -76,8 +76,8 @@ class HelpScreen(ModalScreen[None]):
         return Content.assemble(*rows)
 
 
-def entry(width: int, name: str, says: str) -> list[Part]:
+def entry(width: int, name: str, description: str) -> list[Part]:
     """Return a name, and its description in rows next to it."""
-    first, *more = wrap(says, max(width - NAME - 3, 20)) or [""]
+    first, *more = wrap(description, max(width - NAME - 3, 20)) or [""]
     rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
     return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]

@@ -187,16 +187,16 @@ class TalkPane(Pane):
 
     def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(session, **names)
-        self.behind = 0  # rows below the visible ones
+        self.rows_below = 0  # rows below the visible ones
 
     def move(self, rows: int) -> None:
         """Scroll; at the end the pane follows new entries."""
-        self.behind = min(max(self.behind - rows, 0), max(len(self.session.entries) - 1, 0))
+        self.rows_below = min(max(self.rows_below - rows, 0), max(len(self.session.entries) - 1, 0))
 
     def lines(self, width: int, height: int) -> list[Content]:
         """Return the last entries, or earlier ones."""
         entries = list(self.session.entries.values())
-        stop = len(entries) - self.behind
+        stop = len(entries) - self.rows_below
         found: list[Content] = []
         for entry in reversed(entries[max(stop - height, 0) : stop]):
             found[:0] = self.drawn(width, entry)

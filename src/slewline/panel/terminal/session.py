@@ -74,8 +74,8 @@ class DebugSession:
         """Request the data that the view does not contain."""
         for chip in self.chips:
             await self._listing(chip)
-        said = await self.client.request("said", start=0)
-        self.entries = {entry["number"]: entry for entry in said["entries"]}
+        reply = await self.client.request("said", start=0)
+        self.entries = {entry["number"]: entry for entry in reply["entries"]}
         self.drawn_ps = -1
         self.on_change()
 

@@ -76,7 +76,7 @@ class Clocked(Follower):
         self.follow(self._look_ahead())
 
     def go_by_edges(self) -> None:
-        if not self.laying:
+        if not self.scheduling:
             self._cut(self.kernel.seen)
         super().go_by_edges()
 
@@ -119,4 +119,4 @@ class Clocked(Follower):
     @property
     def due(self) -> bool:
         """Whether the clock has an edge that the part will process only in the next round."""
-        return self.laying and self.part.pins[self.clock].net.level == self.edge != self._level
+        return self.scheduling and self.part.pins[self.clock].net.level == self.edge != self._level

@@ -64,7 +64,7 @@ class Follower:
         self.lookaheads: dict[str, Lookahead] = {}
         self.edge_driven = False  # part of a circle: inputs are observed, outputs driven by levels
         self.withdrawn = True  # an input has changed since the last `schedule`; else only bounds have moved
-        self.laying = False  # `schedule` is due in the next round
+        self.scheduling = False  # `schedule` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were searched
         for driver in part.drivers.values():
             driver.source = self
@@ -74,7 +74,7 @@ class Follower:
         if self.edge_driven:
             return
         self.lookaheads = {name: Lookahead(self.part.pins[name], self.changed) for name in self.inputs}
-        self._lay()
+        self._schedule_next()
 
     def sources(self) -> Iterable[Follower]:
         """Yield the rules that run ahead and drive the inputs of this one."""
@@ -93,10 +93,10 @@ class Follower:
         if not (self.withdrawn or any(lookahead.renewed for lookahead in self.lookaheads.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
-        if not self.laying:
-            self.laying = True
+        if not self.scheduling:
+            self.scheduling = True
             self.cut(self.kernel.seen)
-            self.kernel.call_at(self.kernel.now, self._lay)
+            self.kernel.call_at(self.kernel.now, self._schedule_next)
 
     def bound_outputs(self, ps: int) -> None:
         """Bound the promises of the outputs, which must not depend on the inputs from an instant (ps) on."""
@@ -104,8 +104,8 @@ class Follower:
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
 
-    def _lay(self) -> None:
-        self.laying = False
+    def _schedule_next(self) -> None:
+        self.scheduling = False
         drivers = sum(len(lookahead.pin.net.drivers) for lookahead in self.lookaheads.values())
         if drivers != self._drivers_seen:
             self._drivers_seen = drivers
@@ -192,18 +192,18 @@ def circle(rule: Follower) -> list[Follower]:
     driven: dict[Follower, list[Follower]] = {}  # rules downstream of a rule, among all upstream of this one
     ahead = [rule]
     while ahead:
-        behind = ahead.pop()
-        for source in behind.sources():
+        follower = ahead.pop()
+        for source in follower.sources():
             if not source.edge_driven:
                 if source not in driven:
                     driven[source] = []
                     ahead.append(source)
-                driven[source].append(behind)
+                driven[source].append(follower)
     found: list[Follower] = []
     ahead = [rule] if rule in driven else []
     while ahead:
         here = ahead.pop()
         if here not in found:
             found.append(here)
-            ahead += [behind for behind in driven.get(here, ()) if behind in driven]
+            ahead += [follower for follower in driven.get(here, ()) if follower in driven]
     return found

@@ -29,11 +29,11 @@ class Lookahead:
             read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
     """
 
-    __slots__ = ("_shown", "_told", "changed", "pin")
+    __slots__ = ("_levels", "_shown", "changed", "pin")
 
     def __init__(self, pin: Terminal, changed: Callable[[], object]) -> None:
         self.pin, self.changed = pin, changed
-        self._told: list[Any] | None = None
+        self._levels: list[Any] | None = None
         self._shown: Promise | Level = None
         pin.net.sample(changed)
 
@@ -49,9 +49,9 @@ class Lookahead:
     def shown(self) -> Promise | Level:
         """Return the promise or level of the wire from now on; the same object while nothing has changed."""
         net = self.pin.net
-        told = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
-        if self._told is None or len(told) != len(self._told) or not all(map(alike, told, self._told)):
-            self._told, self._shown = told, net.shown()
+        levels = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
+        if self._levels is None or len(levels) != len(self._levels) or not all(map(alike, levels, self._levels)):
+            self._levels, self._shown = levels, net.shown()
         return self._shown
 
     def level(self, ps: int) -> Level:

@@ -174,7 +174,7 @@ class Operation(Leader[Exchange]):
             await until(self.kernel, strobes.last)
             await next_round(self.kernel)  # the edge is seen, unless the drive of a wire changes in the same instant
             if exchange is not None and exchange.by_value:
-                self._take_notice()
+                self._record_end()
             await until(self.kernel, strobes.end)
         finally:
             self.waited = False
@@ -191,7 +191,7 @@ class Operation(Leader[Exchange]):
         if data is not None:
             lines.bus.wave(*strobes.bus(data))
 
-    def _take_notice(self) -> None:
+    def _record_end(self) -> None:
         """Let the chipset process the whole operation: its last strobe has ended."""
         self.over = True
         self.chip.operated(self.strobes.number, self.data, self.command)
@@ -235,7 +235,7 @@ class Operation(Leader[Exchange]):
             self.chip.bus_driver.promise = answer
         over = [rise for rise in rises if rise <= seen]
         if len(over) == len(rises) and not self.over:
-            self._take_notice()
+            self._record_end()
         self.chip.resume([fall for fall in falls if fall <= seen], over, self.data, self.over)
         if self.data is None and not self.over:
             del self.shown[len(over) :]

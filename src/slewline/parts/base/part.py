@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 from ...core.component import Component, Finding
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Pin
+from ...core.messages.former_names import formerly
 from ...core.messages.near import hint
 from ...core.motion.kept import Kept
 from ...core.time.kernel import Kernel
@@ -28,7 +29,7 @@ from ...errors import UnknownName
 from .recent import Recent
 
 if TYPE_CHECKING:
-    from ...core.datasheet.table import Way
+    from ...core.datasheet.table import InOut
     from ...core.motion.quantity import Quantity
     from .request_queue import RequestQueue
 
@@ -108,11 +109,12 @@ class Part(Component):
         levels = {name: pin.level for name, pin in self.pins.items()}
         return part_card(repr(self)[1:-1], shows, levels, places, 0 if kept is None else max(now - kept, 0), now)
 
+    @formerly(in_out="way", description="says")
     def add_pin(
         self,
         name: str,
-        way: Way,
-        says: str,
+        in_out: InOut,
+        description: str,
         *,
         pull: int | None = None,
         initial: int | None = None,
@@ -124,27 +126,30 @@ class Part(Component):
 
         Args:
             name: the name of the pin.
-            way: the direction: "in", "out" or "both".
-            says: the purpose of the pin, in words.
+            in_out: the direction: "in", "out" or "both".
+            description: the purpose of the pin, in words.
             pull: the level of an open pin; None: it floats.
             initial: the level that an output drives from the start; None: it floats.
             role: the purpose of the pin, a word of ROLES, by which other parts are wired to it.
             axis: the axis that the role belongs to, counted from 1.
             active: the active level; None: that of the pin to which it is wired, or it has none.
         """
-        row = Pin(len(self.pins) + 1, name, way, says, active=active, pull=pull, role=role, axis=axis)
+        row = Pin(len(self.pins) + 1, name, in_out, description, active=active, pull=pull, role=role, axis=axis)
         terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull, active=active))
         self.pins[name] = terminal
-        if way in ("out", "both"):
+        if in_out in ("out", "both"):
             driver = self.drivers[name] = Driver(terminal.net, self.name)
             if initial is not None:
                 driver.drive(initial)
         return terminal
 
-    def add_bus(self, name: str, says: str, *, role: str = "") -> Terminal:
+    @formerly(description="says")
+    def add_bus(self, name: str, description: str, *, role: str = "") -> Terminal:
         """Make a bus pin of eight wires, and return it; its driver drives (mask, value) or None."""
         terminal = Terminal(
-            self.name, Pin(len(self.pins) + 1, name, "both", says, role=role), Bus(self.kernel, f"{self.name}.{name}")
+            self.name,
+            Pin(len(self.pins) + 1, name, "both", description, role=role),
+            Bus(self.kernel, f"{self.name}.{name}"),
         )
         self.pins[name] = terminal
         self.drivers[name] = Driver(terminal.net, self.name)
@@ -164,8 +169,8 @@ class Part(Component):
         try:
             return self.pins[name]
         except KeyError:
-            says = f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}"
-            raise UnknownName(says + hint(name, self.pins)) from None
+            message = f"{self.name} has no pin {name!r}; its pins: {', '.join(self.pins)}"
+            raise UnknownName(message + hint(name, self.pins)) from None
 
     def net(self, name: str) -> Net:
         """Return the net of a pin."""

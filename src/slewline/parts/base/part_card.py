@@ -34,12 +34,12 @@ class Turned(NamedTuple):
 
 
 def part_card(
-    says: str, shows: Mapping[str, Any], levels: Mapping[str, object], places: Quantity | None, first: int, now: int
+    caption: str, shows: Mapping[str, Any], levels: Mapping[str, object], places: Quantity | None, first: int, now: int
 ) -> Markup:
     """Return a part as HTML.
 
     Args:
-        says: its description, in one line.
+        caption: its description, in one line.
         shows: its state in addition to its pins, as plain data.
         levels: of its pins; None: it floats.
         places: position of its shaft over time, in steps; None: it has no shaft.
@@ -52,7 +52,7 @@ def part_card(
         dial = _dial(turned or Turned([float(shows.get("angle", shows.get("position", 0))) / per_turn], 0))
     shown = table([], [[name, *_cell(value)] for name, value in shows.items() if value is not None])
     pins = table(["pin", "level"], [[name, "z" if level is None else str(level)] for name, level in levels.items()])
-    return card(says, dial, shown, pins if levels else Markup())
+    return card(caption, dial, shown, pins if levels else Markup())
 
 
 def _cell(value: object) -> list[str]:
@@ -85,10 +85,10 @@ def _dial(turned: Turned) -> Markup:
     if len(turns) == 1:
         return element("div", shaft_dial(turns, 0))
     slower = _round(PLAY_S / seconds)
-    way = "real time" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
+    speed = "real time" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
     moved = f"{abs(turns[-1] - turns[0]):.3g}"
-    says = f"{moved} turn{'s' * (moved != '1')} in {seconds:.3g} s, {way}"
-    return element("div", shaft_dial(turns, seconds * slower), element("div", says, class_="quiet"))
+    caption = f"{moved} turn{'s' * (moved != '1')} in {seconds:.3g} s, {speed}"
+    return element("div", shaft_dial(turns, seconds * slower), element("div", caption, class_="quiet"))
 
 
 def _round(factor: float) -> float:

@@ -32,13 +32,13 @@ CYCLE_PS = CYCLE * CLOCK_PS
 READY = "ready"  # conditions that a program may wait for, instead of polls
 
 
-def base_option(default: int | None, says: str) -> Option:
+def base_option(default: int | None, description: str) -> Option:
     """Return the option `base` of a board."""
     return Option(
         "base",
         "int",
         default,
-        f"the first of its addresses, {STEPS}{says}",
+        f"the first of its addresses, {STEPS}{description}",
         none=default is None,
         like="0x340",
         check=lambda base: "" if base is None or base in BASES else f"allowed {STEPS}",

@@ -74,8 +74,8 @@ class Isa(Board):
         self._put_reset()
 
     def _put_reset(self, _net: Net | None = None) -> None:
-        held = self.high("reset_drv") or self.kernel.now < self._reset_until
-        self.drivers["reset"].drive(0 if held else 1)
+        in_reset = self.high("reset_drv") or self.kernel.now < self._reset_until
+        self.drivers["reset"].drive(0 if in_reset else 1)
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def _reach(self, register: str, byte: int | None = None) -> int:

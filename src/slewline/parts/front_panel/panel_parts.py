@@ -66,7 +66,7 @@ class Thumbwheels(Part):
         )
         self.letter, self.value = letter, value
         self._read = 0  # digits that the chip has read since it selected the switches
-        self._told = False
+        self._is_reported = False
 
     def _latched(self) -> None:
         digit = self._bus.low & MOST - 1
@@ -76,8 +76,8 @@ class Thumbwheels(Part):
     def _selected(self) -> None:
         read, there = self._read, len(self.value)
         self._read = 0
-        if read and read != there and not self._told:
-            self._told = True
+        if read and read != there and not self._is_reported:
+            self._is_reported = True
             became = "it reads 15 for a missing switch" if read > there else "the others have no effect"
             what = f"the chip reads {read} digits for {self.letter}, but the bank has {there}: {became}"
             self.finding("digit-count", f"{what}; give it a value of {read} digits")

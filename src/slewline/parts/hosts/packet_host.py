@@ -76,7 +76,7 @@ class PacketHost(Host):
         self.received: list[int] = []
         self.ports = {chip.name: PacketPort(chip, self.queue, self.received, self.finding, delay_ps) for chip in chips}
         for chip in chips:
-            _tell_missing(chip.sheet)
+            _report_missing(chip.sheet)
         self.results: list[Result] = []
         self.keep_recent(self.received)
         self.keep_recent(self.results)
@@ -389,7 +389,7 @@ missing(
 
 
 @cache
-def _tell_missing(sheet: Sheet) -> None:
+def _report_missing(sheet: Sheet) -> None:
     """Register hints for calls such as host.set_pos(): the commands of a sheet are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"

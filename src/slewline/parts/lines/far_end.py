@@ -38,21 +38,23 @@ class NearEnd(Protocol):
 class FarEnd:
     """The receivers at the far end of a line.
 
-    `ears` are the receivers with known settings, by name.
+    `receivers` are the receivers with known settings, by name.
     """
 
     def __init__(self, near: NearEnd) -> None:
         self.near = near
-        self.ears: dict[str, ReceivingEnd] = {}
+        self.receivers: dict[str, ReceivingEnd] = {}
         self.compared = False
         self.addressed: dict[str, str] = {}  # names of modules by address, where every module has one
-        self.told: set[str] = set()
+        self.reported: set[str] = set()
         self.begins = True  # a line begins with the next character
 
     @property
     def disagreement(self) -> str:
         """Difference between the settings of the two ends, and the remedy; empty: they agree."""
-        differing = (disagreement(self.near.name, self.near.setting, name, ear) for name, ear in self.ears.items())
+        differing = (
+            disagreement(self.near.name, self.near.setting, name, receiver) for name, receiver in self.receivers.items()
+        )
         return "; ".join(filter(None, differing))
 
     def compare(self) -> None:
@@ -60,12 +62,16 @@ class FarEnd:
         self.compared = True
         if self._is_new(text := self.disagreement):
             self.near.finding("format", text)
-        found = {str(ear.address): name for name, ear in self.ears.items() if isinstance(ear, Straps)}
+        found = {
+            str(receiver.address): name for name, receiver in self.receivers.items() if isinstance(receiver, Straps)
+        }
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
         """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
-        differing = (rate_disagreement("the program", baud, name, ear) for name, ear in self.ears.items())
+        differing = (
+            rate_disagreement("the program", baud, name, receiver) for name, receiver in self.receivers.items()
+        )
         if self._is_new(text := "; ".join(filter(None, differing))):
             self.near.finding("format", f"{text}; {NO_LINE}")
 
@@ -87,6 +93,6 @@ class FarEnd:
 
     def _is_new(self, text: str) -> bool:
         """Return whether a text has not been reported yet; it counts as reported from now on."""
-        new = bool(text) and text not in self.told
-        self.told.add(text)
+        new = bool(text) and text not in self.reported
+        self.reported.add(text)
         return new

@@ -28,7 +28,7 @@ from .noise import Noise
 
 MARK, SPACE = RS232, 1 - RS232
 INVERTED = 2  # effects of a window on the level; MARK and SPACE fix it
-WAYS = ("to_module", "to_host")
+DIRECTIONS = ("to_module", "to_host")
 
 
 class LineDirection:
@@ -102,22 +102,22 @@ class Rs232Line(Part):
         )
         self.add_pin("txd", "out", "to the module", initial=MARK, role="computer_out", active=SPACE)
         self.add_pin("host_rxd", "out", "to the host", initial=MARK, role="serial_out", active=SPACE)
-        self._ways = {
-            way: LineDirection(end, self.drivers[out], self._clock, self._word)
-            for way, end, out in zip(WAYS, ends, ("txd", "host_rxd"), strict=True)
+        self._directions = {
+            direction: LineDirection(end, self.drivers[out], self._clock, self._word)
+            for direction, end, out in zip(DIRECTIONS, ends, ("txd", "host_rxd"), strict=True)
         }
 
     def rewired(self) -> None:
         """Start to follow both sides."""
-        for way in self._ways.values():
+        for way in self._directions.values():
             way.source.net.watch(way.changed)
             way.changed(way.source.net)
 
     def way(self, name: str) -> LineDirection:
         """Return one direction: "to_module" or "to_host"."""
-        if name not in self._ways:
-            raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(WAYS)}")
-        return self._ways[name]
+        if name not in self._directions:
+            raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(DIRECTIONS)}")
+        return self._directions[name]
 
     @from_outside
     def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
@@ -146,5 +146,5 @@ class Rs232Line(Part):
     def clear(self) -> None:
         """Cancel all planned faults; characters that have begun keep theirs."""
         self.input("clear")
-        for way in self._ways.values():
-            way.noise.clear()
+        for direction in self._directions.values():
+            direction.noise.clear()

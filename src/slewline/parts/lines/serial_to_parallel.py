@@ -109,8 +109,8 @@ class Uart(Part):
         self.add_pin("rdav", "in", "low: clears DAV and holds it clear", pull=1)
         self.add_pin("dav", "out", "high: a character is available", initial=0)
         self.add_pin("request", "out", "DAV through an inverter", initial=1)
-        for flag, says in (("pe", "parity error"), ("fe", "framing error"), ("oe", "overrun")):
-            self.add_pin(flag, "out", f"high: {says} in the last character", initial=0)
+        for flag, meaning in (("pe", "parity error"), ("fe", "framing error"), ("oe", "overrun")):
+            self.add_pin(flag, "out", f"high: {meaning} in the last character", initial=0)
         self.held = 0
         self._available = False
         self._receiver: Receiver | None = None

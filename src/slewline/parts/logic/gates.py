@@ -129,7 +129,7 @@ class Latch8(Part):
         self.add_bus("q", "data out")
         self.add_pin("enable", "in", "high: transparent")
         self.add_pin("output_enable", "in", "low: q drives")
-        self._held = 0xFF
+        self._latched = 0xFF
 
     def rewired(self) -> None:
         """Start to follow the pins, now that the part is wired."""
@@ -139,5 +139,5 @@ class Latch8(Part):
 
     def _react(self, _net: Net | None = None) -> None:
         if self.high("enable"):
-            self._held = self.byte("d")
-        self.drivers["q"].drive(None if self.high("output_enable") else (0xFF, self._held))
+            self._latched = self.byte("d")
+        self.drivers["q"].drive(None if self.high("output_enable") else (0xFF, self._latched))

@@ -120,5 +120,5 @@ class PhaseLatch(Part):
         for n, coil in enumerate(self._coils, 1):
             sampled = Sampled(clock, self.rule.shown(f"phase{n}"), coil.before)
             self._coils[n - 1] = sampled
-            held = coil.before if isinstance(clock, NoEvents) else sampled
-            self.rule.put(self.drivers[f"coil{n}"], gated((held, off), OR))
+            state = coil.before if isinstance(clock, NoEvents) else sampled
+            self.rule.put(self.drivers[f"coil{n}"], gated((state, off), OR))

@@ -52,7 +52,7 @@ class Bar(Part):
         self.holes: list[int] = []
         self.pieces: list[CutPiece] = []
         self._cut_at = 0  # position of the motor at the last cut
-        self._held = InterlockMonitor(self, self.shaft)
+        self._interlock = InterlockMonitor(self, self.shaft)
 
     @property
     def position(self) -> int:
@@ -72,7 +72,7 @@ class Bar(Part):
     def _drilled(self, net: Net) -> None:
         if net.level == 1:
             self.holes.append(self.position)
-        self._held.hold(net.level == 1)
+        self._interlock.hold(net.level == 1)
 
     def _cut(self, net: Net) -> None:
         if net.level == 1:
@@ -83,7 +83,7 @@ class Bar(Part):
 
     def catch_up(self) -> None:
         """Process the motion up to the last committed instant."""
-        for ps, place, _ in self._held.steps():
+        for ps, place, _ in self._interlock.steps():
             self.finding("bit-broken", f"the bar moves from {place - self._cut_at} with the drill in it", ps)
 
 
@@ -104,7 +104,7 @@ class Drill(Part):
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
         self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: in the bar
         self.take_pin("bit", self._bit.pins["out"])
-        self._held = InterlockMonitor(self, self.shaft)
+        self._interlock = InterlockMonitor(self, self.shaft)
 
     @property
     def position(self) -> int:
@@ -120,11 +120,11 @@ class Drill(Part):
         self.drive.rule.start()
         self._bit.rewired()
         motor = self.pin("motor").net
-        motor.watch(lambda net: self._held.hold(net.level == 0))
-        self._held.hold(motor.level == 0)
+        motor.watch(lambda net: self._interlock.hold(net.level == 0))
+        self._interlock.hold(motor.level == 0)
 
     def catch_up(self) -> None:
         """Process the motion up to the last committed instant."""
-        for ps, _, place in self._held.steps():
+        for ps, _, place in self._interlock.steps():
             if place > self.gap:
                 self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar but does not turn", ps)

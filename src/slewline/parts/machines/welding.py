@@ -101,7 +101,7 @@ class Welder(Part):
         self.add_pin("torch", "in", "high: on", pull=0)
         self.spots: list[Weld] = []
         self.lit: tuple[int, int] | None = None  # position and instant
-        self._held = InterlockMonitor(self, self.shaft)
+        self._interlock = InterlockMonitor(self, self.shaft)
 
     def rewired(self) -> None:
         """Start to follow the pins, now that the part is wired."""
@@ -121,7 +121,7 @@ class Welder(Part):
 
     def _torch(self, net: Net) -> None:
         now = self.kernel.now
-        self._held.hold(net.level == 1)
+        self._interlock.hold(net.level == 1)
         if net.level == 1:
             self.lit = (self.position, now)
         elif self.lit is not None:
@@ -131,5 +131,5 @@ class Welder(Part):
 
     def catch_up(self) -> None:
         """Process the motion up to the last committed instant."""
-        for ps, place, _ in self._held.steps():
+        for ps, place, _ in self._interlock.steps():
             self.finding("smeared", f"the carriage moves from {place} with the torch on", ps)

@@ -103,7 +103,7 @@ class Ram(Part):
         write = self._write if writable else self._refuse
         self._core = MemoryCore(self, size, image, lambda: self._core.byte, write)
         self._bus, self.size = self._core.bus, self._core.size
-        self._told = False
+        self._is_reported = False
 
     @property
     def content(self) -> bytes:
@@ -135,8 +135,8 @@ class Ram(Part):
 
     def _refuse(self, byte: int) -> None:
         """Ignore the byte, and report the first attempt to write."""
-        if not self._told:
-            self._told = True
+        if not self._is_reported:
+            self._is_reported = True
             text = (
                 f"{byte:02X} was written to address {self._core.address:04X} of an EPROM, which is read-only: no effect"
             )
@@ -180,13 +180,15 @@ class Eeprom(Part):
         flush: Time = "200 ms",
         store: Store | None = None,
     ) -> None:
-        held = b"" if store is None else store.read()
+        content = b"" if store is None else store.read()
         super().__init__(kernel, name)
-        size = size or (len(held) if len(held) in SIZES else None)
+        size = size or (len(content) if len(content) in SIZES else None)
         self._core = MemoryCore(self, size, image, self._shown, self._write)
         self._bus, self.size = self._core.bus, self._core.size
-        if held and len(held) != self.size:
-            raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; use another store")
+        if content and len(content) != self.size:
+            raise UsageError(
+                f"{name}: the store holds {len(content)} bytes, the part has {self.size}; use another store"
+            )
         self._write_ps, self._flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
         self._kept = BufferedStore(self.store, self.content)

@@ -131,7 +131,7 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
     def starts(friction: float) -> bool:
         return _starts(MotorLaw(motor, driver, _rubbing(load, friction), steps), rate)
 
-    most = motor.held(driver.phase_current(motor))
+    most = motor.holding_torque(driver.phase_current(motor))
     return _greatest(
         starts, most, f"start-stop rate {rate:g} steps/s", "friction", f"{most:.3g} N m, which the motor just holds"
     )
@@ -144,7 +144,7 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
     def comes(iron: float) -> bool:
         return _comes_to(MotorLaw(replace(motor, iron=iron), driver, loaded, steps), rate)
 
-    most = motor.held(driver.phase_current(motor)) / (rate * motor.step)
+    most = motor.holding_torque(driver.phase_current(motor)) / (rate * motor.step)
     return _greatest(
         comes, most, f"pull-out rate {rate:g} steps/s", "iron loss", f"{most:.3g} N m s, which takes all of its torque"
     )

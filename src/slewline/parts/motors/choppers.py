@@ -41,11 +41,11 @@ def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) 
     current = driver.current
     if driver.kind in ("voltage", "bilevel"):
         current = driver.supply / (motor.resistance + driver.series)
-    says = f"{current:.3g} A per phase, but {motor.name} is rated {motor.current:.3g} A"
+    message = f"{current:.3g} A per phase, but {motor.name} is rated {motor.current:.3g} A"
     if current > OVER * motor.current and not little:
-        return f"{says}: it gets hot, and its iron may saturate, so that the torque is less than calculated"
+        return f"{message}: it gets hot, and its iron may saturate, so that the torque is less than calculated"
     if current < UNDER * motor.current:
-        return f"{says}: it has {current / motor.current:.1%} of its torque; check the figures of the driver"
+        return f"{message}: it has {current / motor.current:.1%} of its torque; check the figures of the driver"
     return ""
 
 
@@ -66,12 +66,14 @@ def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str
     if swing > MUCH * driver.current:
         at = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
         lost = f"{min(swing / driver.current / 2, 1):.0%}"
-        says = f"chopper at {at}: the current ripples by up to {swing:.2g} A of {driver.current:.3g} A at high rates, "
-        says += f"which costs up to {lost} of the torque"
+        message = (
+            f"chopper at {at}: the current ripples by up to {swing:.2g} A of {driver.current:.3g} A at high rates, "
+        )
+        message += f"which costs up to {lost} of the torque"
         if not has_own_clock(given, motor):
-            says += "; the frequency is assumed: name the driver, such as DRV8825, or set its frequency, "
-            says += "such as 36 kHz"
-        notes.append(says)
+            message += "; the frequency is assumed: name the driver, such as DRV8825, or set its frequency, "
+            message += "such as 36 kHz"
+        notes.append(message)
     least = least_current(motor, replace(driver, kind="chopper"))
     if least > driver.current:
         notes.append(

@@ -158,7 +158,7 @@ def _pattern(form: str) -> re.Pattern[str]:
     return re.compile(found, re.IGNORECASE if "{" not in form else 0)
 
 
-def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
+def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
     """Yield the figures in a text: the part of the text, a figure and its value."""
     for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
         part = part.strip()
@@ -196,7 +196,7 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
     """Return the table that a text is equivalent to."""
     given: dict[str, Any] = {}
     by: dict[str, str] = {}
-    for part, each, value in _said(text, name, motor):
+    for part, each, value in _figures_in(text, name, motor):
         if each in given and given[each] != value:
             raise UsageError(f"{name} {text!r}: {by[each]!r} and {part!r} both set {each}; leave one out")
         given[each], by[each] = value, part

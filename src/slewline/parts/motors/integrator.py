@@ -90,7 +90,7 @@ class Model:
         return [f"{name}0 = {name}" for name in self.states]
 
     @property
-    def _held(self) -> tuple[str, ...]:
+    def _kept_names(self) -> tuple[str, ...]:
         """Names of kept values that are constant at rest; values assigned in `begin` follow the set points."""
         given = [line.split(" = ")[0] for line in self._of("begin")]
         return tuple(name for name in self.kept if name not in given)
@@ -140,9 +140,9 @@ class Model:
                 " room):",
                 *indented(1, self._given, begin, ["count = edge = 0", "edges = len(times)", "rests = False"]),
                 *indented(1, ["while count < most:"]),
-                *indented(2, [f"{name}_ = {name}" for name in self._held], self._before, self._decided),
+                *indented(2, [f"{name}_ = {name}" for name in self._kept_names], self._before, self._decided),
                 *indented(2, [f"if {self._rest}:"]),
-                *indented(3, [f"{name} = {name}_" for name in self._held]),
+                *indented(3, [f"{name} = {name}_" for name in self._kept_names]),
                 *indented(3, ["if edge == edges or times[edge] > stop:"]),
                 *indented(4, ["rests = True", "break"]),
                 *indented(3, ["t = times[edge]", "hit = True"]),
@@ -165,13 +165,13 @@ class Model:
     @property
     def after(self) -> str:
         """Function that returns the state some time after a grid point, up to the next one."""
-        held = [f"{name}_ = {name}" for name in self._held]
-        marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._held, "_")
+        saved = [f"{name}_ = {name}" for name in self._kept_names]
+        marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._kept_names, "_")
         same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
         return "\n".join(
             [
                 "def after(parameters, table, t, state, code, span):",
-                *indented(1, self._given, held, self._before, self._decided, [f"if {self._rest}:"]),
+                *indented(1, self._given, saved, self._before, self._decided, [f"if {self._rest}:"]),
                 *indented(2, [f"return {same}"]),
                 *indented(1, [f"dt = span * {PS}"], self._step, [f"return ({', '.join(self.whole)},)"]),
             ]

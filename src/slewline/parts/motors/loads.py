@@ -113,7 +113,7 @@ def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str 
         ),
     ):
         current = driver.phase_current(motor) * factor
-        most = motor.held(current)
+        most = motor.holding_torque(current)
         if wanted > most:
             raise UsageError(
                 f"{name}: {wanted:.4g} N m {when} ({how}); the {motor.name} holds {most:.4g} N m at {current:.4g} A: "

@@ -61,7 +61,7 @@ class MotorData:
         """Full step, rad."""
         return 2 * pi / self.full_steps
 
-    def held(self, current: float) -> float:
+    def holding_torque(self, current: float) -> float:
         """Return the greatest torque with two phases on, N m, at a current per phase, A."""
         if self.windings == "reluctance":
             return self.teeth * self.swing * current**2 / sqrt(2)

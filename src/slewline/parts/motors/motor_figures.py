@@ -18,19 +18,19 @@ REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # greatest value of 
 )
 
 
-def figure(name: str, unit: str, says: str, default: float | None = 0.0) -> Option:
+def figure(name: str, unit: str, description: str, default: float | None = 0.0) -> Option:
     """Return the row of a figure that is 0 or more; with the default None, None is allowed as well."""
-    return Option(name, "quantity", default, says, low=0, unit=unit, check=in_reach(unit), none=default is None)
+    return Option(name, "quantity", default, description, low=0, unit=unit, check=in_reach(unit), none=default is None)
 
 
-def positive(name: str, unit: str, says: str, default: Any = ...) -> Option:
+def positive(name: str, unit: str, description: str, default: Any = ...) -> Option:
     """Return the row of a figure that is more than 0 and required; with the default None, it is optional."""
-    return Option(name, "quantity", default, says, unit=unit, check=above_0(unit), none=default is None)
+    return Option(name, "quantity", default, description, unit=unit, check=above_0(unit), none=default is None)
 
 
-def signed(name: str, unit: str, says: str) -> Option:
+def signed(name: str, unit: str, description: str) -> Option:
     """Return the row of a figure that may be negative."""
-    return Option(name, "quantity", 0.0, says, unit=unit, check=in_reach(unit))
+    return Option(name, "quantity", 0.0, description, unit=unit, check=in_reach(unit))
 
 
 def above_0(unit: str) -> Callable[[float], str]:
@@ -42,8 +42,8 @@ def above_0(unit: str) -> Callable[[float], str]:
 def in_reach(unit: str) -> Callable[[float], str]:
     """Return the check of a number against values far beyond any motor with its load, usually a wrong unit."""
     most, usual = REACH.get(unit, (inf, ""))
-    says = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
-    return lambda value: "" if abs(value) <= most else says
+    message = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
+    return lambda value: "" if abs(value) <= most else message
 
 
 def share(value: float) -> str:
@@ -98,11 +98,11 @@ def of_text(
 def complaint(read: Callable[[Any, str], object]) -> Callable[[Any], str]:
     """Return a check for an option: the message with which `read(value, name)` refuses a value, or ""."""
 
-    def says(value: Any) -> str:
+    def refusal(value: Any) -> str:
         try:
             read(value, IT)
         except SlewlineError as error:
             return str(error).removeprefix(IT).removeprefix(f" {value!r}").lstrip(":; ")
         return ""
 
-    return says
+    return refusal

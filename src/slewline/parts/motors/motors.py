@@ -213,7 +213,7 @@ def assumptions(value: Any) -> tuple[str, ...]:
     if "like" in given:
         return ()
     magnetic = ("windings", "teeth", "rated", "iron") if given.get("windings") == "reluctance" else ()
-    return tuple(says for figure, says in ASSUMED.items() if given.get(figure) is None and figure not in magnetic)
+    return tuple(note for figure, note in ASSUMED.items() if given.get(figure) is None and figure not in magnetic)
 
 
 def _check_whole(given: Mapping[str, Any], name: str) -> None:
@@ -223,8 +223,8 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
     rows = {row.name: row for row in FIGURES}
     missing = [each for each in needed if given.get(each) is None]
     if missing and all(each in rows for each in given):
-        says = ", ".join(f"{each} ({rows[each].unit}: {rows[each].says})" for each in missing)
-        raise UsageError(f"{name}: needs {says}; such as '{EXAMPLE}', or like and the name of a motor")
+        missing_figures = ", ".join(f"{each} ({rows[each].unit}: {rows[each].description})" for each in missing)
+        raise UsageError(f"{name}: needs {missing_figures}; such as '{EXAMPLE}', or like and the name of a motor")
 
 
 def _named_like(like: object, name: str) -> MotorData:

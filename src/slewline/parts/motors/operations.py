@@ -69,18 +69,18 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
     names = [function.partition("(")[0].split()[-1] for function in functions]
 
     @cache
-    def anew() -> dict[str, Any]:
+    def rebuilt() -> dict[str, Any]:
         return compiled(text, {"KEPT": False})
 
     path = keep_source(text)
     if path is None:
-        return {name: anew()[name] for name in names}
+        return {name: rebuilt()[name] for name in names}
     # Numba names its machine code after the module, which it must be able to import; so there is one per text.
     module = sys.modules.setdefault(f"slewline_motor_{path.stem}", ModuleType(f"slewline_motor_{path.stem}"))
     try:
         kept = compiled(text, {"KEPT": True, "__name__": module.__name__}, str(path))
     except Exception:  # Numba raises RuntimeError, or an error of the system
-        return {name: anew()[name] for name in names}
+        return {name: rebuilt()[name] for name in names}
 
     def safe(name: str) -> Callable[..., Any]:
         """Return a function that works without the cache if the cache fails: a damaged file, a full disk."""
@@ -92,7 +92,7 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
                 return function(*given)
             except Exception:  # of any kind: the cache is unpickled, at the first call
                 drop_source(path)
-                function = anew()[name]
+                function = rebuilt()[name]
                 return function(*given)
 
         return call

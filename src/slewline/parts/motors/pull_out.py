@@ -74,7 +74,7 @@ def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = 
     Raises:
         UsageError: a rate is not allowed.
     """
-    holding = law.motor.held(law.driver.phase_current(law.motor))
+    holding = law.motor.holding_torque(law.driver.phase_current(law.motor))
     found = []
     wanted = [_rate(given, law) for given in rates]
     try:
@@ -98,7 +98,7 @@ def _at(law: MotorLaw, rate: float) -> float:
     """Return the torque at a rate."""
     import numpy as np
 
-    most = law.motor.held(law.driver.phase_current(law.motor))
+    most = law.motor.holding_torque(law.driver.phase_current(law.motor))
     state, since, command, torque = law.turning(rate), 0, 0, 0.0
     interval = 1e12 / (rate * law.micro)
     while torque < most:

@@ -123,12 +123,12 @@ class Carriage(Part):
         """Process the motion up to the last committed instant."""
         self.shaft.look(self.kernel.seen)
 
-    def _lost(self, ps: int, steps: int, anew: bool) -> None:
+    def _lost(self, ps: int, steps: int, is_new: bool) -> None:
         motion = self.shaft.motion
         if motion.within(*self._stops).room != motion.room:
             return  # the hard stop of another load blocks the shaft
         self._swallowed += steps
-        if anew:
+        if is_new:
             self.finding("hard-stop", f"at {self.place:g} {self.unit} it hits a hard stop: steps are lost", ps)
 
     def quantities(self) -> tuple[Quantity, ...]:

@@ -85,9 +85,9 @@ class CountOutputs:
     def _push(self) -> None:
         self._pushing = bool(self.hand)
         if self.hand:
-            way = 1 if self.hand > 0 else -1
-            self.hand -= way
-            self.shaft.push(self.steps(way))
+            direction = 1 if self.hand > 0 else -1
+            self.hand -= direction
+            self.shaft.push(self.steps(direction))
             self.rule.kernel.call_at(self.rule.kernel.now + PUSH_PS, self._push)
 
 

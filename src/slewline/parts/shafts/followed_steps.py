@@ -35,7 +35,7 @@ class PulseFollowing:
     rate: float = 0.0  # steps/s; 0: at rest
     pulsed_ps: int = -PS_PER_S  # the last pulse
     arrives_ps: int = 0  # when the last followed step is completed
-    way: int = 0  # and its sign
+    direction: int = 0  # and its sign
     follows: bool = False  # the last pulse was followed
 
 
@@ -71,7 +71,7 @@ class MotorLimits:
             PS_PER_S / interval if follows and interval else 0.0,
             ps,
             ps + self.lag_ps if follows else of.arrives_ps,
-            sign if follows else of.way,
+            sign if follows else of.direction,
             follows,
         )
 
@@ -197,11 +197,11 @@ class FollowedSteps(Events):
         times = self.clock.times(max(n - 1, 1), n)
         last, before = int(times[-1]), int(times[0]) if n > 1 else self.of.pulsed_ps
         follows = made > self._made(n - 1)
-        arrives, way = self.of.arrives_ps, self.of.way
+        arrives, direction = self.of.arrives_ps, self.of.direction
         if made:
             pulse = self._pulse(made)
-            arrives, way = int(self.clock.times(pulse, pulse)[0]) + self.limits.lag_ps, self.sign
+            arrives, direction = int(self.clock.times(pulse, pulse)[0]) + self.limits.lag_ps, self.sign
         return PulseFollowing(
             self.of.pulses + n, self.of.lost + n - made, self.sign, PS_PER_S / (last - before) if follows else 0.0,
-            last, arrives, way, follows,
+            last, arrives, direction, follows,
         )  # fmt: skip

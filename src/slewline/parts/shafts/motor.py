@@ -200,7 +200,7 @@ class Motor(Part):
             self.drivers[pin].source = self.rule
         self._pulsed = PulseFollowing()
         self._made: FollowedSteps | None = None  # the followed edges of the clock
-        self._under_way = 0  # the sign of the step that is under way; 0: none
+        self._step_direction = 0  # the sign of the step that is under way; 0: none
         self.shaft.on_cut.add(lambda ps: self.rule.bound_outputs(ps + 1))
         self.shaft.on_turn.add(self._show)
 
@@ -234,7 +234,7 @@ class Motor(Part):
             self._pulsed = self._made.onward(ps)
             self._made = None
             if self._pulsed.arrives_ps > ps:
-                self._under_way = self._pulsed.way
+                self._step_direction = self._pulsed.direction
         self.shaft.cut(ps)
 
     def _step(self) -> None:
@@ -242,22 +242,22 @@ class Motor(Part):
         self._arrive()
         self._pulsed = self._limits.after(self._pulsed, self.kernel.now, self.drive.sign)
         if self._pulsed.follows:
-            self._under_way = self.drive.sign
+            self._step_direction = self.drive.sign
             self._arrive()
 
     def _arrive(self) -> None:
         """Complete the step that is under way, if it is due."""
-        if self._under_way and self._pulsed.arrives_ps <= self.kernel.now:
-            self.shaft.step(self.kernel.now, self._under_way)
-            self._under_way = 0
+        if self._step_direction and self._pulsed.arrives_ps <= self.kernel.now:
+            self.shaft.step(self.kernel.now, self._step_direction)
+            self._step_direction = 0
 
     def _follow(self, clock: Events) -> None:
         """Follow another clock from now on."""
         now = self.kernel.now
         self._arrive()
         self._made = FollowedSteps(clock, self._limits, self._pulsed, self.drive.sign)
-        if self._under_way:
-            self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
+        if self._step_direction:
+            self.shaft.turn(Once(self._pulsed.arrives_ps), self._step_direction, now)
             self.kernel.call_at(self._pulsed.arrives_ps, self.rule.look)
         elif self._limits.free:
             self.shaft.turn(clock, self.drive.sign, now)
@@ -319,7 +319,7 @@ class Rotor(Part):
     def catch_up(self) -> None:
         """Process the phases up to the last committed instant."""
         if self._read_ps is not None:
-            if self.rule.laying:
+            if self.rule.scheduling:
                 self._look()
             else:
                 self._read(self._read_ps, self.kernel.seen)
@@ -349,7 +349,7 @@ class Rotor(Part):
             edges = [lookahead.edges(since, stop) for lookahead in self.rule.lookaheads.values()]
             if count := sum(len(times) for times, _ in edges):
                 self._turn(since, edges)
-            self._strides.told(count)
+            self._strides.adapt(count)
             self._read_ps = since = stop
             if not count:
                 following = earliest([lookahead.after(stop) for lookahead in self.rule.lookaheads.values()])

@@ -150,7 +150,7 @@ class Switch(Part):
         self._low, self._high = low, high
         self._active = active
         self._levels: tuple[int | None, int | None] = (None, active or 0)
-        scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
+        scale, self._zones = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
         self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
         self._since = on.motion.since  # of the counter
         self._closed = False  # as long as the position alone does not decide
@@ -183,7 +183,7 @@ class Switch(Part):
 
     def _promise(self) -> None:
         """Promise the output from now on."""
-        self._zone = SwitchZone(self.rule.counter, self._since, self._closed, self._says, self._levels)
+        self._zone = SwitchZone(self.rule.counter, self._since, self._closed, self._zones, self._levels)
         self.drivers["out"].play(self._zone)
 
 

@@ -60,8 +60,8 @@ class Shaft:
         self.stops: list[tuple[Place, Place]] = []  # of loads: lowest and greatest place
         self.past: list[ShaftMotion] = []  # past motions, oldest first
         self.lost = 0  # steps, at stops
-        self._told = 0  # lost steps of this motion that `lost` already includes
-        self._held = False  # it has lost steps at its present position
+        self._counted = 0  # lost steps of this motion that `lost` already includes
+        self._lost_at_rest = False  # it has lost steps at its present position
 
     # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
@@ -70,7 +70,7 @@ class Shaft:
         if ps > motion.since:
             self.look(ps)
             self.on_cut(ps)
-            self._told = 0
+            self._counted = 0
             self.motion = motion.onward(ps)
             if self.motion is not motion:
                 self._keep(motion, ps)
@@ -127,7 +127,7 @@ class Shaft:
         self._take(self.motion)
 
     def _take(self, motion: ShaftMotion) -> None:
-        self._told = 0
+        self._counted = 0
         self.motion = motion.within(*self._bounds)
         self.on_turn()
 
@@ -150,15 +150,15 @@ class Shaft:
 
     def look(self, ps: int) -> None:
         """Report the steps lost up to an instant (ps), the last committed one at most."""
-        motion, told = self.motion, self._told
-        new = motion.lost(ps) - told
-        self._held &= not motion.moved(motion.count(ps)) or bool(told)
+        motion, counted = self.motion, self._counted
+        new = motion.lost(ps) - counted
+        self._lost_at_rest &= not motion.moved(motion.count(ps)) or bool(counted)
         if new > 0:
-            first = cast("int", motion.time((motion.room or 0) + told + 1))
-            anew, self._held = not self._held, True
-            self._told += new
+            first = cast("int", motion.time((motion.room or 0) + counted + 1))
+            is_new, self._lost_at_rest = not self._lost_at_rest, True
+            self._counted += new
             self.lost += new
-            self.on_lost(first, new, anew)
+            self.on_lost(first, new, is_new)
 
     # --------------------------------------------------------------------------------------------------------- the past
     def place_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -295,7 +295,7 @@ class DrivenShaft(Shaft):
         under.on_turn.add(self._follow)
 
     def _follow(self) -> None:
-        self._told = 0
+        self._counted = 0
         self.motion = self.derived(self.under.motion)
         self.on_turn()
 

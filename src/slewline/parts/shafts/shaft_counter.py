@@ -79,7 +79,7 @@ class Counter(Protocol):
     lag_ps: int
 
     @property
-    def way(self) -> int:
+    def direction(self) -> int:
         """Counting direction: 1 up, -1 down, 0: it may reverse."""
 
     def level(self, ps: int) -> int:
@@ -172,7 +172,7 @@ class StepCounter:
 
     # --------------------------------------------------------------------------------------------------------- queries
     @property
-    def way(self) -> int:
+    def direction(self) -> int:
         """Counting direction: 1 up, -1 down."""
         return self.motion.sign
 
@@ -210,10 +210,10 @@ class StepCounter:
             return recent[3]
         a, b = recent[2] if recent is not None and recent[1] == start else self._shown(start), self._shown(stop)
         times, counts = self._own(a, b)
-        held, shown = self.coming
-        if not a and held:
-            part = slice(bisect_right(held, start), bisect_right(held, int(times[0]) if b else stop))
-            times, counts = _joined(held[part], times), _joined(shown[part], counts)
+        pending, shown = self.coming
+        if not a and pending:
+            part = slice(bisect_right(pending, start), bisect_right(pending, int(times[0]) if b else stop))
+            times, counts = _joined(pending[part], times), _joined(shown[part], counts)
         self._recent = start, stop, b, (times, counts)
         return times, counts
 
@@ -249,9 +249,9 @@ class StepCounter:
     def onward(self, ps: int) -> StepCounter:
         """Return a counter that begins at an instant (ps); later edges of the drive may still change."""
         motion = self.motion.onward(ps)
-        held = self.coming[0]
+        pending = self.coming[0]
         over = self._changes(self.motion.count(ps))
-        if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is under way
+        if self._shown(ps) == over and (over or not pending or pending[-1] <= ps):  # nothing is under way
             return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), ([], []), self.marks)
         past = replace(self, motion=replace(self.motion, drive=Until(self.motion.drive, ps + 1)))
         times, counts = past.edges(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))

@@ -67,7 +67,7 @@ class EncoderChannel:
         count = counter.level(ps)
         here = code[count]
         for _ in range(LOOKS + 1):
-            changes = code.distance(count, counter.way) if counter.way and code[count] == here else 1
+            changes = code.distance(count, counter.direction) if counter.direction and code[count] == here else 1
             following = ask_at(counter.after(time, changes))
             if following is None:
                 return None
@@ -94,17 +94,17 @@ class SwitchZone:
         coming   open      closed------>open      forward
                  open<-----closed      open       backwards
 
-    Where `says` is None the state is unchanged: this is the hysteresis.  `closed` is the state when the counter began,
+    Where `zones` is None the state is unchanged: this is the hysteresis.  `closed` is the state when the counter began,
     at `since`; `levels` are those of the open and the closed switch.
     """
 
-    __slots__ = ("_known", "closed", "counter", "levels", "says", "since")
+    __slots__ = ("_known", "closed", "counter", "levels", "since", "zones")
     until: int | None = None
 
     def __init__(
-        self, counter: Counter, since: int, closed: bool, says: tuple[bool | None, ...], levels: tuple[Level, Level]
+        self, counter: Counter, since: int, closed: bool, zones: tuple[bool | None, ...], levels: tuple[Level, Level]
     ) -> None:
-        self.counter, self.since, self.closed, self.says, self.levels = counter, since, closed, says, levels
+        self.counter, self.since, self.closed, self.zones, self.levels = counter, since, closed, zones, levels
         self._known = since, closed
 
     @property
@@ -122,7 +122,7 @@ class SwitchZone:
         return closed
 
     def _after(self, counts: list[int], closed: bool) -> bool:
-        return next((says for n in reversed(counts) if (says := self.says[n]) is not None), closed)
+        return next((state for n in reversed(counts) if (state := self.zones[n]) is not None), closed)
 
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""
@@ -139,7 +139,7 @@ class SwitchZone:
         times, counts = self.counter.edges(start, stop)
         levels = []
         for count in counts:
-            says = self.says[int(count)]
-            closed = closed if says is None else says
+            state = self.zones[int(count)]
+            closed = closed if state is None else state
             levels.append(self.levels[closed])
         return real_edges([int(time) for time in times], levels, self.level(start))

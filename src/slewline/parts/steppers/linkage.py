@@ -13,15 +13,15 @@ class Linkage:
     """Mechanical connection of a load to a rotor; positions are in steps of the load.
 
     `factor` steps of the load make one full step of the motor.  With `play` the load stops when the rotor reverses,
-    until these steps are taken up; at the start it was `offset` above the rotor.  `behind`: the position relative to
-    the command.
+    until these steps are taken up; at the start it was `offset` above the rotor.  `is_lagging`: the position relative
+    to the command.
     """
 
     factor: float = 1.0
     play: float = 0.0
     offset: float = 0.0
     under: Linkage | None = None
-    behind: bool = False
+    is_lagging: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
         """Return the positions of all linkages, this one last, at the start of a run from a rotor position.
@@ -38,7 +38,7 @@ class Linkage:
 
     def _of(self, place: Any, command: Any, before: float | None) -> Any:
         pushed = place * self.factor + self.offset
-        if self.behind:
+        if self.is_lagging:
             pushed -= command
         if not self.play or before is None:
             return pushed
@@ -51,7 +51,7 @@ class Linkage:
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
         """Return factor, bound and direction: the load passes a position as factor times the rotor passes the bound."""
-        pushed = place - self.offset + (command if self.behind else 0.0)
+        pushed = place - self.offset + (command if self.is_lagging else 0.0)
         if self.play and not rising:
             pushed -= self.play
         if self.under is None:

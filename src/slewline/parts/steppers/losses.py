@@ -34,7 +34,7 @@ class Losses:
         self._done = run.stretches[0].first.t - 1  # it may be held by hand in its first instant
         self._since: int | None = None  # it has been out of step from this instant on
         self._far: tuple[int, float] | None = None  # when half way to the next stable position, and the speed then
-        self._held = False  # at a hard stop
+        self._at_stop = False  # at a hard stop
         self._settled: tuple[int, int] | None = None  # its position and since when, while it is out of step
         self._last = self._done + 1, 0.0  # grid point, and the lag there
 
@@ -60,13 +60,13 @@ class Losses:
         import numpy as np
 
         theta = states[:, law.names.index("theta2" if "theta2" in law.names else "theta")]
-        held = np.zeros(len(theta), bool)
+        at_stop = np.zeros(len(theta), bool)
         for stop in (law.load.low, law.load.high):
             if stop is not None:
-                held |= theta == stop
-        for n in np.flatnonzero(held & ~np.append(self._held, held[:-1])).tolist():
+                at_stop |= theta == stop
+        for n in np.flatnonzero(at_stop & ~np.append(self._at_stop, at_stop[:-1])).tolist():
             yield int(times[n]), "hard-stop", f"the shaft hits a hard stop at {theta[n] / law.motor.step:g} steps"
-        self._held = bool(held[-1])
+        self._at_stop = bool(at_stop[-1])
 
     def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
         """Process a run of grid points; the rotor rested before a point that is more than a step after the last."""
@@ -110,8 +110,8 @@ class Losses:
                 n += int(gone[0])
                 self._since, rate = self._far
                 self._far = None
-                way = "behind" if lag[n] > self.lost else "ahead of"
-                text = f"at {abs(rate):.0f} steps/s the rotor is {period / 2:g} steps {way} its command"
+                relation = "behind" if lag[n] > self.lost else "ahead of"
+                text = f"at {abs(rate):.0f} steps/s the rotor is {period / 2:g} steps {relation} its command"
                 yield self._since, "out-of-step", f"{text}: it loses steps"
             places = np.round(lag[n:] / period).astype(np.int64) * period
             inside = np.abs(lag[n:] - places) < period / 4
@@ -133,7 +133,7 @@ class Losses:
             gone = place - self.lost
             self.lost, self._since, self._settled = place, None, None
             if gone:
-                says = f"{abs(gone)} steps lost" if gone > 0 else f"{abs(gone)} steps too many"
+                message = f"{abs(gone)} steps lost" if gone > 0 else f"{abs(gone)} steps too many"
             else:
-                says = "no step lost"
-            yield ps, "steps-lost", f"in step again: {says}"
+                message = "no step lost"
+            yield ps, "steps-lost", f"in step again: {message}"

@@ -179,7 +179,7 @@ class Passings:
         rotor, asked = states[:, 0] / law.motor.step, commands / law.micro
         then = np.append(before.command / law.micro, asked[:-1])
         arrived = self._counts(linkage.begun(rotor, then)[-1])  # just before the edge
-        left = self._counts(linkage.begun(rotor, asked)[-1]) if linkage.behind else arrived
+        left = self._counts(linkage.begun(rotor, asked)[-1]) if linkage.is_lagging else arrived
         came = np.append(self._count(going.places[-1]), left[:-1])
         speed = np.append(before.state[1], states[:, 1])
         turns = (speed[:-1] * speed[1:] <= 0.0) & (speed[:-1] != 0.0)
@@ -206,9 +206,9 @@ class Passings:
         peaks: dict[int, float] = {}  # step by step, if the rotor reverses and this makes a difference
         while True:
             at = sorted(peaks)
-            way = np.insert(rotor, at, [peaks[n] for n in at])
+            path = np.insert(rotor, at, [peaks[n] for n in at])
             grid = np.arange(len(rotor)) + np.searchsorted(at, np.arange(len(rotor)), "right")
-            places = [each[grid] for each in self.linkage.gone(going.places, first[0] / step, way)]
+            places = [each[grid] for each in self.linkage.gone(going.places, first[0] / step, path)]
             befores = [np.append(now, each[:-1]) for now, each in zip(going.places, places, strict=True)]
             there = self.linkage.followed(self.linkage.followed(befores, farthest), rotor)
             moved = [one != two for one, two in zip(there, self.linkage.followed(befores, rotor), strict=True)]
@@ -254,7 +254,7 @@ class Passings:
             self._within(going, point.t)
         going.places, going.before, going.done = arrived, point, point.t
         going.show(point.t, self._count(arrived[-1]))
-        if self.linkage.behind and point.command != before.command:
+        if self.linkage.is_lagging and point.command != before.command:
             going.places = self.linkage.follow(arrived, rotor, point.command / law.micro)
             going.show(point.t, self._count(going.places[-1]))
 

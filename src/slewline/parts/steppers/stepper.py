@@ -361,7 +361,7 @@ class Stepper(Blockable, Part):
 
     def _stall(self) -> SwitchZone:
         off = Fraction(self._law.period, 2)
-        counter = LinkageMotion(self._run, Linkage(behind=True)).counter(
+        counter = LinkageMotion(self._run, Linkage(is_lagging=True)).counter(
             CountScale(bounds=(-off, off)), self._stalls_ps
         )
         return SwitchZone(counter, self.kernel.seen, False, STALLS, (0, 1))

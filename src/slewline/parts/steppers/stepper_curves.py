@@ -52,8 +52,8 @@ def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[
     at = np.flatnonzero((commands != earlier) | (codes != asked))
     whole = states[at]
     if len(before.state) == states.shape[1]:
-        held = [law.names.index(name) for name in law.model.kept]
-        whole[:, held] = np.vstack([before.state, states[:-1]])[at][:, held]
+        kept_columns = [law.names.index(name) for name in law.model.kept]
+        whole[:, kept_columns] = np.vstack([before.state, states[:-1]])[at][:, kept_columns]
     return (
         np.insert(times, at, times[at]),
         np.insert(states, at, whole, axis=0),

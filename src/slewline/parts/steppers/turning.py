@@ -133,7 +133,7 @@ class RunCounter:
         times, counts = self.passings.edges(start - self.lag_ps, stop - self.lag_ps)
         return [time + self.lag_ps for time in times], counts
 
-    way = 0  # it may reverse
+    direction = 0  # it may reverse
 
     def onward(self, ps: int) -> RunCounter:
         """Return the counter from an instant (ps) on: the same, since a run keeps its past."""
@@ -147,11 +147,11 @@ class RunCounter:
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
     """Return the positions of a shaft turned by hand, and of its loads (rad), no further than to a stop."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
-    held = list(places.values())[-1]
+    last_place = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:
-        by = min(by, max(law.load.high - held, 0.0))
+        by = min(by, max(law.load.high - last_place, 0.0))
     elif by < 0.0 and law.load.low is not None:
-        by = max(by, min(law.load.low - held, 0.0))
+        by = max(by, min(law.load.low - last_place, 0.0))
     return {name: place + by for name, place in places.items()}
 
 

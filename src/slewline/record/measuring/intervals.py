@@ -150,8 +150,8 @@ def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
         starts = starts[signals(pin).levels_at(starts - 1) == level]
     found = pairs(starts, signals(second).edges(ends), answer or never or limit.start == limit.end)
     for pin, level in limit.given:
-        held = signals(pin).levels_at(found[1]) == level
-        found = found[0][held], found[1][held]
+        matching = signals(pin).levels_at(found[1]) == level
+        found = found[0][matching], found[1][matching]
     return found
 
 
@@ -335,7 +335,7 @@ class TimingTable(Sequence[Checked]):
         others: dict[str, list[str]] = {}
         for row in self.rows:
             if not row.count:
-                others.setdefault(row.verdict, []).append(f"{row.name} {row.bound.limit.says}")
+                others.setdefault(row.verdict, []).append(f"{row.name} {row.bound.limit.description}")
         shown += [fill(f"{why}: {'; '.join(names)}", 100, subsequent_indent="  ") for why, names in others.items()]
         return "\n".join(shown)
 
@@ -345,7 +345,7 @@ def _cells(row: Checked) -> tuple[str, ...]:
     measured = ("" if ps is None else duration(ps) for ps in (row.shortest_ps, row.longest_ps))
     return (
         row.name,
-        limit.says,
+        limit.description,
         str(row.bound),
         str(row.count),
         *measured,

@@ -92,7 +92,7 @@ def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray
     return found[found[:, 1] - found[:, 0] > measured.tolerance_ps]
 
 
-def told(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
+def differences(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
     """Return a line on the agreement of pins with the traces drawn over them in a window (ps); empty without any."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from ...core.time.timebase import readable
 from ..measuring.intervals import Interval, SignalEdges
-from ..measuring.overlay import told
+from ..measuring.overlay import differences
 from ..recording.traces import Trace
 from ..style import duration
 
@@ -37,15 +37,15 @@ class LaneText(NamedTuple):
 class Lane:
     """A pin or a bus in a diagram, with its measured trace if there is one.
 
-    `pin` is its full name, `label` the text next to it; `says` returns the meaning of a value of a bus, from the value
-    and the instant (ps) at which it ends.
+    `pin` is its full name, `label` the text next to it; `describe` returns the meaning of a value of a bus, from the
+    value and the instant (ps) at which it ends.
     """
 
     pin: str
     label: str
     signal: SignalEdges
     words: Sequence[LaneText] = ()
-    says: Callable[[int, int], str] | None = None
+    describe: Callable[[int, int], str] | None = None
     over: Trace | None = None
 
 
@@ -76,7 +76,7 @@ class Diagram:
     @property
     def compared(self) -> list[str]:
         """The agreement of lanes with the traces drawn over them, in a line; empty without such a lane."""
-        return told(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
+        return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
 class TimeScale:

@@ -137,7 +137,7 @@ class FigureLayout:
         self.phases = marks.phases_of(contents.tracks, self.axis, self.across) if curves else []
         letters = int((width - 2 * EDGE) / LETTER)
         pins = ((trace.name, trace, trace.over) for trace in contents.traces)
-        self.compared = overlay.told(pins, contents.start, contents.stop)
+        self.compared = overlay.differences(pins, contents.start, contents.stop)
         self.notes = [line for note in (*contents.notes, *self.compared) for line in wrap(note, letters)]
         self.title = wrap(contents.title, int((width - 2 * EDGE) / 0.1)) or [""]
         self.named = panels.named_by_legend(contents.tracks, curves)

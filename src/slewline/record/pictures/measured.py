@@ -30,7 +30,7 @@ REST = 10
 class Measured(Quantity):
     """A quantity with values at some instants, (n,) int64 ps, each held until the next one; unknown before."""
 
-    held = True
+    is_staircase = True
 
     def __init__(self, name: str, unit: str, times_ps: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         self.name, self.unit, self.times_ps, self.values = name, unit, times_ps, values

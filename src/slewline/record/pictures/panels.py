@@ -112,7 +112,7 @@ def draw_curves(
     low, high = _limits(curves, axis, 0.0 if beside else RATE_HEIGHT / height)
     panel.set_ylim(low, high)
     for curve in curves:
-        _tell_outside(panel, curve, axis, colours, low, high)
+        _mark_outside(panel, curve, axis, colours, low, high)
     if low <= 0 <= high and curves[0].from_zero:
         panel.axhline(0, color=colours.edge, linewidth=0.8, zorder=1)
     _draw_scale(panel, _power(curves), height, whole=high - low >= 2 or curves[0].reach == (0, 0))
@@ -127,8 +127,8 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
     color = colours.series[curve.number % len(colours.series)]
     dashes: Any = DASHES[curve.number % len(DASHES)] if named else "solid"
     times, values = axis.scaled(curve.outline.times_ps - curve.track.zero), curve.outline.values
-    held = curve.quantity.held
-    style: Any = "steps-post" if held else "default"
+    is_staircase = curve.quantity.is_staircase
+    style: Any = "steps-post" if is_staircase else "default"
     dense = len(times) >= DENSE
     line = (dense_line() if dense else Line2D)(
         times,
@@ -149,7 +149,7 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
         for first in range(0, len(times), size):
             part = slice(first, first + size + 1)
             panel.fill_between(
-                times[part], values[part], step="post" if held else None, color=color, alpha=0.10, linewidth=0
+                times[part], values[part], step="post" if is_staircase else None, color=color, alpha=0.10, linewidth=0
             )
 
 
@@ -171,7 +171,7 @@ def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple
     return low - room, high + room
 
 
-def _tell_outside(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
+def _mark_outside(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
     """Mark the value before the first load, if it is outside the panel."""
     value = float(curve.outline.values[0])
     if curve.rest_before() and not low <= value <= high:

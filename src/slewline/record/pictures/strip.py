@@ -47,10 +47,10 @@ class StripPicture:
         found = f"{sum(self.holds)} of {len(self.holds)} values of {self.name} hold."
         if self.answer is None:
             return found
-        tried = ", ".join(f"{self.values[n]:.0f} {self.says(n)}" for n in self.tried)
-        return f"{found} Tried: {tried}. Answer: {self.values[self.answer]:.0f}, which {self.says(self.answer)}."
+        tried = ", ".join(f"{self.values[n]:.0f} {self.outcome(n)}" for n in self.tried)
+        return f"{found} Tried: {tried}. Answer: {self.values[self.answer]:.0f}, which {self.outcome(self.answer)}."
 
-    def says(self, n: int) -> str:
+    def outcome(self, n: int) -> str:
         """Return the result for the nth value, in words."""
         return "holds" if self.holds[n] else "fails"
 
@@ -98,7 +98,7 @@ def draw(picture: StripPicture, width: str | float = "page", dark: bool = False)
         if picture.answer is not None:
             untried = "" if picture.answer in picture.tried else "was never tried, and "
             steps.append(
-                (picture.answer, f"the answer: {values[picture.answer]:.0f} {untried}{picture.says(picture.answer)}")
+                (picture.answer, f"the answer: {values[picture.answer]:.0f} {untried}{picture.outcome(picture.answer)}")
             )
         for row, (n, text) in enumerate(steps):
             y = rows - row - 0.5

@@ -216,7 +216,7 @@ class Drawing:
     def _value(self, lane: Lane, value: int, end: int, a: float, b: float, foot: float) -> None:
         """Write the value of a bus and its meaning, as space permits."""
         plain = f"{value:02X}"
-        meant = lane.says(value, end) if lane.says else ""
+        meant = lane.describe(value, end) if lane.describe else ""
         a, b = max(pairwise([a, *(at for at in self.centres if a < at < b), b]), key=lambda piece: piece[1] - piece[0])
         room = b - a - 0.04
         for text in (f"{plain} {meant}".rstrip(), plain):

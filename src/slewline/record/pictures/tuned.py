@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 HOLDS, FAILS, FAILS_NOMINALLY, REFUSED = range(4)
-SAYS = ("holds", "fails when perturbed", "fails as it is", "refused by the chip")
+OUTCOMES = ("holds", "fails when perturbed", "fails as it is", "refused by the chip")
 PANEL = 2.7  # inches
 ROW = 0.19  # inches, of a line in the legend
 MOST_CELLS = 500  # with room for a number
@@ -90,7 +90,7 @@ class TuningPicture:
         found = []
         if self.grid is not None:
             states = [state for row in self.grid.states for state in row]
-            counts = ", ".join(f"{states.count(n)} {SAYS[n]}" for n in range(len(SAYS)) if n in states)
+            counts = ", ".join(f"{states.count(n)} {OUTCOMES[n]}" for n in range(len(OUTCOMES)) if n in states)
             found.append(f"Map of {' and '.join(filter(None, self.grid.names))}: {counts}.")
         names = " and ".join(each.name for each in self.curve.demands)
         found.append(
@@ -151,7 +151,7 @@ def _map(axes: Axes, grid: GridMap, colours: Palette) -> None:
         x, y = grid.chosen
         axes.plot([x, x + 1, x + 1, x, x], [y, y, y + 1, y + 1, y], color=colours.ink, linewidth=2, gid="chosen")
     seen = {state for row in grid.states for state in row}
-    patches = [Patch(facecolor=shades[n], label=SAYS[n]) for n in range(len(SAYS)) if n in seen]
+    patches = [Patch(facecolor=shades[n], label=OUTCOMES[n]) for n in range(len(OUTCOMES)) if n in seen]
     axes.legend(
         handles=patches, ncols=len(patches), loc="lower right", bbox_to_anchor=(1, 1), frameon=False, fontsize=8
     )

@@ -150,12 +150,12 @@ def _columns(signals: list[int], names: list[str], channels: list[str], own: lis
 
     Names are those of the columns, if these differ, else of channels or of the preamble, else D0, D1 ...
     """
-    alike = len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals)
+    alike = len({names[n] for n in signals}) < len(signals) or all(_states_values(names[n]) for n in signals)
     if own and alike and not channels:
         channels = [name for name in own[-1] if name]
     columns: dict[str, int] = {}
     for place, n in enumerate(signals):
-        name = channels[place] if len(channels) == len(signals) else names[n] if not _said(names[n]) else ""
+        name = channels[place] if len(channels) == len(signals) else names[n] if not _states_values(names[n]) else ""
         name = _split(name)[0] or f"D{place}"
         number = 2
         while name in columns:
@@ -201,7 +201,7 @@ def _split(cell: str) -> tuple[str, str]:
     return cell, ""
 
 
-def _said(cell: str) -> bool:
+def _states_values(cell: str) -> bool:
     """Return whether a cell is a unit rather than a name."""
     return cell.strip("()[] ").lower() in NOTHING | TIMES.keys()
 
@@ -209,7 +209,7 @@ def _said(cell: str) -> bool:
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
     """Return the names of the columns, and their units, if they have a line of their own."""
     rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
-    if rows and all(_said(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
+    if rows and all(_states_values(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
     return (rows[-1] if rows else [""] * count), []
 
@@ -244,8 +244,8 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
 
 def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None) -> None:
     """Determine the unit of the times, and their resolution."""
-    said = [heads[1].strip("()[] "), _split(heads[0])[1], heads[0]]
-    unit = next((TIMES[each.lower()] for each in said if each.lower() in TIMES), None)
+    units = [heads[1].strip("()[] "), _split(heads[0])[1], heads[0]]
+    unit = next((TIMES[each.lower()] for each in units if each.lower() in TIMES), None)
     if timescale is not None:
         unit = Fraction(timescale)
     if unit is None and sigrok and head.rate:  # without a unit; the first row is at the first period

@@ -122,15 +122,15 @@ def _channels(path: str | Path) -> tuple[list[str], list[str]]:
 
     try:
         with zipfile.ZipFile(path) as archive:
-            there, said = "metadata" in archive.namelist(), b""
+            there, header = "metadata" in archive.namelist(), b""
             if there:
                 with archive.open("metadata") as file:
-                    said = file.read(PEEK * 16)
+                    header = file.read(PEEK * 16)
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
         return [], []  # sigrok-cli reports the error
     if not there:
         raise WaveformError(f"{path}: a ZIP archive, but not a session of sigrok; save a spreadsheet as CSV")
-    lines = said.decode("utf-8", "replace").splitlines()
+    lines = header.decode("utf-8", "replace").splitlines()
     named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
     return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
 
@@ -167,7 +167,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
             process.kill()
             process.communicate()
         errors.seek(0)
-        says = " ".join(errors.read(300).decode("utf-8", "replace").split())
+        message = " ".join(errors.read(300).decode("utf-8", "replace").split())
     if found is None:
-        raise WaveformError(f"{path}: {TOOL} cannot convert it: {says or failed}") from failed
+        raise WaveformError(f"{path}: {TOOL} cannot convert it: {message or failed}") from failed
     return found

@@ -94,8 +94,8 @@ class VcdStream(WholeOrNothing):
             texts += _levels(variable, name)
         self._table = ChangeTexts(texts)
         self._now: list[Any] = []  # the values written last; empty until the first unit is complete
-        self._said = self._reached // self.unit  # the last time written, in units
-        self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
+        self._written = self._reached // self.unit  # the last time written, in units
+        self._next = (self._written + 1) * self.unit  # from this instant on, nothing is written yet
         self.lost = 0
         """Number of wire changes that are not in the file, because others followed in the same unit."""
         self._file = WholeFile(path)
@@ -116,9 +116,9 @@ class VcdStream(WholeOrNothing):
         """Append the remaining changes and, as the end, the instant of the last call; put the file in place."""
         self._append(self._reached)
         end = self._reached // self.unit
-        if end > self._said:
+        if end > self._written:
             self._file.write(b"#%d\n" % end)
-            self._said = end
+            self._written = end
         self._file.close()
 
     def discard(self) -> None:
@@ -132,7 +132,7 @@ class VcdStream(WholeOrNothing):
             table, units, codes = self._merged(changes)
             if len(units):
                 self._file.write(table.lines(units, codes))
-                self._said = int(units[-1])
+                self._written = int(units[-1])
         self._next = max(self._next, stop + 1)
 
     def _begin(self, ps: int) -> None:
@@ -141,7 +141,7 @@ class VcdStream(WholeOrNothing):
         if ps > self._start:
             self._settled([source.changes(self._start + 1, ps) for source in self._sources])
         dump = "".join(map(self._line, range(len(self._now)), self._now))
-        self._file.write(f"{self._header}#{self._said}\n$dumpvars\n{dump}$end\n".encode("ascii"))
+        self._file.write(f"{self._header}#{self._written}\n$dumpvars\n{dump}$end\n".encode("ascii"))
 
     def _line(self, number: int, value: Any) -> str:
         kind = self.variables[number].kind
@@ -312,8 +312,8 @@ def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str,
             what = "scope" if isinstance(level[last], dict) else "variable"
             raise UsageError(f"{name!r}: {last!r} is the name of a {what} in the file and cannot be a variable too")
         level[last] = f"$var {variable.kind} {variable.size} {identifier} {last} $end\n"
-    said = "".join(f"$comment {ascii_of(comment)} $end\n" for comment in comments)
-    return f"$timescale {timescale} $end\n$version slewline $end\n{said}{_scopes(tree)}$enddefinitions $end\n"
+    comment_lines = "".join(f"$comment {ascii_of(comment)} $end\n" for comment in comments)
+    return f"$timescale {timescale} $end\n$version slewline $end\n{comment_lines}{_scopes(tree)}$enddefinitions $end\n"
 
 
 def _scopes(tree: dict[str, Any]) -> str:

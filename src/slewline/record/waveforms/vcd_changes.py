@@ -149,7 +149,7 @@ class Changes:
         wrong = np.flatnonzero(declared != np.where(real, 1, np.where(string, 2, 0)))
         if len(wrong):
             variable = self._variables[variables[wrong[0]]]
-            raise words.error(where[wrong[0]], f"a value of another kind; this variable is of {_said(variable)}")
+            raise words.error(where[wrong[0]], f"a value of another kind; this variable is of {_kind_of(variable)}")
         at = times[index[where]]
         bits = ~(real | string)
         if bits.any():
@@ -255,5 +255,5 @@ def _unescaped(text: bytes) -> str:
     return _ESCAPE.sub(plain, text.decode("utf-8", "replace"))
 
 
-def _said(variable: DeclaredVariable) -> str:
+def _kind_of(variable: DeclaredVariable) -> str:
     return f"{variable.width} bits" if variable.kind == "bits" else f"kind {variable.kind}"

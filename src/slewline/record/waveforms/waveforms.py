@@ -267,8 +267,10 @@ class Waveforms:
         times = found.times_ps[np.isin(levels[1:], EDGES[edge]) & (levels[:-1] == 1 - levels[1:])]
         signs = np.ones(len(times), np.int8)
         if direction is not None:
-            way = self._wire(direction)
-            levels = np.append(way.level, way.levels)[np.searchsorted(way.times_ps, times, side="right")]
+            direction_wire = self._wire(direction)
+            levels = np.append(direction_wire.level, direction_wire.levels)[
+                np.searchsorted(direction_wire.times_ps, times, side="right")
+            ]
             if (levels < 0).any():
                 at = readable(int(times[np.argmax(levels < 0)]))
                 raise UsageError(f"{direction} is floating or unknown at the step at {at}; a direction is 0 or 1")

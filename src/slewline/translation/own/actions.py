@@ -67,8 +67,8 @@ class Actions(MotionWriter):
             raise Impossible(readable(action.time_ps), out_of(self.sheet, row, arg), "let the host wait")
         if off:
             share = abs(off) / action.time_ps
-            says = f"{readable(count * unit)} for {readable(action.time_ps)}, {100 * share:.2g} %"
-            self.note(LineVerdict(action.line, LineKind.NEARLY, says, off=share, off_ps=off))
+            description = f"{readable(count * unit)} for {readable(action.time_ps)}, {100 * share:.2g} %"
+            self.note(LineVerdict(action.line, LineKind.NEARLY, description, off=share, off_ps=off))
         values = [arg.high] * whole + ([rest] if rest else [])
         return [ResultPiece(row, (value,)) for value in values]
 
@@ -76,7 +76,7 @@ class Actions(MotionWriter):
     def on_label(self, action: Label) -> list[ResultPiece]:
         """Return a mark, if loops of the target need one; paths meet here, so that registers are no longer known."""
         self.rates.joined()
-        self.held = {name: value for name, value in self.held.items() if self.fixed.get(name) == value}
+        self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}
         mark = self.rows.get("mark")
         if mark is not None and (action.block, action.name) in self.loops:
             return [ResultPiece(labels=[action.name]), ResultPiece(mark)]
@@ -121,7 +121,7 @@ class Actions(MotionWriter):
         """Return the commands that begin program entry."""
         self.program = action.number
         self.rates.joined()
-        self.held = {}
+        self.known_values = {}
         if self.sheet.enter is None:
             raise Impossible("a stored program", no_command(self.sheet, "enter"))
         return [*self.pointer(), ResultPiece(self.sheet.enter)]
@@ -189,14 +189,14 @@ class Actions(MotionWriter):
         if action.needless and (role != "axis" or int(action.command[-1]) == 1):
             return []
         mine = self.sheet.commands.by_form.get(action.command)
-        if action.says == SWITCHED and self.verbatim and mine is not None and not leads(mine):
+        if action.description == SWITCHED and self.verbatim and mine is not None and not leads(mine):
             return [ResultPiece(mine, text=action.text)]
-        if action.says == ELSEWHERE:
+        if action.description == ELSEWHERE:
             has = f"the {self.sheet.part.upper()} has no program before one is entered ({self.sheet.manual})"
             raise Impossible(ELSEWHERE, has, action.remedy)
-        says = action.says if role in self.rows else ROW_ROLES.get(role, action.says)
+        description = action.description if role in self.rows else ROW_ROLES.get(role, action.description)
         raise Impossible(
             action.text,
-            f"no command of the {self.sheet.part.upper()} does this: {says} ({self.sheet.manual})",
+            f"no command of the {self.sheet.part.upper()} does this: {description} ({self.sheet.manual})",
             action.remedy or "leave it out, or let the host do it",
         )

@@ -38,9 +38,9 @@ FULL_STEPS = 4  # of the phases; the parts have other patterns above these
 class Impossible(Exception):
     """The target cannot perform an action: its limit, and advice to the user."""
 
-    def __init__(self, says: str, limit: str, remedy: str = "") -> None:
-        super().__init__(says)
-        self.says, self.limit, self.remedy = says, limit, remedy
+    def __init__(self, description: str, limit: str, remedy: str = "") -> None:
+        super().__init__(description)
+        self.description, self.limit, self.remedy = description, limit, remedy
 
 
 class ActionWriter:
@@ -58,7 +58,7 @@ class ActionWriter:
         self.loops: set[tuple[int, str]] = set()  # labels that loops jump to
         self.pointed = False  # the memory pointer is at the start of the program
         self.fixed: dict[str, int] = {}  # distance and sign, if all relative moves have the same
-        self.held: dict[str, int] = {}
+        self.known_values: dict[str, int] = {}
         self.program = 0
         self.cleared: set[int] = set()  # lines whose command was copied for its first action
         self.nothing = ResultPiece()
@@ -81,7 +81,7 @@ class ActionWriter:
         first = self.unset_before(action)
         copied = self.copied(action)
         if copied is not None:
-            self.held_after(action)
+            self.values_after(action)
             return self.placed(action, [*first, copied])
         method: Callable[[Action], list[ResultPiece]] = getattr(self, f"on_{type(action).__name__.lower()}")
         try:
@@ -89,7 +89,7 @@ class ActionWriter:
         except CannotTest as cannot:
             found = self.impossible(action, "", cannot.limit, cannot.remedy)
         except Impossible as no:
-            found = self.impossible(action, no.says, no.limit, no.remedy)
+            found = self.impossible(action, no.description, no.limit, no.remedy)
         return self.placed(action, self.in_order(action, first, found))
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
@@ -124,7 +124,7 @@ class ActionWriter:
                 row = self.rows.get("plus" if action.sign > 0 else "minus")
                 if row is not None and after_reset(self.sheet) != action.sign:
                     self.before.append(ResultPiece(row))
-                    self.held["sign"] = action.sign
+                    self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
         """Return pieces with the rate settings in front or, if the part accepts them only in a program, inside it."""
@@ -142,9 +142,9 @@ class ActionWriter:
                 piece.block = action.block
         return pieces
 
-    def impossible(self, action: Action, says: str, limit: str, remedy: str) -> list[ResultPiece]:
+    def impossible(self, action: Action, description: str, limit: str, remedy: str) -> list[ResultPiece]:
         """Record that an action is not possible; return the comment that replaces it."""
-        self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, says or action.text, limit, remedy))
+        self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, description or action.text, limit, remedy))
         return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
 
     def note(self, verdict: LineVerdict) -> None:
@@ -166,7 +166,7 @@ class ActionWriter:
             return None
         if mine.role == "phases" and action.values[0] >= FULL_STEPS:
             return None
-        if isinstance(action, MoveBy) and "targeted" in self.held:
+        if isinstance(action, MoveBy) and "targeted" in self.known_values:
             return None
         if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
             return None
@@ -178,15 +178,15 @@ class ActionWriter:
             self.cleared.add(action.line)
         return ResultPiece(mine, action.values, action.text if self.verbatim else "")
 
-    def held_after(self, action: Action) -> None:
+    def values_after(self, action: Action) -> None:
         """Update distance and direction after a command that was copied."""
         if isinstance(action, SetDistance):
-            self.held["distance"] = action.steps
-            self.held.pop("targeted", None)
+            self.known_values["distance"] = action.steps
+            self.known_values.pop("targeted", None)
         elif isinstance(action, SetDirection):
-            self.held["sign"] = action.sign
+            self.known_values["sign"] = action.sign
         elif isinstance(action, MoveTo):
-            self.held.pop("sign", None)
+            self.known_values.pop("sign", None)
 
     def row(self, role: str) -> Row:
         """Return the command with a role; raise Impossible if the target has none."""
@@ -225,7 +225,7 @@ def alike(theirs: Row, mine: Row) -> bool:
         mine.at_once,
         mine.motion,
     )
-    purpose = bool(theirs.role) or bool(theirs.at_once) or theirs.says == mine.says
+    purpose = bool(theirs.role) or bool(theirs.at_once) or theirs.description == mine.description
     shapes = [(arg.name, arg.unit, arg.size) for arg in theirs.args] == [
         (arg.name, arg.unit, arg.size) for arg in mine.args
     ]

@@ -50,7 +50,7 @@ class Rates:
             self.groups |= {id(action): group for action in group.actions}
         self.forms = {row.form: row for row in target.rows.values()} if target is not None else {}
         self.reset = self._defaults()
-        self.held: dict[str, int] = dict(self.reset)
+        self.known_values: dict[str, int] = dict(self.reset)
         self.constant = self._constants()
         self.emitted: dict[int, set[str]] = {}  # forms, by group
 
@@ -73,11 +73,13 @@ class Rates:
 
     def joined(self) -> None:
         """Drop the values that differ between paths, which meet here."""
-        self.held = {form: value for form, value in self.held.items() if self.constant.get(form) == value}
+        self.known_values = {
+            form: value for form, value in self.known_values.items() if self.constant.get(form) == value
+        }
 
     def restarted(self) -> None:
         """Set the registers to those of a reset."""
-        self.held = dict(self.reset)
+        self.known_values = dict(self.reset)
 
     # ------------------------------------------------------------------------------------------------------- settings
     def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[LineVerdict]]:
@@ -85,11 +87,11 @@ class Rates:
         group = self.groups[id(action)]
         if self.source is not None and self.target is not None and self.source.sheet is self.target.sheet:
             row = self.target.sheet.commands.by_form[action.command]
-            self.held[row.form] = action.values[0]
+            self.known_values[row.form] = action.values[0]
             return [(row, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
         if self.target is None or group.profile is None:
             if (sister := self._sister(action)) is not None:
-                self.held[sister.form] = action.values[0]
+                self.known_values[sister.form] = action.values[0]
                 return [(sister, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
             if self.target is not None and any(each.profile is not None for each in self._all()):
                 return [], [LineVerdict(action.line, LineKind.SAME, "set together with the other values of the ramp")]
@@ -103,10 +105,12 @@ class Rates:
             forms += [
                 form
                 for form in self.forms
-                if form in fitted.values and form not in (*forms, *done) and self.held.get(form) != fitted.values[form]
+                if form in fitted.values
+                and form not in (*forms, *done)
+                and self.known_values.get(form) != fitted.values[form]
             ]
         done |= set(forms)
-        self.held |= {form: fitted.values[form] for form in forms}
+        self.known_values |= {form: fitted.values[form] for form in forms}
         commands = [(self.forms[form], fitted.values[form]) for form in forms]
         return commands, [self._verdict(action, group.profile, fitted)]
 
@@ -136,11 +140,11 @@ class Rates:
             return self._ramp(action, wanted, got, row)
         rate, found = (wanted.start, got.start) if action.sets == "start rate" else (wanted.top, got.top)
         off = abs(found - rate) / rate if rate else 0.0
-        says = f"{found:.6g} steps/s for {rate:.6g}, {percent(off)}"
+        description = f"{found:.6g} steps/s for {rate:.6g}, {percent(off)}"
         if off <= EXACT:
             return LineVerdict(action.line, LineKind.SAME)
         if off <= FAR_OFF:
-            return LineVerdict(action.line, LineKind.NEARLY, says, off=off)
+            return LineVerdict(action.line, LineKind.NEARLY, description, off=off)
         limit = no_command(sheet, role) if row is None else f"{out_of(sheet, row, row.args[0])} is {self.span(role)}"
         remedy = (
             "check that the motor starts at this rate"
@@ -149,7 +153,7 @@ class Rates:
         )
         if found > rate and action.sets == "top rate":
             remedy = "a slower crystal of the target lowers all of its rates"
-        return LineVerdict(action.line, LineKind.IMPOSSIBLE, says, limit, remedy, off=off)
+        return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit, remedy, off=off)
 
     def _ramp(self, action: SetProfile, wanted: Profile, got: Profile, row: Row | None) -> LineVerdict:
         assert self.target is not None  # noqa: S101
@@ -161,13 +165,13 @@ class Rates:
         difference = got.time_ps - wanted.time_ps
         off = abs(difference) / wanted.time_ps
         steps = f", {got.steps:.0f} steps for {wanted.steps:.0f}" if round(got.steps) != round(wanted.steps) else ""
-        says = (
+        description = (
             f"ramp {readable(round(got.time_ps, -6))} for {readable(round(wanted.time_ps, -6))}, {percent(off)}{steps}"
         )
         if off <= EXACT and not steps:
             return LineVerdict(action.line, LineKind.SAME)
         if off <= FAR_OFF:
-            return LineVerdict(action.line, LineKind.NEARLY, says, off=off, off_ps=difference)
+            return LineVerdict(action.line, LineKind.NEARLY, description, off=off, off_ps=difference)
         sheet = self.target.sheet
         limit = no_command(sheet, "ramp") if row is None else out_of(sheet, row, row.args[0])
         remedy = (
@@ -175,7 +179,7 @@ class Rates:
             if difference < 0
             else "a longer ramp is gentler; moves take longer"
         )
-        return LineVerdict(action.line, LineKind.IMPOSSIBLE, says, limit, remedy, off=off, off_ps=difference)
+        return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit, remedy, off=off, off_ps=difference)
 
     def span(self, role: str) -> str:
         """Return the rates of a command of the target, in words."""
@@ -200,21 +204,21 @@ class Rates:
         off, before, after = max(found, key=lambda each: each[0])
         kind = LineKind.SAME if off <= CLOSE else LineKind.NEARLY if off <= FAR_MOVE else LineKind.IMPOSSIBLE
         upto = "" if len(found) == 1 else "up to "
-        says = (
+        description = (
             f"{readable(round(after, -6))} for {readable(round(before, -6))}, {upto}{percent(off)}"
             if after != before
             else ""
         )
-        if upto and says:
-            says = f"up to {percent(off)}, depending on its steps"
+        if upto and description:
+            description = f"up to {percent(off)}, depending on its steps"
         if kind is not LineKind.IMPOSSIBLE:
-            return LineVerdict(action.line, kind, says, off=off, off_ps=after - before)
+            return LineVerdict(action.line, kind, description, off=off, off_ps=after - before)
         top = self.target.rows["top_rate"]
         limit = (
             f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have a different law"
         )
         remedy = "the steps are correct: check any wait for the end of the move"
-        return LineVerdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
+        return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 
     def _sister(self, action: SetProfile) -> Row | None:
         """Return the same setting of a target whose ramps have the same law; None: it has another law."""
@@ -259,8 +263,8 @@ class Rates:
         if self.target is None:
             return []
         values = self.target.fit(profile).values
-        forms = [form for form in self.forms if form in values and self.held.get(form) != values[form]]
-        self.held |= {form: values[form] for form in forms}
+        forms = [form for form in self.forms if form in values and self.known_values.get(form) != values[form]]
+        self.known_values |= {form: values[form] for form in forms}
         return [(self.forms[form], values[form]) for form in forms]
 
 

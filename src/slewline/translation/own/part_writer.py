@@ -241,9 +241,11 @@ class OwnWriter:
                 if block in (piece.block, piece.program) and piece.row is not None:
                     lines.add(piece.source)
                     piece.row, piece.comment = None, f"DOES NOT FIT: {layout.text(piece)}"
-            says = f"{size} {self.sheet.memory_unit}s"
+            description = f"{size} {self.sheet.memory_unit}s"
             remedy = "split the program, and let the host run its parts one after the other"
-            found += [LineVerdict(line, LineKind.IMPOSSIBLE, says, limit, remedy) for line in sorted(lines) if line]
+            found += [
+                LineVerdict(line, LineKind.IMPOSSIBLE, description, limit, remedy) for line in sorted(lines) if line
+            ]
         return found
 
     def _moved(self) -> list[LineVerdict]:
@@ -278,4 +280,4 @@ class OwnWriter:
 def linted(text: str, part: str) -> list[str]:
     """Return the errors that the linter finds in a result."""
     sheet = sheet_of(part)
-    return [problem.says for problem in lint(text, sheet, checks_of(part, sheet)) if problem.severity == "error"]
+    return [problem.message for problem in lint(text, sheet, checks_of(part, sheet)) if problem.severity == "error"]

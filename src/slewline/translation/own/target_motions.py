@@ -39,8 +39,8 @@ class MotionWriter(ActionWriter):
         row = self.rows.get("distance")
         if row is None:
             return []
-        self.held["distance"] = self.fitting(row, row.args[0], action.steps, "split it into several moves")
-        self.held.pop("targeted", None)
+        self.known_values["distance"] = self.fitting(row, row.args[0], action.steps, "split it into several moves")
+        self.known_values.pop("targeted", None)
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
@@ -48,7 +48,7 @@ class MotionWriter(ActionWriter):
         row = self.rows.get("plus" if action.sign > 0 else "minus")
         if row is None:
             return []
-        self.held["sign"] = action.sign
+        self.known_values["sign"] = action.sign
         return [ResultPiece(row)]
 
     def on_settarget(self, action: SetTarget) -> list[ResultPiece]:
@@ -100,16 +100,16 @@ class MotionWriter(ActionWriter):
     def set_move(self, action: MoveBy) -> list[ResultPiece]:
         """Return the instructions that set distance and direction before a move, if they have changed."""
         found: list[ResultPiece] = []
-        if action.sign is not None and self.held.get("sign") != action.sign and not self.sets(SetDirection):
+        if action.sign is not None and self.known_values.get("sign") != action.sign and not self.sets(SetDirection):
             found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
-            self.held["sign"] = action.sign
+            self.known_values["sign"] = action.sign
         row = self.row("distance")
-        left = "targeted" in self.held or not self.sets(SetDistance)  # the last target replaces the distance
-        if action.distance is not None and self.held.get("distance") != action.distance and left:
+        left = "targeted" in self.known_values or not self.sets(SetDistance)  # the last target replaces the distance
+        if action.distance is not None and self.known_values.get("distance") != action.distance and left:
             self.fitting(row, row.args[0], action.distance, "split it into several moves")
             found.append(ResultPiece(row, (action.distance,)))
-            self.held["distance"] = action.distance
-            self.held.pop("targeted", None)
+            self.known_values["distance"] = action.distance
+            self.known_values.pop("targeted", None)
         return found
 
     def sets(self, kind: type[Action]) -> bool:
@@ -119,7 +119,7 @@ class MotionWriter(ActionWriter):
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
         """Return the instructions for a move to a position."""
         row = self.rows.get("absolute") or self.rows.get("goto")
-        self.held.pop("sign", None)
+        self.known_values.pop("sign", None)
         if action.position is None:
             raise Impossible("the position depends on the path", no_command(self.sheet, "goto"))
         if row is None:
@@ -142,13 +142,13 @@ class MotionWriter(ActionWriter):
                     "the direction depends on the path",
                     f"{row.form} does not find the direction by itself ({row.where})",
                 )
-            if action.steps and self.held.get("sign") != (sign := 1 if action.steps > 0 else -1):
+            if action.steps and self.known_values.get("sign") != (sign := 1 if action.steps > 0 else -1):
                 found.append(ResultPiece(self.row("plus" if sign > 0 else "minus")))
-                self.held["sign"] = sign
+                self.known_values["sign"] = sign
         self.note(self.rates.motion(action))
         if go.role != "update":
-            self.held.pop("distance", None)
-            self.held["targeted"] = 1
+            self.known_values.pop("distance", None)
+            self.known_values["targeted"] = 1
             return [*found, ResultPiece(go)]
         return [
             *found,
@@ -175,7 +175,7 @@ class MotionWriter(ActionWriter):
         number = self.row("distance")
         if not self.sets(SetDistance):
             found.append(ResultPiece(number, (number.args[0].high,)))
-        self.held.clear()
+        self.known_values.clear()
         stated = [] if "endless_next" in rows_by_role(self.source) else [ResultPiece(row)]
         return [*found, *stated, ResultPiece(self.row("move"))]
 

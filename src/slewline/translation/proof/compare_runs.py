@@ -148,8 +148,8 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
                 off = abs(b.rate - a.rate) / a.rate
                 rate_off = max(rate_off or 0.0, off)
                 if off > bounds.rate + RATE_SLACK:
-                    says = f"{a.rate:.0f} steps/s, in the result {b.rate:.0f}"
-                    differences.append(f"{in_words(a)}: {says}")
+                    description = f"{a.rate:.0f} steps/s, in the result {b.rate:.0f}"
+                    differences.append(f"{in_words(a)}: {description}")
             if b.rate > max(bounds.top, a.rate) * (1 + RATE_SLACK):
                 differences.append(f"{in_words(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")
     if len(late) >= bounds.runs:

@@ -151,7 +151,7 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
 
 def made(chip: Chip) -> tuple[int, ...]:
     """Return the activity of a part: its steps, and the levels of its outputs."""
-    outputs = (pin.name for pin in chip.sheet.pins if pin.way in ("out", "both") and pin.role.startswith("output"))
+    outputs = (pin.name for pin in chip.sheet.pins if pin.in_out in ("out", "both") and pin.role.startswith("output"))
     steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
     return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))
 

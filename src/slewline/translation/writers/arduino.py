@@ -187,19 +187,23 @@ class SketchWriter(Structured):
         if action.profile is not None:
             self._prepare(action.axis, action.profile, line)
         if isinstance(action, Home):
-            name, level, says = self.pins.pin("HOME_PIN", HOME), 0, "until HOME_PIN is low, then the position is 0"
+            name, level, description = (
+                self.pins.pin("HOME_PIN", HOME),
+                0,
+                "until HOME_PIN is low, then the position is 0",
+            )
         elif action.until is not None:
             name, level = self._input(action.until.number, line), action.until.level
-            says = "decelerates when the input has its level"
+            description = "decelerates when the input has its level"
         else:
-            name, level, says = self.pins.pin("ABORT_PIN", ABORT), 0, "until ABORT_PIN is low; it decelerates"
+            name, level, description = self.pins.pin("ABORT_PIN", ABORT), 0, "until ABORT_PIN is low; it decelerates"
         stepper = f"{self.pins.stepper(action.axis)}, " if len(self.axes) > 1 else ""
         helper = "runUntilOfAxis" if stepper else "runUntil"
         self.helpers[helper] = None
         self.sheet.add(f"{helper}({stepper}{sign}, {name}, {level_name(level)});", line)
         if isinstance(action, Home):
             self.sheet.add(f"{self.library.of(self.pins.stepper(action.axis))}setCurrentPosition(0);", line)
-        self.sheet.nearly(line, says)
+        self.sheet.nearly(line, description)
 
     def output(self, action: SetOutput) -> None:
         if action.number > len(self.library.outputs):

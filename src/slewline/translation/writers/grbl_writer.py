@@ -171,8 +171,8 @@ class GrblWriter(LanguageWriter):
             (f"$1{10 + at}={number(math.ceil(top * 60 / spm))}", "greatest rate, mm/min"),
             (f"$1{20 + at}={number(self.acceleration / spm)}", "acceleration, mm/s^2"),
         )
-        says = "Settings to send once, while grbl is idle: "
-        return [OutLine("", says + ", ".join(f"{text} ({what})" for text, what in rows))]
+        description = "Settings to send once, while grbl is idle: "
+        return [OutLine("", description + ", ".join(f"{text} ({what})" for text, what in rows))]
 
     def wires(self) -> list[tuple[str, str]]:
         names = grbl_pins(self.first)
@@ -210,16 +210,16 @@ class GrblWriter(LanguageWriter):
             each = (len(self.sheet.lines) - before) // (done + 1)
             if each * node.passes > self.options.unroll:
                 limit = f"no loops; {each * node.passes:,} lines for {self.options.unroll:,} allowed (--unroll)"
-                says = f"{node.passes:,} passes: one of them is written"
-                self.sheet.impossible(node.line, says, limit, f"a greater --unroll, or {HOST}")
+                description = f"{node.passes:,} passes: one of them is written"
+                self.sheet.impossible(node.line, description, limit, f"a greater --unroll, or {HOST}")
                 return
         self.sheet.same(node.line, f"{node.passes} passes, written out")
 
-    def _again(self, node: Forever | AsLongAs, says: str) -> None:
+    def _again(self, node: Forever | AsLongAs, description: str) -> None:
         for _ in range(self.repeats):
             self.tree(node.body)
         times = "once" if self.repeats == 1 else f"{self.repeats} times"
-        self.sheet.impossible(node.line, f"{says}: written {times}", "no loops, no inputs", HOST)
+        self.sheet.impossible(node.line, f"{description}: written {times}", "no loops, no inputs", HOST)
 
     # -------------------------------------------------------------------------------------------------------- actions
     def preset(self, action: SetPosition) -> None:
@@ -234,8 +234,8 @@ class GrblWriter(LanguageWriter):
     def wait(self, action: WaitInput) -> None:
         """Write M0: grbl waits for a person."""
         self._add("M0", action.line)
-        says = f"a wait for input {action.input.number}: M0 waits for a person"
-        self.sheet.impossible(action.line, says, "no inputs in a program", HOST)
+        description = f"a wait for input {action.input.number}: M0 waits for a person"
+        self.sheet.impossible(action.line, description, "no inputs in a program", HOST)
 
     def _add(self, text: str, source: int, moves: bool = False) -> None:
         if moves and self.moved:
@@ -307,6 +307,6 @@ class GrblWriter(LanguageWriter):
         if lasts == action.time_ps:
             self.sheet.same(action.line)
             return
-        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
+        description = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
         off = (lasts - action.time_ps) / action.time_ps
-        self.sheet.nearly(action.line, says, off, lasts - action.time_ps)
+        self.sheet.nearly(action.line, description, off, lasts - action.time_ps)

@@ -69,8 +69,8 @@ class KlipperWriter(LanguageWriter):
     def _inside(self, action: RunProgram | LeaveProgram) -> Sequence[Node]:
         """Return the tree of the stored program that a command runs."""
         if isinstance(action, RunProgram) and action.at:
-            says = f"the program runs from {action.at} on"
-            self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
+            description = f"the program runs from {action.at} on"
+            self.sheet.impossible(action.line, description, self.entry, self.entry_remedy)
             return ()
         self.sheet.same(action.line, "the called program is written here")
         return structured(self.inner(self.runs[action.line]))
@@ -280,5 +280,7 @@ class KlipperWriter(LanguageWriter):
             self.sheet.add("MANUAL_STEPPER STEPPER=axis SET_POSITION=0", line)
             self.sheet.nearly(line, f"ends after {grouped(FAR)} steps at the latest; the switch is the endstop_pin")
             return
-        says = f"ends at position {grouped(FAR)} at the latest; a relative move after it is counted from where it began"
-        self.sheet.nearly(line, says)
+        description = (
+            f"ends at position {grouped(FAR)} at the latest; a relative move after it is counted from where it began"
+        )
+        self.sheet.nearly(line, description)

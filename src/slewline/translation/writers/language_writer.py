@@ -34,7 +34,7 @@ from ..meaning import (
 from ..program_facts import counter_of, counts_positions, one_acceleration, outputs, runs, stored, variables
 from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
-from .source_sheet import Draft, Held, heading, lines_of, unspoken, wired, with_comments
+from .source_sheet import Draft, RegisterCache, heading, lines_of, unspoken, wired, with_comments
 
 OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, SetEndless, Motion)
 
@@ -66,7 +66,7 @@ class LanguageWriter(ABC):
     def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
         self.target, self.program, self.options = target, program, options
         self.sheet = Draft(target.comment, program, indent)
-        self.registers = Held()
+        self.registers = RegisterCache()
         self.known: dict[Any, float] = {}  # rates and ramps written last, if known
         self.ran_with: dict[int, dict[Any, float]] = {}  # the same, when the host runs a stored program
         self.runs = runs(program)
@@ -175,8 +175,8 @@ class LanguageWriter(ABC):
             return
         at = action.at if isinstance(action, RunProgram) else ""
         if at and self.entry:
-            says = f"the program runs from {at} on"
-            self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
+            description = f"the program runs from {at} on"
+            self.sheet.impossible(action.line, description, self.entry, self.entry_remedy)
             return
         self.call(self.runs[action.line], at, action.line)
         self.sheet.same(action.line, self.called)

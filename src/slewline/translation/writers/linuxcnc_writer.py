@@ -65,8 +65,8 @@ class LinuxCncWriter(Structured):
         out.append(OutLine(begins, "mm, absolute, mm/min, exact stop: each move ends before the next begins"))
         for output, level in outputs(self.program):
             if output <= OUTPUTS:
-                says = f"output {output} at the start"
-                out.append(OutLine(f"M{64 if level else 65} P{output - 1}", says))
+                description = f"output {output} at the start"
+                out.append(OutLine(f"M{64 if level else 65} P{output - 1}", description))
         for block in self.names:
             out += self._block(block)
         if self.variable_distance:

@@ -54,22 +54,22 @@ class Draft:
         """Add a comment as a line of its own."""
         self.add(self.comment(text), source)
 
-    def same(self, line: int, says: str = "") -> None:
+    def same(self, line: int, description: str = "") -> None:
         """Record that a line of the source is the same."""
-        self.verdicts.append(LineVerdict(line, LineKind.SAME, says))
+        self.verdicts.append(LineVerdict(line, LineKind.SAME, description))
 
-    def nearly(self, line: int, says: str, off: float = 0.0, off_ps: int = 0) -> None:
+    def nearly(self, line: int, description: str, off: float = 0.0, off_ps: int = 0) -> None:
         """Record that a line of the source is nearly the same, and by how much it differs."""
-        verdict = LineVerdict(line, LineKind.NEARLY, says, off=off, off_ps=off_ps)
+        verdict = LineVerdict(line, LineKind.NEARLY, description, off=off, off_ps=off_ps)
         if verdict not in self.verdicts:  # an unrolled loop repeats the remark in each pass
             self.verdicts.append(verdict)
 
-    def impossible(self, line: int, says: str, limit: str, remedy: str) -> None:
+    def impossible(self, line: int, description: str, limit: str, remedy: str) -> None:
         """Record that a line of the source is not possible, and put a comment in its place."""
-        verdict = LineVerdict(line, LineKind.IMPOSSIBLE, says, limit, remedy)
+        verdict = LineVerdict(line, LineKind.IMPOSSIBLE, description, limit, remedy)
         if verdict not in self.verdicts:
             self.verdicts.append(verdict)
-            self.remark(f"NOT POSSIBLE, line {line}: {says}.", line)
+            self.remark(f"NOT POSSIBLE, line {line}: {description}.", line)
 
 
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
@@ -152,12 +152,12 @@ def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, wh
         sheet.nearly(action.line, f"the steps are the same; {why}")
         return
     was, becomes = sheet.time_of(profile, steps), standing_time(profile.top, acceleration, steps)
-    says = f"{seconds(becomes * PS)} for {seconds(was * PS)}; {why}"
-    sheet.nearly(action.line, says, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
+    description = f"{seconds(becomes * PS)} for {seconds(was * PS)}; {why}"
+    sheet.nearly(action.line, description, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
 
 # ----------------------------------------------------------------------------------------------------------- registers
-class Held:
+class RegisterCache:
     """Values of the source's registers at a place of the program, as far as known."""
 
     def __init__(self) -> None:
@@ -227,13 +227,13 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
         case Stop():
             sheet.nearly(action.line, "nothing is left to stop: each move ends before the next command")
         case Special() if action.remedy == BY_HAND:
-            sheet.nearly(action.line, f"{action.says}: left out, and so is its effect on the motion; {BY_HAND}")
+            sheet.nearly(action.line, f"{action.description}: left out, and so is its effect on the motion; {BY_HAND}")
         case Special() if action.needless:
             sheet.same(action.line, action.needless)
         case Special():
             sheet.impossible(
                 action.line,
-                action.says,
+                action.description,
                 f"no such command in {language}",
                 action.remedy or "see the manual of the source for its effect",
             )

@@ -14,17 +14,17 @@ from .serial_side import SerialSide
 
 
 class InputArbiter:
-    """Bytes of commands, in the order in which the chip reads them.  `held` is the side that owns the chip."""
+    """Bytes of commands, in the order in which the chip reads them.  `owner` is the side that owns the chip."""
 
     def __init__(self, chip: ChipContext, port: ParallelPort, serial: SerialSide) -> None:
         self.chip, self.kernel, self.port, self.serial = chip, chip.kernel, port, serial
-        self.held: ParallelPort | SerialSide | None = None
+        self.owner: ParallelPort | SerialSide | None = None
         self.at_work = False
         self.program = False  # a program runs, and waits for the rest of a command
 
     def reset(self) -> None:
         """RESET: release the chip from both sides; the serial side measures its rate again."""
-        self.held, self.at_work = None, False
+        self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.restart()
         self._show()
@@ -35,7 +35,7 @@ class InputArbiter:
 
     def killed(self, powered: bool) -> None:
         """End all input in progress, and set the outputs to rest."""
-        self.held, self.at_work = None, False
+        self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.killed()
         self.port.rest(powered)
@@ -44,7 +44,7 @@ class InputArbiter:
     # ------------------------------------------------------------------------------------------------------------- CTS
     def _show(self) -> None:
         """Drive CTS high while the chip is busy or reads the other side."""
-        self.serial.listening(not self.at_work and self.held is not self.port)
+        self.serial.listening(not self.at_work and self.owner is not self.port)
 
     def executing(self, on: bool) -> None:
         """Record whether a command is being executed."""
@@ -52,7 +52,7 @@ class InputArbiter:
         self._show()
 
     def _hold(self, side: ParallelPort | SerialSide | None) -> None:
-        self.held = side
+        self.owner = side
         self._show()
 
     # ----------------------------------------------------------------------------------------------------------- bytes
@@ -64,14 +64,14 @@ class InputArbiter:
     @property
     def answering(self) -> bool:
         """True during a command of the serial side, or while a character waits that the chip will read unprompted."""
-        if self.held is self.serial and self.at_work:
+        if self.owner is self.serial and self.at_work:
             return True
         return bool(self.serial.buffer) and not self.port.host_is_next
 
     @property
     def unfinished(self) -> bool:
         """True while the chip waits for the rest of a command on RXD."""
-        return self.held is self.serial and not self.at_work and not self.serial.buffer
+        return self.owner is self.serial and not self.at_work and not self.serial.buffer
 
     async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
         """Return the first byte of a command, from the side that begins one.
@@ -87,10 +87,10 @@ class InputArbiter:
             -1 if no command has begun: one of the others has changed, a request was withdrawn, or it was an FF.
         """
         self.program = running
-        if self.held is None and not self.pending and not (running or await self._begins(others)):
+        if self.owner is None and not self.pending and not (running or await self._begins(others)):
             return -1
         byte = await self._first(running)
-        if running and byte == EMPTY and self.held is self.port:
+        if running and byte == EMPTY and self.owner is self.port:
             while byte == EMPTY:
                 byte = await self.byte()
         elif byte == EMPTY:
@@ -108,7 +108,7 @@ class InputArbiter:
 
     async def _first(self, running: bool) -> int:
         """Return the next byte of the side that owns the chip, or of one that requests it; -1 if it has withdrawn."""
-        if self.held is not None:
+        if self.owner is not None:
             return await self.byte()
         if not self.port.asked:
             self._hold(self.serial)
@@ -121,7 +121,7 @@ class InputArbiter:
     async def byte(self) -> int:
         """Return the next byte of the side that owns the chip."""
         chip, port, serial = self.chip, self.port, self.serial
-        if self.held is port:
+        if self.owner is port:
             if not port.come:
                 await port.done()
             while True:
@@ -143,7 +143,7 @@ class InputArbiter:
 
     async def taken(self, tick: int) -> None:
         """Finish a byte, at a tick: the next one may come."""
-        if self.held is self.port:
+        if self.owner is self.port:
             await self.port.done(tick)
         else:
             await self.chip.at_tick(tick)

@@ -41,9 +41,9 @@ class Display:
     # ---------------------------------------------------------------------------------------------------------- answers
     async def reply(self, letter: str, value: int) -> None:
         """Answer a query: letter, equals sign, and digits or bytes by the width of the register."""
-        await self.put(self.said(letter, value))
+        await self.put(self.reply_of(letter, value))
 
-    def said(self, letter: str, value: int) -> bytes:
+    def reply_of(self, letter: str, value: int) -> bytes:
         """Return the answer to a query: R=00100 and a carriage return, or in binary its bytes, the high one first."""
         digits = sheet.QUERIES[letter]
         head = f"{letter}=".encode()
@@ -60,7 +60,7 @@ class Display:
 
     async def listing(self, lines: int) -> None:
         """Send the pointer, then lines of the memory from there on; the pointer is unchanged."""
-        await self.put(self.said("Y", self.registers.pointer))
+        await self.put(self.reply_of("Y", self.registers.pointer))
         line, address = bytearray(), self.registers.pointer
         while lines and address < sheet.MEMORY_BYTES:
             line.append(await self.local_bus.read(address))

@@ -62,7 +62,7 @@ class ParallelPort:
         self.ready, self.instrobe = self.busy, None
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
         self.awaited: tuple[tuple[Net, int | None], ...] = ()
-        self.held: tuple[Net, ...] = ()
+        self.watched_nets: tuple[Net, ...] = ()
         self.reader: FlowReader
         self.exchange: Handshakes | None = None
         self.request.ends = (self,)
@@ -211,7 +211,7 @@ class ParallelPort:
             return None
         taken = stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
         self.come.extend(coming.data[: number + taken])
-        self._says(coming, number, taken)
+        self._show_handshake(coming, number, taken)
         tick = coming.tick + number * self.byte_times.kept
         if stage is HandshakeStage.AWAITED:
             if self.awaiting:
@@ -248,10 +248,10 @@ class ParallelPort:
             return before
         number = coming.current(seen)
         taken = coming.passed(seen, self.byte_times.busy)
-        self._says(coming, number, taken > number)
+        self._show_handshake(coming, number, taken > number)
         return coming.data[:taken].removeprefix(b"\xff").decode("latin-1")
 
-    def _says(self, coming: HandshakenBytes, number: int, taken: bool) -> None:
+    def _show_handshake(self, coming: HandshakenBytes, number: int, taken: bool) -> None:
         """Set the text about the progress of a byte."""
         if taken:
             self.chip.waits(RISE, coming.instant(number, self.byte_times.busy))

@@ -46,7 +46,7 @@ class SerialSide:
         self._event = Event(chip.kernel, f"{chip.name}.(serial)")
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
-        self.watching = self.told = False
+        self.watching = self.reported = False
         self.buffer: deque[int] = deque()
         self.over_ps = 0  # the end of the stop bit of the last character
         self.clock: Clock | None = None  # of sixteen times the rate; None: not adapted
@@ -71,7 +71,7 @@ class SerialSide:
         if self.fixed_baud is not None:
             self._listen_at(bit_clock(self.fixed_baud, self.chip.name))
             return
-        self.watching, self.told = True, False
+        self.watching, self.reported = True, False
         self.rxd.watch(self._edge)
 
     def killed(self) -> None:
@@ -113,7 +113,7 @@ class SerialSide:
             line_feed = self.first_bit is not None and self._looks_like(LINE_FEED, bit)
             del edges[:2]
             self.first_bit = None
-            if self._untold():
+            if self._is_unreported():
                 came = (
                     "a line feed (\\n) between carriage returns"
                     if line_feed
@@ -137,7 +137,7 @@ class SerialSide:
         fits = self.shortest * (1 - BAUD_TOLERANCE) <= bit_ps <= self.longest * (1 + BAUD_TOLERANCE)
         if not fits or all(abs(rate - standard) > BAUD_TOLERANCE * standard for standard in self.standard):
             slowest, fastest = (PS_PER_S / ps for ps in (self.longest, self.shortest))
-            if self._untold():
+            if self._is_unreported():
                 self.chip.finding(
                     "wrong-rate",
                     f"two carriage returns at {rate:.0f} baud; the chip adapts to standard rates from {slowest:.0f} to "
@@ -146,10 +146,10 @@ class SerialSide:
             return
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
 
-    def _untold(self) -> bool:
+    def _is_unreported(self) -> bool:
         """Return whether this is the first such report since the reset."""
-        told, self.told = self.told, True
-        return not told
+        reported, self.reported = self.reported, True
+        return not reported
 
     # ------------------------------------------------------------------------------------------------------------- in
     def _listen_at(self, clock: Clock) -> None:

@@ -55,9 +55,9 @@ class Home(Stepping):
         try:
             await self._seek(argument)
         finally:
-            self._way(0)
+            self._step_toward(0)
 
-    def _way(self, direction: int) -> None:
+    def _step_toward(self, direction: int) -> None:
         """Report the direction of the seek: up until the pins match, down until they do not; 0 at its end."""
         self.axis.homing = direction
         self.axis.sought = self.bits.single(self.argument, direction > 0) if direction else None
@@ -69,7 +69,7 @@ class Home(Stepping):
         inside = self.matches
         outputs.begin(self.text, single.parameters, -1 if inside else 1)
         outputs.turn(not inside)
-        self._way(-1 if inside else 1)
+        self._step_toward(-1 if inside else 1)
         await chip.ticks(max(self.ticks["first_step"] - self.lead, 0))
         if self.refused():
             self.over()
@@ -81,7 +81,7 @@ class Home(Stepping):
         if inside and not self.limited:
             self.inside = False
             outputs.turn(True)
-            self._way(1)
+            self._step_toward(1)
             await self.set_out()
             if not self.refused():
                 await self.play(profile.steady(single.period))

@@ -44,15 +44,15 @@ class Jog:
         self.shown, self.lead, self.axis = shown, ticks["ccw_lead"], chip.axes[0]
         self.net: Net = chip.pins["jog"].net
         self.limits = {1: chip.pins["cw_limit"].net, -1: chip.pins["ccw_limit"].net}
-        self.way_of_motion = self.motion = 0
+        self.direction_of_motion = self.motion = 0
 
     @property
     def watched(self) -> tuple[tuple[Net, None], ...]:
-        """Inputs that an idle chip must watch, because they may change `way`."""
+        """Inputs that an idle chip must watch, because they may change `direction`."""
         return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
 
     @property
-    def way(self) -> int | None:
+    def direction(self) -> int | None:
         """Direction selected by JOG, +1 clockwise; None if the line is open, or the limit is low.
 
         The limit is that of the direction in which the step would be made, which an external level may force on CCW.
@@ -60,18 +60,18 @@ class Jog:
         level = self.net.level
         if level is None:
             return None
-        way = -1 if level else 1
-        return way if self.limits[self.outputs.expected(way)].is_inactive else None
+        direction = -1 if level else 1
+        return direction if self.limits[self.outputs.expected(direction)].is_inactive else None
 
-    async def step(self, way: int) -> None:
+    async def step(self, direction: int) -> None:
         """Output a step in a direction; return when the line is due to be sampled again, a period later."""
         chip, outputs = self.chip, self.outputs
         single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         begin, period = chip.tick + self.lead, single.period
-        if self.motion != outputs.motions or not self.axis.log.under_way or way != self.way_of_motion:
-            self.motion, self.way_of_motion = outputs.begin("JOG", single.parameters, way), way
-        chip.waits(f"making a step of jog (jog={0 if way > 0 else 1})")
-        outputs.point(way > 0)
+        if self.motion != outputs.motions or not self.axis.log.in_progress or direction != self.direction_of_motion:
+            self.motion, self.direction_of_motion = outputs.begin("JOG", single.parameters, direction), direction
+        chip.waits(f"making a step of jog (jog={0 if direction > 0 else 1})")
+        outputs.point(direction > 0)
         outputs.moving(True)
         await chip.at_tick(begin)
         plan: Plan = profile.steady(period, 1)

@@ -50,7 +50,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
         self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
         self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net
-        self.ways = 0  # how many times STOPPED has been driven
+        self.stopped_changes = 0  # how many times STOPPED has been driven
         self.motions = 0  # number of motions so far
         super().__init__(chip, registers, NO_PHASES, 0)
         self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]
@@ -95,16 +95,16 @@ class StepOutputs(phase_outputs.StepOutputs):
 
     def moving(self, on: bool) -> None:
         """Drive STOPPED now, and cancel its pending change."""
-        self.ways += 1
+        self.stopped_changes += 1
         self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
         """End a step at a tick: unless another one follows by then, STOPPED rises later, and the motion is over."""
-        self.ways += 1
-        way = self.ways
+        self.stopped_changes += 1
+        changes = self.stopped_changes
 
         def over() -> None:
-            if self.ways == way:
+            if self.stopped_changes == changes:
                 self.moving(False)
                 if self.motions == motion:
                     self.axis.log.end()

@@ -60,7 +60,7 @@ class BusPort:
         # Bytes sent as one value (handshake.py): their exchange, the bytes, how many of them the reader has.
         self.byte_times = ByteTimes(self.strobe, self.sample, self.sample + self.busy, ticks["letter"])
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
-        self.awaited, self.held = (self.request.when_active,), (self.select, self.mode)
+        self.awaited, self.watched_nets = (self.request.when_active,), (self.select, self.mode)
         self.reader: BusReader
         self.exchange: Handshakes | None = None
         self.coming: HandshakenBytes | None = None
@@ -236,7 +236,7 @@ class BusPort:
         if coming is None:
             return None
         self._keep(coming, number + (stage is HandshakeStage.READ))
-        self._says(coming, number, stage not in (HandshakeStage.AWAITED, HandshakeStage.REQUESTED))
+        self._show_handshake(coming, number, stage not in (HandshakeStage.AWAITED, HandshakeStage.REQUESTED))
         self.requested = coming.tick + number * self.byte_times.kept
         if stage is HandshakeStage.AWAITED:
             chip.idle = self.idle
@@ -259,7 +259,7 @@ class BusPort:
         if coming is not None and coming.start <= seen:
             number, last = coming.current(seen), len(coming.data) - 1
             self._keep(coming, min(coming.passed(seen, self.byte_times.busy), last))
-            self._says(coming, number, coming.instant(number, self.sample) <= seen)
+            self._show_handshake(coming, number, coming.instant(number, self.sample) <= seen)
 
     def _keep(self, coming: HandshakenBytes, number: int) -> None:
         """Pass the bytes before this one to the reader."""
@@ -267,7 +267,7 @@ class BusPort:
             self.reader.keep(coming.data[self.read : number])
             self.read = number
 
-    def _says(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
+    def _show_handshake(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
         """Set the text about the progress of a byte."""
         if accepted:
             self.chip.waits("handling a byte", coming.instant(number, self.sample))

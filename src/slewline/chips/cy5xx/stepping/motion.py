@@ -45,7 +45,7 @@ class Motion:
 
     port: BusPort
     holder = "step_inhibit"  # the pin that delays the next step
-    held_high = False  # STEP INHIBIT delays a step with PULSE high
+    hold_high = False  # STEP INHIBIT delays a step with PULSE high
 
     def __init__(
         self,
@@ -242,9 +242,9 @@ class Motion:
                 if departed is None:
                     break
                 watched = [pair for pair in watched if pair[0] is not departed]
-                look, way = self.first_sample_after(departed)
+                look, later = self.first_sample_after(departed)
                 if last is None or look < last:
-                    last, within = look, way
+                    last, within = look, later
             self.chip.tick = last = cast("int", last)  # otherwise the wait would not have ended
             if within is None:
                 return self.base + train.step_at(last - 1), False
@@ -275,7 +275,7 @@ class Motion:
             return False
         self.chip.waits(f"{self.text} held by {self.holder}=1")
         self.mark_deviation("event", "STEP INHIBIT")
-        if self.held_high:
+        if self.hold_high:
             self.outputs.pulse.deactivate()
         await self.chip.polled(*self.inhibit.when_inactive, self.ticks["inhibit_poll"])
         await self.rises()

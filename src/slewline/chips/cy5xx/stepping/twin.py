@@ -76,7 +76,7 @@ class Stepwise:
         self.number = self.made = 0  # steps of the move, and steps output so far
 
     # ------------------------------------------------------------------------------------------- defined by a part
-    held_high = False  # PULSE while STEP INHIBIT delays a step
+    hold_high = False  # PULSE while STEP INHIBIT delays a step
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return a function that computes the parameters of a motion that begins now."""
@@ -177,7 +177,7 @@ class Stepwise:
         await self.time_out(begin + period - high)
         if self.inhibit.level == 1:
             self.mark_deviation("event", "STEP INHIBIT")
-            outputs.pulse.drive(1 if self.held_high else 0)
+            outputs.pulse.drive(1 if self.hold_high else 0)
         await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         outputs.pulse.drive(1)
         await chip.ticks(high)
@@ -198,13 +198,13 @@ class SlopeStepwise(Stepwise):
         rate = min(rate, len(self.law.periods) - 1)
         return TwinStep(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
 
-    def way_up(self) -> list[TwinStep]:
+    def ramp_up(self) -> list[TwinStep]:
         """Return the steps of the ramp up to the rate, one by one."""
-        made, way, rate = self.motion_made, list[TwinStep](), self.law.start
+        made, ramp, rate = self.motion_made, list[TwinStep](), self.law.start
         while made.slope and rate < min(made.rate, len(self.law.periods) - 1):
-            way.append(self.step_of(UP, rate))
+            ramp.append(self.step_of(UP, rate))
             rate += made.slope
-        return way
+        return ramp
 
     def expected(self) -> Callable[[], Ideal]:
         runs = tuple((step.period, len(list(alike))) for step, alike in groupby(self.plan))

@@ -62,8 +62,8 @@ class HostDialogue:
             self.report_busy(command, text)
             return "B"
         if not isinstance(command, Command):
-            says = refusal(self.chip.sheet, text, command)
-            return self.mistake("E4", says) if command.code == "unknown" else self.mistake("E2", says)
+            message = refusal(self.chip.sheet, text, command)
+            return self.mistake("E4", message) if command.code == "unknown" else self.mistake("E2", message)
         if ("p" if self.program.entering else "i") in command.row.when:
             return await self.perform(command)
         if self.program.entering and command.row.stored:
@@ -82,8 +82,8 @@ class HostDialogue:
             return
         self.busy_run = self.interpreter.task
         remedy = "wait until F is answered with R, or end it with K or Z"
-        said = command.text if form else f"{text!r}, which is not a command,"
-        self.chip.finding("busy", f"{said} is answered with B and ignored while a program runs; {remedy}")
+        quoted = command.text if form else f"{text!r}, which is not a command,"
+        self.chip.finding("busy", f"{quoted} is answered with B and ignored while a program runs; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
         """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""

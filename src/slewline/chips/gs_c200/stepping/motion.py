@@ -94,9 +94,9 @@ class Motion:
         self.begin(text)
         self.counter.axis.homing = sign
         try:
-            for switch, way, kind in ((lines.eot, sign, "limit"), (lines.home, -sign, "home")):
+            for switch, direction, kind in ((lines.eot, sign, "limit"), (lines.home, -sign, "home")):
                 if not switch.is_active:
-                    await self.play(profile.steady(profile.period(self.counter.made.start_stop)), way, switch)
+                    await self.play(profile.steady(profile.period(self.counter.made.start_stop)), direction, switch)
                 self.counter.log.mark(kind, input_name(switch))
         finally:
             self.counter.axis.homing = 0
@@ -171,7 +171,7 @@ class Motion:
                 continue
             if lines.enable.is_inactive:
                 counter.mark_deviation("event", "ENABLE")
-                await self.held(not stopping)
+                await self.hold(not stopping)
                 fresh = True
                 continue
             leg = plan.leg(step)
@@ -224,7 +224,7 @@ class Motion:
         await until(kernel, look)
         return self.base + following
 
-    async def held(self, stoppable: bool) -> None:
+    async def hold(self, stoppable: bool) -> None:
         """Wait while ENABLE is low before the next step, or for a stop that may end the motion here."""
         chip, kernel, enable = self.chip, self.kernel, self.lines.enable
         chip.waits(f"{self.text} held by enable=0")

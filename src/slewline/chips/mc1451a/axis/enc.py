@@ -208,9 +208,9 @@ class QuadratureDecoder:
         if self.since is not None:
             lasted = np.concatenate(([ticks[0] - self.since], lasted))
         if self.burst or lasted.min() < DWELL_TICKS:
-            told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
-            turns = np.diff(told < DWELL_TICKS, prepend=self.burst)  # start or end of a burst
-            self._check_states(told[turns].tolist(), int(ticks[-1]))
+            reported = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
+            turns = np.diff(reported < DWELL_TICKS, prepend=self.burst)  # start or end of a burst
+            self._check_states(reported[turns].tolist(), int(ticks[-1]))
         self.since = int(ticks[-1])
         return ticks, counts
 
@@ -279,10 +279,10 @@ class QuadratureCounter:
         self._asked = self._done = 0
         self._drop()
 
-    def watch(self, told: Callable[[], object]) -> None:
+    def watch(self, callback: Callable[[], object]) -> None:
         """Call a function when a driver of A or B changes, to wake a sleeping axis."""
-        self.a.reading.on_change.add(told)
-        self.b.reading.on_change.add(told)
+        self.a.reading.on_change.add(callback)
+        self.b.reading.on_change.add(callback)
 
     @property
     def quiet(self) -> bool:

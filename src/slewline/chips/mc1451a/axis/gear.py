@@ -33,19 +33,19 @@ class ElectronicGear:
         self.suspended = False
 
     @property
-    def behind(self) -> bool:
+    def is_lagging(self) -> bool:
         """True if there is a displacement left to follow."""
         return bool(self.backlog or self.followed != self.feedback.counts)
 
     def enter(self, cause: str) -> None:
         """Change to the gear, from the present counts on."""
         self.followed, self.backlog = self.feedback.counts, 0
-        self.suspended = self.state.held or self.switches.flagged
+        self.suspended = self.state.awaits_update or self.switches.flagged
         self.set_out(cause)
 
     def update(self, cause: str) -> None:
         """Follow again after an update, from the present counts on, unless a limit switch or the motor prevents it."""
-        if self.suspended and not self.state.held and not self.switches.flagged:
+        if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.followed = self.feedback.counts
         self.set_out(cause)

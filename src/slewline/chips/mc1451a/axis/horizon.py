@@ -40,7 +40,7 @@ class Horizon:
         if pulses.law is not None:
             end = RANGE // 2 if pulses.sign > 0 else RANGE // 2 + 1
             due = min(pulses.since + pulses.cycles, self.passes(pulses.law, end, pulses.turn * pulses.sign))
-        if self.generator.mode == GEAR and ((encoder is not None and not encoder.quiet) or self.gear.behind):
+        if self.generator.mode == GEAR and ((encoder is not None and not encoder.quiet) or self.gear.is_lagging):
             return n + 1
         return min(due, self.breakpoint_due(n), self.error_due(n))
 

@@ -100,11 +100,11 @@ class Updates:
             self.gear.suspended = True
         elif generator.mode == GEAR:
             self.gear.update(taken.cause)
-            if not state.active.ratio and not state.held:
+            if not state.active.ratio and not state.awaits_update:
                 self.omit(taken.cause)
         elif taken.smooth_stop:
             self.slow_down(n)
-        elif not state.held:
+        elif not state.awaits_update:
             self.start(taken.cause)
 
     def synchronise(self, n: int) -> None:
@@ -185,8 +185,8 @@ class Updates:
 
     def omit(self, cause: str) -> None:
         """Report the registers that the host must set before a motion; once, until they change."""
-        names, told = missing_of(self.generator.mode, self.state), self.omitted
-        if names and names != told:
+        names, reported = missing_of(self.generator.mode, self.state), self.omitted
+        if names and names != reported:
             zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)
             text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: no motion starts"
             self.chip.finding("no-start", f"{text}; send {' and '.join(names)} before it")

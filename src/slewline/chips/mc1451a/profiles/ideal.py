@@ -103,9 +103,9 @@ def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) ->
 
 
 # ------------------------------------------------------------------------------------ profiles, in steps and seconds
-def turned(pieces: Iterable[IdealPiece], way: float) -> list[IdealPiece]:
+def turned(pieces: Iterable[IdealPiece], direction: float) -> list[IdealPiece]:
     """Return the same pieces with the sign of a number."""
-    sign = -1 if way < 0 else 1
+    sign = -1 if direction < 0 else 1
     return [IdealPiece(t, sign * v, sign * a, sign * j) for t, v, a, j in pieces]
 
 
@@ -122,17 +122,17 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
 
     If it is too fast for its destination, or moves away from it, it decelerates to rest first.
     """
-    way = speed or distance
-    d, v, s = (-distance, -speed, start) if way < 0 else (distance, speed, start)
+    direction = speed or distance
+    d, v, s = (-distance, -speed, start) if direction < 0 else (distance, speed, start)
     s = min(s, top)
     if not acceleration:
         rate = v or s
-        return turned([IdealPiece(duration(rate, d), rate)], way) if d > 0 else []
+        return turned([IdealPiece(duration(rate, d), rate)], direction) if d > 0 else []
     braking = max(v * v - s * s, 0) / (2 * acceleration)
     if braking > d + 1e-9 or not top:
         down = change(v, s, acceleration) if v > s else []
         left = d - braking
-        return turned([*down, *(trapezoid(left, 0, top, acceleration, start) if top and left else [])], way)
+        return turned([*down, *(trapezoid(left, 0, top, acceleration, start) if top and left else [])], direction)
     v = max(v, s)
     slower = change(v, top, acceleration) if v > top else []
     if slower:
@@ -140,7 +140,7 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
     peak = min(top, sqrt((2 * acceleration * d + v * v + s * s) / 2))
     coast = d - (2 * peak * peak - v * v - s * s) / (2 * acceleration)
     middle = [IdealPiece(coast / peak, peak)] if coast > 0 and peak else []
-    return turned([*slower, *change(v, peak, acceleration), *middle, *change(peak, s, acceleration)], way)
+    return turned([*slower, *change(v, peak, acceleration), *middle, *change(peak, s, acceleration)], direction)
 
 
 def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:

@@ -126,7 +126,7 @@ def velocity(entry: TargetLaw, cycle: int) -> int:
 class Acceleration(Quantity):
     """The acceleration of an axis."""
 
-    name, unit, held = "acceleration", "steps/s²", False
+    name, unit, is_staircase = "acceleration", "steps/s²", False
 
     def __init__(self, forces: Forces) -> None:
         self.forces = forces
@@ -163,14 +163,14 @@ class Acceleration(Quantity):
             if not start < stretch.begin_ps <= stop:
                 continue
             end, value = self.value(before, stretch.begin_ps), self.value(stretch, stretch.begin_ps)
-            if self.held:
+            if self.is_staircase:
                 points += [(stretch.begin_ps, value)] if value != points[-1][1] else []
                 continue
             jumps = not isclose(end, value, rel_tol=1e-9, abs_tol=abs(before.jerk) / PS_PER_S)  # by more than rounding
             if jumps or self.slope(stretch) != self.slope(before):
                 points += [(stretch.begin_ps, end)] if jumps else []
                 points.append((stretch.begin_ps, value))
-        if not self.held:
+        if not self.is_staircase:
             points.append((stop, self.value(stretches[-1], stop)))
         times, values = zip(*points, strict=True)
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
@@ -193,7 +193,7 @@ class Acceleration(Quantity):
 class Jerk(Acceleration):
     """The jerk of an axis: constant over each phase of an S-curve, otherwise 0: a jump of acceleration has none."""
 
-    name, unit, held = "jerk", "steps/s³", True
+    name, unit, is_staircase = "jerk", "steps/s³", True
 
     def value(self, stretch: JerkSegment, ps: int) -> float:
         """Return the jerk of a segment, which is constant."""

@@ -74,7 +74,7 @@ class TwinAxis:
         self.pulse, self.direction = 0, 1  # the levels that have been output or promised
         self.steps: list[int] = []  # ticks of this cycle's steps
         self.playing: Playing | None = None
-        self.told: list[Callable[[], object]] = []  # work for the axis
+        self.deferred: list[Callable[[], object]] = []  # work for the axis
         self.declared: int | None = None  # position to load
         # position error, in 1/256 count, and whole steps of the target not yet included
         self.error = self.gone = 0
@@ -97,16 +97,16 @@ class TwinAxis:
         if bit != MOTION_COMPLETE or self.mode != GEAR:
             self.state.events |= bit
 
-    def tell(self, what: Callable[[], object]) -> None:
+    def defer(self, what: Callable[[], object]) -> None:
         """Call a function in the next round, when a step due at this instant counts as made."""
-        if not self.told:
-            self.chip.kernel.call_at(self.chip.kernel.now, self.say)
-        self.told.append(what)
+        if not self.deferred:
+            self.chip.kernel.call_at(self.chip.kernel.now, self.apply_deferred)
+        self.deferred.append(what)
 
-    def say(self) -> None:
+    def apply_deferred(self) -> None:
         """Call the functions that are due, in order."""
-        told, self.told = self.told, []
-        for what in told:
+        deferred, self.deferred = self.deferred, []
+        for what in deferred:
             what()
 
     def finding(self, code: str, text: str) -> None:
@@ -163,7 +163,7 @@ class TwinAxis:
         if self.mode == GEAR or state.mode == GEAR:
             self.rest(complete=False)
             self.counts_used, self.owed = self.count, 0
-            self.suspended = state.held or self.switches.flagged
+            self.suspended = state.awaits_update or self.switches.flagged
             if state.mode == GEAR:
                 self.gear_begins(PROFILE_COMMANDS[GEAR])
         elif state.in_motion and state.mode != VELOCITY:
@@ -191,14 +191,14 @@ class TwinAxis:
         elif state.mode == GEAR:
             self.engage()
             self.gear_begins(taken.cause)
-            if state.active.ratio == 0 and "ratio" not in state.written and not state.held:
+            if state.active.ratio == 0 and "ratio" not in state.written and not state.awaits_update:
                 self.does_not_start({"ratio"})
         elif taken.smooth_stop:
             self.stop_smoothly()
         elif state.in_motion:
-            if not state.held and state.mode != S_CURVE:
+            if not state.awaits_update and state.mode != S_CURVE:
                 begins(self.chip, state, taken.cause, self.start, self.pulse_range())
-        elif not state.held:
+        elif not state.awaits_update:
             self.set_out(taken.cause)
 
     def relocate(self, position: int) -> None:
@@ -209,7 +209,7 @@ class TwinAxis:
         now = self.chip.kernel.now
         made = sum(self.chip.clock.ps(step) <= now for step in self.steps)  # of this cycle, which began at `position`
         self.declared = position + self.direction * made
-        self.tell(self.load)
+        self.defer(self.load)
 
     def load(self) -> None:
         """Load the declared position, if any."""
@@ -242,7 +242,7 @@ class TwinAxis:
 
     def engage(self) -> None:
         """Let the gear follow (again), from the present counts on."""
-        if self.suspended and not self.state.held and not self.switches.flagged:
+        if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.counts_used = self.count
 
@@ -314,9 +314,9 @@ class TwinAxis:
     # ------------------------------------------------------------------------------------------------------ 2: limits
     def look_at_limits(self) -> None:
         """Stop the axis if a switch becomes active."""
-        for way in self.switches.tripped():
-            self.event(LIMITS[way])
-            mark_deviation(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
+        for direction in self.switches.tripped():
+            self.event(LIMITS[direction])
+            mark_deviation(self.chip, self.state, "limit", "PosLimit" if direction > 0 else "NegLimit")
             self.axis.log.end("limit")
             self.rest(complete=True)
             self.suspended = True
@@ -343,24 +343,24 @@ class TwinAxis:
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         distance = state.active.position * ONE - state.target
-        way = sign(state.velocity or distance)
+        direction = sign(state.velocity or distance)
         speed = abs(state.velocity)
         if self.stopping or most == 0 or speed == distance == 0:
-            return way * self.ended(braked(speed, acceleration, self.start))
-        speed, self.landing = trapezoid(speed, way * distance, most, acceleration, min(self.start, most))
-        return way * speed
+            return direction * self.ended(braked(speed, acceleration, self.start))
+        speed, self.landing = trapezoid(speed, direction * distance, most, acceleration, min(self.start, most))
+        return direction * speed
 
     def contoured(self) -> int:
         """Return the velocity toward the maximum, in the direction of the acceleration."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
-        way, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
+        direction, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
         speed = abs(state.velocity)
         if self.stopping or most == 0:
-            return way * self.ended(braked(speed, acceleration, self.start))
-        if acceleration and way != wanted:
-            return way * braked(speed, acceleration, self.start)
-        return way * contour(speed, most, acceleration, min(self.start, most))
+            return direction * self.ended(braked(speed, acceleration, self.start))
+        if acceleration and direction != wanted:
+            return direction * braked(speed, acceleration, self.start)
+        return direction * contour(speed, most, acceleration, min(self.start, most))
 
     def ended(self, speed: int) -> int:
         """Return the speed; complete a stop that has reached 0."""
@@ -391,13 +391,13 @@ class TwinAxis:
         curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
         if velocity == 0 and curve is None:
             return
-        way = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the least velocity
-        if way != self.direction:
-            self.direction = way
-            self.tell(lambda: drivers[f"dir{number}"].drive(1 if way > 0 else 0))
+        heading = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the least velocity
+        if heading != self.direction:
+            self.direction = heading
+            self.defer(lambda: drivers[f"dir{number}"].drive(1 if heading > 0 else 0))
         before, edges = self.pulse, []
         half = 1  # in half steps from the last step made
-        while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
+        while (distance := half * ONE // 2 - heading * self.lead) <= abs(velocity):
             level = half % 2
             at = tick + max(-(-distance * sheet.CYCLE_TICKS // (abs(velocity) or 1)), 0)
             if level != self.pulse:
@@ -409,12 +409,12 @@ class TwinAxis:
         if edges:
             times = tuple(self.chip.clock.ps(at) for at, _ in edges)
             drivers[f"pulse{number}"].play(Wave(before, times, tuple(level for _, level in edges)))
-        self.tell(lambda: self.follow(tick, way, abs(velocity)))
+        self.defer(lambda: self.follow(tick, heading, abs(velocity)))
 
-    def follow(self, tick: int, way: int, displaced: int) -> None:
+    def follow(self, tick: int, direction: int, displaced: int) -> None:
         """Update the position with the steps of this cycle."""
         self.playing = Playing(OneCycle(self.chip.clock, tick, self.steps, displaced))
-        self.axis.follow(self.playing, way)
+        self.axis.follow(self.playing, direction)
 
     # --------------------------------------------------------------------------------------------- 5: actual position
     def compare_positions(self, tick: int) -> None:
@@ -476,7 +476,7 @@ class TwinAxis:
 
     def cut(self) -> None:
         """Output no step after this instant; a position declared in it counts."""
-        self.told.clear()
+        self.deferred.clear()
         self.load()
         if self.playing is not None:
             self.playing.until = self.chip.kernel.now + 1

@@ -107,19 +107,21 @@ class Switches:
         """True if the event of a switch keeps the axis from moving."""
         return bool(self.registers.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
-    def active(self, way: int) -> bool:
+    def active(self, direction: int) -> bool:
         """Return whether a switch is enabled, and active."""
         number = self.state.number
-        level = int(self.chip.pins[f"{'pos' if way > 0 else 'neg'}limit{number}"].net.level or 0)
-        low = self.registers.limit_sense >> (2 * (number - 1) + (way < 0)) & 1
+        level = int(self.chip.pins[f"{'pos' if direction > 0 else 'neg'}limit{number}"].net.level or 0)
+        low = self.registers.limit_sense >> (2 * (number - 1) + (direction < 0)) & 1
         return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
         """Yield the switch that becomes active; while one has tripped, the other one is not sampled."""
-        for way in (1, -1):
-            self.armed[way] |= not self.active(way)
-        for way in (1, -1):
-            other_in_charge = self.state.events & LIMITS[-way] or (self.active(-way) and not self.armed[-way])
-            if not other_in_charge and self.active(way) and self.armed[way]:
-                self.armed[way] = False
-                yield way
+        for direction in (1, -1):
+            self.armed[direction] |= not self.active(direction)
+        for direction in (1, -1):
+            other_in_charge = self.state.events & LIMITS[-direction] or (
+                self.active(-direction) and not self.armed[-direction]
+            )
+            if not other_in_charge and self.active(direction) and self.armed[direction]:
+                self.armed[direction] = False
+                yield direction

@@ -176,8 +176,8 @@ class TwinSCurve:
         after = place + speed if following == phase else self.load(following, self.cycle)[0]
         if not whole:  # further phases begin in this cycle: it counts as the first of them that has jerk
             phase, speed = phase | 1, after - place
-        way = sign(self.distance)
-        return way * (after // FINE - place // FINE), way * (speed // FINE), phase
+        direction = sign(self.distance)
+        return direction * (after // FINE - place // FINE), direction * (speed // FINE), phase
 
     def smooth_stop(self) -> None:
         """End acceleration and constant speed now; the deceleration mirrors the acceleration so far."""

@@ -85,13 +85,13 @@ class AdaptiveUart(HostUart):
 
     def _forget(self) -> None:
         """Record that the chip has no rate any more, or that of its option."""
-        self.far.ears.clear()
+        self.far.receivers.clear()
         if self.strapped is not None:
             self._found(self.strapped, "fixed by an option")
 
     def _found(self, baud: int | str, set_by: str) -> None:
         """Record that the chip has this rate from now on."""
-        self.far.ears = {self.chip: Found(LineSetting(baud, self._word), set_by)}
+        self.far.receivers = {self.chip: Found(LineSetting(baud, self._word), set_by)}
 
     @property
     def _word(self) -> CharacterFormat:
@@ -99,14 +99,14 @@ class AdaptiveUart(HostUart):
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
-    def held(self) -> bool:
+    def waits_for_rate(self) -> bool:
         """Whether CTS delays the next character."""
         return self.control.heeds and self.cts.level != 0
 
     async def before_burst(self) -> None:
         """Wait until the chip can receive, and for CTS, if the host obeys it."""
         await until(self.kernel, self.listens_ps)
-        while self.held:
+        while self.waits_for_rate:
             await first_of(self.kernel, None, (self.cts, 0), (self.news.net, None))
 
     def after_burst(self, data: bytes) -> None:

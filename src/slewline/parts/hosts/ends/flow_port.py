@@ -101,9 +101,9 @@ class FlowPort:
 
     def catch_up(self) -> None:
         """Record the bytes sent so far, before a query."""
-        if (exchange := self.bytes.exchange) is not None and exchange.under_way:
+        if (exchange := self.bytes.exchange) is not None and exchange.in_flight:
             self.queue.begun = True
-            self.bytes.feed(exchange.under_way)
+            self.bytes.feed(exchange.in_flight)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
         """Return the levels that it waits for at a byte being sent (handshake.py)."""

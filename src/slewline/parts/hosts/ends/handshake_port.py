@@ -69,7 +69,7 @@ class CommandPort:
     def all_sent(self) -> int:
         """The number of bytes sent so far."""
         exchange = self.bytes.exchange
-        return self.sent + (0 if exchange is None else exchange.under_way)
+        return self.sent + (0 if exchange is None else exchange.in_flight)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
         """Return the levels that it waits for at a byte being sent (handshake.py)."""

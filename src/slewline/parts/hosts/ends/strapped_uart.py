@@ -32,7 +32,7 @@ class StrappedUart(HostUart):
     ) -> None:
         self.port = straps_of(chips[0]).port
         super().__init__(part, LineSetting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
-        self.far.ears = {chip.name: straps_of(chip) for chip in chips}
+        self.far.receivers = {chip.name: straps_of(chip) for chip in chips}
         self.spoken_to = spoken_to
         self.fixed_baud: int | str | None = baud
         self.up_ps = max(chip.up_ps for chip in chips)  # when the last module was switched on

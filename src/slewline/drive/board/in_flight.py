@@ -67,12 +67,12 @@ class EventOrder:
         self.asked.pop(self._next, None)
         self._next = (self._next + 1) % 256
 
-    def missing(self, under_way: Set[int | None]) -> list[tuple[int, int]]:
+    def missing(self, in_flight: Set[int | None]) -> list[tuple[int, int]]:
         """Return the missing events without a pending request, and the time to request each, in ns."""
         count = (self._known - self._next) % 256
         numbers = ((self._next + more) % 256 for more in range(count))
         return [
             (number, self.asked.get(number, 0))
             for number in numbers
-            if number not in self._early and number not in under_way
+            if number not in self._early and number not in in_flight
         ]

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...core.motion.plan import Runs, mirrored, steps, tail
 from ...core.time.timebase import PS_PER_S
 from ..board.boards import FAST_TICKS
-from ..board.records import MOST_WAY
+from ..board.records import MOST_RAMP_LEFT
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -39,15 +39,15 @@ FAST_STEPS = 3  # least steps of an entry with fast steps: a board needs that lo
 Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
-class WayPiece(NamedTuple):
-    """Steps of a plan, from `first` on and before `end`; the stop ramp from the first has `way` steps.
+class RampPiece(NamedTuple):
+    """Steps of a plan, from `first` on and before `end`; the stop ramp from the first has `ramp_left` steps.
 
-    From each next one it has `slope` more: -1, 0, 1.  `way` is -1 if unknown.
+    From each next one it has `slope` more: -1, 0, 1.  `ramp_left` is -1 if unknown.
     """
 
     first: int
     end: int
-    way: int
+    ramp_left: int
     slope: int
 
 
@@ -57,9 +57,9 @@ def law_of(chip: Chip) -> str:
     return BACK if BACK in words else LEVELS if LEVELS in words else ""
 
 
-def way_pieces(plan: Plan, law: str) -> list[WayPiece]:
+def ramp_pieces(plan: Plan, law: str) -> list[RampPiece]:
     """Return the stop ramps from all steps of a plan that begins at rest."""
-    found = [WayPiece(0, 1, 0, 0)]
+    found = [RampPiece(0, 1, 0, 0)]
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     slow = up[0][0] if up else 0  # the interval at which a `brake back` ends
     done = 0  # steps of the acceleration so far, which a `brake back` would reverse
@@ -68,17 +68,17 @@ def way_pieces(plan: Plan, law: str) -> list[WayPiece]:
         for interval, count in leg.runs:
             end = first + count
             if law == LEVELS:
-                way, slope = (leg.end - first - 2, -1) if leg.name == "down" else (below(up, interval) - 1, 0)
+                ramp_left, slope = (leg.end - first - 2, -1) if leg.name == "down" else (below(up, interval) - 1, 0)
             elif interval == slow or not up or leg.name not in ("up", "slew", "down"):
-                way, slope = 0, 0
+                ramp_left, slope = 0, 0
             elif leg.name == "up":
-                way, slope = done + 1, 1
+                ramp_left, slope = done + 1, 1
                 done += count
             elif leg.name == "slew":
-                way, slope = done, 0
+                ramp_left, slope = done, 0
             else:
-                way, slope = fast(leg, first, slow) - 1, -1
-            _add(found, WayPiece(first + 1, end + 1, way, slope))
+                ramp_left, slope = fast(leg, first, slow) - 1, -1
+            _add(found, RampPiece(first + 1, end + 1, ramp_left, slope))
             first = end
     return found
 
@@ -93,24 +93,24 @@ def fast(leg: Leg, step: int, slow: int) -> int:
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 
-def _add(found: list[WayPiece], piece: WayPiece) -> None:
+def _add(found: list[RampPiece], piece: RampPiece) -> None:
     """Append a piece; no stop ramp is shorter than 0."""
-    first, end, way, slope = piece
-    if slope < 0 and end > first + way + 1:  # the last ones would be below 0
-        zero = max(first + way + 1, first)
+    first, end, ramp_left, slope = piece
+    if slope < 0 and end > first + ramp_left + 1:  # the last ones would be below 0
+        zero = max(first + ramp_left + 1, first)
         if zero > first:
-            _add(found, WayPiece(first, zero, way, slope))
-        _add(found, WayPiece(zero, end, 0, 0))
+            _add(found, RampPiece(first, zero, ramp_left, slope))
+        _add(found, RampPiece(zero, end, 0, 0))
         return
-    way = max(way, 0)
+    ramp_left = max(ramp_left, 0)
     last = found[-1]
-    if last.slope == slope and last.way + (first - last.first) * slope == way:
+    if last.slope == slope and last.ramp_left + (first - last.first) * slope == ramp_left:
         found[-1] = last._replace(end=end)
     else:
-        found.append(WayPiece(first, end, way, slope))
+        found.append(RampPiece(first, end, ramp_left, slope))
 
 
-class WaysDown:
+class StopRamps:
     """Sender of a chip's stop ramps to the board of a drive: tables, and by `pieces` the values in records.
 
     Args:
@@ -123,8 +123,8 @@ class WaysDown:
         self.tail: Entries = []  # stop ramp that the board has
         self._ident: object = None  # IDENT of that board
         self._plan: Plan | None = None  # plan of this stop ramp
-        self._told: Plan | None = None  # plan of the present pieces
-        self._pieces: list[WayPiece] = []
+        self._pieces_plan: Plan | None = None  # plan of the present pieces
+        self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
         """Send a stop ramp from any rate, if steps are fast and have no plan."""
@@ -142,45 +142,48 @@ class WaysDown:
             self._ident, self._plan, self.tail = ident, None, []
         return ident is not None
 
-    def _lay(self, stretch: Segment) -> None:
+    def _send_ramp(self, stretch: Segment) -> None:
         """Send the stop ramp of a stretch, when it begins there, if it has changed."""
         ident = self.link.ident
         if not self._knows() or ident is None or stretch.plan is self._plan:
             return
         self._plan = stretch.plan
-        entries = way_down(stretch, self.state.board.hz, ident.tail, self.law)
+        entries = stop_ramp(stretch, self.state.board.hz, ident.tail, self.law)
         if entries and entries != self.tail:
             self.tail = entries
             self._send(entries, stretch.start)
 
-    def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[WayPiece]:
+    def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[RampPiece]:
         """Yield the steps a ... b-1 of the train of a stretch, by the length of the stop ramps from them."""
         plan = stretch.plan
         if plan is not None:
-            self._lay(stretch)
+            self._send_ramp(stretch)
         if plan is None or not plan.legs or not self.law or stretch.playing is None:
-            yield WayPiece(a, b, -1, 0)
+            yield RampPiece(a, b, -1, 0)
             return
-        if plan is not self._told:
-            self._told, self._pieces = plan, way_pieces(plan, self.law)
-            if not sayable(plan, self._pieces, stretch.playing.train.clock.ps):
+        if plan is not self._pieces_plan:
+            self._pieces_plan, self._pieces = plan, ramp_pieces(plan, self.law)
+            if not is_expressible(plan, self._pieces, stretch.playing.train.clock.ps):
                 self._pieces = []
         offset = stretch.step
         if not self._pieces or not from_rest(self.state.axis, stretch):
-            yield WayPiece(a, b, -1, 0)
+            yield RampPiece(a, b, -1, 0)
             return
-        for first, end, way, slope in self._pieces:
+        for first, end, ramp_left, slope in self._pieces:
             start, stop = max(first - offset, a), min(end - offset, b)
             if start < stop:
-                yield WayPiece(start, stop, way + (start + offset - first) * slope, slope)
+                yield RampPiece(start, stop, ramp_left + (start + offset - first) * slope, slope)
         if (known := max(self._pieces[-1].end - offset, a)) < b:
-            yield WayPiece(known, b, 0, 0)
+            yield RampPiece(known, b, 0, 0)
 
 
-def sayable(plan: Plan, pieces: list[WayPiece], ps: Callable[[int], int]) -> bool:
+def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
     """Return whether records can contain the stop ramps of a plan: not too many of them, nor too long ones."""
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
-    if any(max(way, way + slope * (end - first - 1)) > MOST_WAY for first, end, way, slope in pieces):
+    if any(
+        max(ramp_left, ramp_left + slope * (end - first - 1)) > MOST_RAMP_LEFT
+        for first, end, ramp_left, slope in pieces
+    ):
         return False
     return len(up) <= QUEUE_LEVELS or ps(sum(interval * count for interval, count in up)) >= LEVEL_PS * len(up)
 
@@ -198,7 +201,7 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 
 # -------------------------------------------------------------------------------------------------------------- tables
-def way_down(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
+def stop_ramp(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
     """Return the stop ramp of the plan of a stretch, as the tail of a board.
 
     It is the last decelerating leg of the plan, or, if a motion has none, its acceleration, mirrored; the last interval
@@ -208,18 +211,18 @@ def way_down(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
     if stretch.plan is None or stretch.playing is None:
         return []
     up, down = ([leg.runs for leg in stretch.plan.legs if leg.name == name] for name in ("up", "down"))
-    way = down[-1] if down else mirrored(up[-1]) if up else ()
+    runs = down[-1] if down else mirrored(up[-1]) if up else ()
     if law == BACK:
-        way = tuple(run for run in way if not up or run[0] != up[0][0][0])
-    elif way:
-        way = (*way[:-1], (way[-1][0], way[-1][1] - 1))
+        runs = tuple(run for run in runs if not up or run[0] != up[0][0][0])
+    elif runs:
+        runs = (*runs[:-1], (runs[-1][0], runs[-1][1] - 1))
     rows: list[tuple[int, int, int]] = []  # sum of intervals, count, the longest interval
-    for interval, count in way:
+    for interval, count in runs:
         if count and (not rows or interval > rows[-1][2]):
             rows.append((interval * count, count, interval))
         elif count:
             rows[-1] = rows[-1][0] + interval * count, rows[-1][1] + count, max(interval, rows[-1][2])
-    if steps(tuple((row[2], row[1]) for row in rows)) > MOST_WAY:
+    if steps(tuple((row[2], row[1]) for row in rows)) > MOST_RAMP_LEFT:
         return []
     while len(rows) > most:  # merge the two rows with the least error
         join(rows, min(range(len(rows) - 1), key=lambda n: apart(rows[n], rows[n + 1])))
