@@ -156,7 +156,7 @@ def test_the_dialogue_can_be_saved(call) -> None:
         (("--check", "p"), "name the firmware that the board has"),
         (("uno", "--check", "p"), "uno does not replace a module"),
         (("gs-c200s", "--check", "p", "-o", "x.uf2"), "writes no firmware"),
-        (("gs-c200s", "--check", "p", "--move"), "--move: a program makes the steps"),
+        (("gs-c200s", "--check", "p", "--move"), "--move: the motor moves by a program"),
         (("gs-c200", "--check", "p", "--replace"), "ends program entry only by E"),
     ],
 )

@@ -70,7 +70,7 @@ class TwinPort:
         return len(data)
 
     def read(self) -> bytes:
-        """Return what the board has sent since the last call."""
+        """Return the bytes sent by the board since the last call."""
         self._present()
         return self.twin.take()
 
