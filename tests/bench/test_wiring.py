@@ -97,7 +97,7 @@ def test_a_part_without_wiring_lists_its_pins(bench):
 
 def test_a_line_of_other_levels_is_refused(bench):
     module = bench.add("gs-c200", name="x", straps=LINE)
-    with pytest.raises(WiringError, match=r"pc\.txd: x\.rxd is active high, and txd means low: bench\.wire"):
+    with pytest.raises(WiringError, match=r"pc\.txd: x\.rxd is active high, and txd is active low: use bench\.wire"):
         bench.part("serial_sender", name="pc", to=module)
     with pytest.raises(WiringError, match=r"pc\.txd: x\.rxd is active high"):
         bench.part("serial_port", name="pc", to=module, ttl=True)

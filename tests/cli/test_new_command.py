@@ -59,7 +59,7 @@ def test_a_fact_without_a_test_and_a_test_without_a_fact_are_found(call):
     table = Path("x/conformance.toml")
     rows = table.read_text("utf-8")
     wrong = {
-        rows.replace('id = "LINE"', 'id = "LINES"'): "LINE: named by a test, but no row has it",
+        rows.replace('id = "LINE"', 'id = "LINES"'): "LINE: a test names it, but no row has it",
         rows + '\n[[fact]]\nid = "N"\nkind = "pin"\nsays = "p. 3"\n': "N: no test proves it",
         rows + '\n[[fact]]\nid = "P"\nid2 = ""\n': "P: no test proves it",
         rows.replace('id = "BUSY"', 'id = "BUSY"\nopen = "later"'): "BUSY: open, but a test proves it",

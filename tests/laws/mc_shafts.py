@@ -142,7 +142,7 @@ def made(seed: int) -> Dialogue:
     maker.mount()
     maker.prepare()
     for _ in range(rnd.choice((2, 5, 9))):
-        maker.apply_deferred()
+        maker.say()
     last = maker.free + rnd.choice((5, 40, 100)) * CYCLE
     for _ in range(rnd.choice((0, 1, 2, 4, 7))):
         maker.disturb(last)

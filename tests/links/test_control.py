@@ -210,7 +210,7 @@ WRONG = [
         "found pin, level, chip, position; give pin, level",
     ),
     ('{"do": "until", "chip": "x", "position": "far"}', "expected a whole number"),
-    ('{"do": "fault", "line": "y", "to": "chip", "kind": "lost"}', "no serial line 'y'; there are: x"),
+    ('{"do": "fault", "line": "y", "to": "chip", "kind": "lost"}', "no serial line 'y'; allowed: x"),
     ('{"do": "fault", "line": "x", "to": "me", "kind": "lost"}', "allowed chip, host"),
     ('{"do": "fault", "line": "x", "to": "chip", "kind": "loud"}', "allowed lost, garbled"),
     (
@@ -224,10 +224,10 @@ WRONG = [
     ('{"do": "fault", "line": "x", "to": "chip", "kind": "eeprom"}', "allowed lost, garbled"),
     ('{"do": "fault", "chip": "x", "kind": "lost"}', "fault: kind: 'lost'; allowed eeprom"),
     ('{"do": "fault", "chip": "x", "kind": "eeprom", "count": 2}', "fault: found chip, kind, count; give line, to"),
-    ('{"do": "fault", "chip": "y", "kind": "eeprom"}', "no chip 'y'; there are: x"),
+    ('{"do": "fault", "chip": "y", "kind": "eeprom"}', "no chip 'y'; allowed: x"),
     ('{"do": "clear"}', "clear: found nothing; give line; or chip"),
     ('{"do": "fault", "line": "x", "to": "chip", "kind": "lost", "seed": {}}', "seed"),
-    ('{"do": "power", "chip": "y", "on": true}', "no chip 'y'; there are: x"),
+    ('{"do": "power", "chip": "y", "on": true}', "no chip 'y'; allowed: x"),
     ('{"do": "power", "chip": "x", "on": 1}', "power: on: 1; expected true or false"),
     ('{"do": "steps", "chip": "x", "start": "soon"}', "steps: start: 'soon'; expected text with a unit"),
 ]
@@ -347,7 +347,7 @@ def test_a_line_goes_by_the_name_of_any_chip_on_it(client):
         ask = Asks(client(control.where))
         for name in ("a+b+c", "a", "c"):
             assert set(ask("fault", line=name, to="chip", kind="lost")) == {"time_ps"}
-        assert ask.refused("clear", line="d") == "no serial line 'd'; there are: a+b+c"
+        assert ask.refused("clear", line="d") == "no serial line 'd'; allowed: a+b+c"
         assert len(server.lines["a+b+c"].to_chip.plans) == 3
 
 

@@ -206,7 +206,7 @@ def test_an_internal_error_does_not_end_the_server(stand, monkeypatch):
 
     monkeypatch.setattr("slewline.links.control.control.Requests.do_status", broken)
     told = ask.refused("status")
-    assert told.startswith("status: a mistake in slewline")
+    assert told.startswith("status: an internal error of slewline")
     assert "levels" in ask("read", pins=[])
     reported = []
     running.server.report = reported.append

@@ -409,20 +409,20 @@ FITS = {
         SHOWS, "a pin that (is a wire of the data bus|shows that a byte is being read)|" + HOSTLIKE, talks_uart
     ),
     "serial_sender": Fit(
-        OUTSIDE, "a pin that receives characters from a computer|is active high, and txd means low", talks_sender
+        OUTSIDE, "a pin that receives characters from a computer|is active high, and txd is active low", talks_sender
     ),
     "serial_port": Fit(
-        LINES, "a pin that receives characters from a computer|is active low, and txd means high", talks_lines
+        LINES, "a pin that receives characters from a computer|is active low, and txd is active high", talks_lines
     ),
     "rs232_line": Fit((), "a pin that is the output of a computer's serial port"),
-    "prom": Fit(SHOWS, HOSTLIKE + "|data bus|is active high, and load means low", commands, (("image", ""),)),
+    "prom": Fit(SHOWS, HOSTLIKE + "|data bus|is active high, and load is active low", commands, (("image", ""),)),
     "ram": Fit(OUTSIDE, ON_THE_BUS, stores),
     "eeprom": Fit(OUTSIDE, ON_THE_BUS, stores),
     "eprom": Fit(OUTSIDE, ON_THE_BUS, executes),
     "thumbwheels": Fit(OUTSIDE, ON_THE_BUS, sets, (("letter", "N"), ("value", f"{STEPS:08}"))),
     "hp_display": Fit(OUTSIDE, ON_THE_BUS, shows_text),
     "lcd": Fit(
-        OUTSIDE, "a pin that sends characters to a computer|is active high, and rxd means low", shows_parameters
+        OUTSIDE, "a pin that sends characters to a computer|is active high, and rxd is active low", shows_parameters
     ),
     "parallel_card": Fit(OUTSIDE, "needs a pin that|data bus", hands_over),
     "jog_switch": Fit(OUTSIDE, "a pin that", jogs),
@@ -435,10 +435,10 @@ FITS = {
     "encoder": Fit(MOVED, "", counts, (("counts", 1), ("steps", 1))),
     "quadrature": Fit(ENCODERS, "a pin that takes channel A of an encoder", runs_master),
     "gs_d200": Fit(
-        tuple(part for part in MOVED if part not in OUTSIDE), "is active low, and direction means high", energises
+        tuple(part for part in MOVED if part not in OUTSIDE), "is active low, and direction is active high", energises
     ),
     "phase_current": Fit(LINES, "a pin that shows that the motor is (moving|accelerating)", chooses),
-    "two_clocks": Fit((*LETTERS, *LINES), "is active low, and dir means high|rests at the level of a step", splits),
+    "two_clocks": Fit((*LETTERS, *LINES), "is active low, and dir is active high|rests at the level of a step", splits),
     "step_check": Fit((*LETTERS, *LINES), "a pin that enables the next step", holds),
     "damping": Fit(LINES, "a pin that shows that the motor is (moving|accelerating)", brakes),
     "bar": Fit((*LETTERS, *LINES), "a pin that is output 1", cuts),

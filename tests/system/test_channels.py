@@ -24,7 +24,7 @@ class Wireless(Channel):
     """A channel of which nobody knows anything."""
 
     name = "wireless"
-    says = "a channel without wires"
+    description = "a channel without wires"
     instead = "has no wires"
 
 

@@ -294,7 +294,7 @@ def test_no_option_of_a_journal_imports_or_opens(mark):
 def test_a_state_file_is_never_code_whatever_its_content(content):
     state = Path("x.eeprom")
     state.write_bytes(content)
-    with pytest.raises(SlewlineError, match=r"x.eeprom: is not a memory of slewline"):
+    with pytest.raises(SlewlineError, match=r"x.eeprom: is not a slewline memory"):
         FileStore(state).read()
     state.write_bytes(packed(content))  # and where it is one, it is what it is
     assert FileStore(state).read() == content

@@ -68,7 +68,7 @@ class Server(Closing):
 
     Attributes:
         bench: the bench that is served; another one after `past.go_on`, or when a client goes back in time.
-        pace, allow_remote, tell: the arguments.
+        pace, allow_remote, report: the arguments.
         lines: the lines to chips, by name.
         ports, log: the open ports; the transcript.
         loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.

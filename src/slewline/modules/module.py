@@ -74,7 +74,7 @@ class Module:
         report: called, once, with a message for the user about a long exchange.
 
     Attributes:
-        port, speech, transcript, may_move, say: the arguments.
+        port, speech, transcript, may_move, report: the arguments.
         entering: this session has begun program entry, and not ended it.
     """
 

@@ -46,7 +46,7 @@ class SerialEndpoint:
         self.rig, self.where, self.gone = rig, where, gone
         self.buffer = bytearray()
         self.connected, self.cancelled = True, False
-        self.on_data: Callable[[], object] | None = None  # called when characters have arrived
+        self.notify: Callable[[], object] | None = None  # called when characters have arrived
         rig.resume()
         rig.do(lambda: rig.line.attach(program, self._arrived, lambda: None))
         rig.program = self
@@ -55,8 +55,8 @@ class SerialEndpoint:
         """Record that the port has gone: every call of the program fails, except closing it."""
         self.lost, self.connected, self.rig.program = why, False, None
         self.rig.line.detach(why)
-        if self.on_data is not None:
-            self.on_data()
+        if self.notify is not None:
+            self.notify()
 
     def error(self) -> Exception:
         """Return the exception for a port that has gone."""
@@ -89,8 +89,8 @@ class SerialEndpoint:
     # -------------------------------------------------------------------------------------------------------- reading
     def _arrived(self, data: bytes) -> int:
         self.buffer += data
-        if self.on_data is not None:
-            self.on_data()
+        if self.notify is not None:
+            self.notify()
         return 0
 
     def read(self, size: int, timeout: float | None, gap: float | None = None, least: int | None = None) -> bytes:

@@ -153,7 +153,7 @@ class Transport(BaseSerialTransport):
         self._serial = port = self.make(path, **settings)
         port.open()
         self._extra["serial"] = port
-        self._end.on_data = self._arrived
+        self._end.notify = self._arrived
         self._time = time_of(self._loop, port.rig)
         self._time.join(self)
         self._call_protocol_connection_made()

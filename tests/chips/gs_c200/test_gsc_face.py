@@ -76,7 +76,7 @@ def test_a_host_takes_chips_and_names_and_one_command_at_a_time():
     assert host.to(y).chip.name == "y" and host.to("x").chip.name == "x"
     with pytest.raises(UnknownName, match="no chip 'z'; it serves x, y"):
         host.to("z")
-    with pytest.raises(UsageError, match="one at a time"):
+    with pytest.raises(UsageError, match="one command without a carriage return"):
         host.ask("V1\rF")
     with pytest.raises(UsageError, match="list of numbers"):
         host.send(5)

@@ -58,7 +58,7 @@ def test_every_command_takes_and_returns_its_words_and_then_their_sum(part: str)
     ],
 )
 def test_a_checksum(packet: str) -> None:
-    base("mc1451a").description(packet)
+    base("mc1451a").says(packet)
 
 
 @pytest.mark.fact("PMD-PKT-7")
@@ -267,7 +267,7 @@ def test_the_command_after_an_illegal_code_is_taken() -> None:
 )
 @pytest.mark.parametrize("encoder", ["", "-e"])
 def test_axes_that_a_part_lacks_cannot_be_selected(part: str, packets: tuple[str, ...], encoder: str) -> None:
-    base(part + encoder).description(*packets)
+    base(part + encoder).says(*packets)
 
 
 @each

@@ -52,7 +52,7 @@ class Axis:
 def test_a_motion_names_its_command_and_the_registers_in_force(stepwise: bool) -> None:
     mover = Axis(TRAPEZOID, stepwise)
     mover.bench.run("100 ms")
-    mover.description("SET_VEL 131072|SET_POS -700|UPDATE")
+    mover.says("SET_VEL 131072|SET_POS -700|UPDATE")
     first, second = mover.rests().motions()
     assert (first.text, first.rates, first.notes) == (
         "UPDATE",
@@ -79,7 +79,7 @@ def test_a_motion_names_its_command_and_the_registers_in_force(stepwise: bool) -
 def test_commands_that_change_a_motion_are_marked(commands: str, kind: str, text: str, stepwise: bool) -> None:
     mover = Axis(TRAPEZOID, stepwise)
     mover.bench.run("100 ms")
-    mover.description(commands)
+    mover.says(commands)
     (motion,) = mover.rests().motions()
     assert mover.marks == [(kind, text)] and motion.ideal.stop == mover.axis.marks()[0].time_ps
 
@@ -97,9 +97,9 @@ def test_limits_breakpoints_and_gears(stepwise: bool) -> None:
     assert mover.marks == [("limit", "PosLimit")]
     mover = Axis("SET_RATIO 70000|UPDATE", stepwise, "mc1151a-e")
     mover.bench.run("2 ms")
-    mover.description("SET_PRFL_GEAR")
+    mover.says("SET_PRFL_GEAR")
     mover.bench.run("2 ms")
-    mover.description("SET_RATIO -5|UPDATE")
+    mover.says("SET_RATIO -5|UPDATE")
     mover.bench.run("2 ms")
     found = [(gear.text, gear.rates, gear.notes, gear.ideal) for gear in mover.axis.motions()]
     assert found == [("SET_PRFL_GEAR", {}, {"RATIO": 70000}, None), ("UPDATE", {}, {"RATIO": -5}, None)]
@@ -131,7 +131,7 @@ def test_the_ideal_trapezoid_is_the_continuous_one() -> None:
 def test_the_ideal_of_velocity_contouring_reverses_through_rest() -> None:
     mover = Axis("SET_PRFL_VEL|SET_VEL 196608|SET_ACC 1000|UPDATE")
     mover.bench.run("300 ms")
-    mover.description("SET_ACC -2000|UPDATE")
+    mover.says("SET_ACC -2000|UPDATE")
     mover.bench.run("300 ms")
     ideal = mover.axis.motions()[1].ideal
     braking = 3 * PER_S / (2000 / ONE * PER_S**2)
@@ -157,7 +157,7 @@ def test_the_ideal_s_curve_its_acceleration_and_jerk_are_those_of_a_library() ->
         (300, 15 * ONE, 32000, 1_000_000),
     ):
         mover = Axis("SET_PRFL_S_CRV")
-        mover.description(f"SET_VEL {velocity}|SET_MAX_ACC {acceleration}|SET_JERK {jerk}|SET_POS {distance}|UPDATE")
+        mover.says(f"SET_VEL {velocity}|SET_MAX_ACC {acceleration}|SET_JERK {jerk}|SET_POS {distance}|UPDATE")
         ideal = mover.rests().motions()[0].ideal
         cycles = (ideal.stop - ideal.start) / 1e12 * PER_S
         at = np.linspace(0, cycles, 200)[:-1]
@@ -206,7 +206,7 @@ def test_acceleration_adds_up_to_velocity_and_jumps_have_none() -> None:
     assert [quantity.name for quantity in mover.axis.quantities()] == ["velocity", "position", "acceleration"]
     mover = Axis(TRAPEZOID.replace("START_VEL 0", "START_VEL 60000"))
     mover.bench.run("100 ms")
-    mover.description("STOP|UPDATE")
+    mover.says("STOP|UPDATE")
     mover.rests()
     greatest = 1000 / ONE * PER_S**2
     values = mover.quantity("acceleration").changes(0, mover.bench.now_ps).values
@@ -233,7 +233,7 @@ def test_phases_of_s_curves_begin_and_end_with_the_curve_not_with_cycles() -> No
 def test_a_smooth_stop_leaves_out_the_phases_that_it_cuts() -> None:
     mover = Axis(CURVE)
     mover.bench.run("60 ms")
-    mover.description("SMOOTH_STOP|UPDATE")
+    mover.says("SMOOTH_STOP|UPDATE")
     axis = mover.rests()
     assert [text for _, _, text in axis.phases()] == list("123567")
     times, values = mover.quantity("acceleration").changes(0, mover.bench.now_ps)

@@ -87,7 +87,7 @@ def test_every_code_of_the_part_itself_is_accepted_silently():
 def test_the_linter_reports_it_once(lines, at):
     found = [each for each in linted("mc1451a", *lines) if each.code == "servo-command"]
     assert [(each.line, each.severity) for each in found] == [(at, "warning")]
-    assert "a servo chip" in found[0].description and "motion commands are the same" in found[0].remedy
+    assert "a servo chip" in found[0].message and "motion commands are the same" in found[0].remedy
 
 
 @rows(
