@@ -88,9 +88,9 @@ class Rates:
             self.held[row.form] = action.values[0]
             return [(row, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
         if self.target is None or group.profile is None:
-            if (row := self._sister(action)) is not None:
-                self.held[row.form] = action.values[0]
-                return [(row, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
+            if (sister := self._sister(action)) is not None:
+                self.held[sister.form] = action.values[0]
+                return [(sister, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
             if self.target is not None and any(each.profile is not None for each in self._all()):
                 return [], [LineVerdict(action.line, LineKind.SAME, "set together with the other values of the ramp")]
             return [], [
