@@ -246,3 +246,12 @@ def test_a_distance_is_set_again_after_a_target_that_replaces_it() -> None:
         "G",
     ]
     assert prove(done).proven
+
+
+def test_an_interrupting_axis_is_not_known() -> None:
+    text = "SET_1\nSET_VEL 90000\nSET_ACC 900\nSET_I\nSET_POS 500\nUPDATE\nSET_2\nSET_POS 7\nUPDATE\n"
+    for to in ("tmcl", "linuxcnc", "gs-c200s", "cy525"):
+        lines = translate_text(text, "mc1451a", to).report.lines
+        assert lines[4].kind is lines[5].kind is LineKind.IMPOSSIBLE
+    done = translate_text(text, "mc1451a", "mc1251a")
+    assert done.report.same and "SET_POS 500" in done.text

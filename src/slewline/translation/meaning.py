@@ -305,6 +305,9 @@ class Special(Action):
         return cls(description=description, remedy=remedy, **its)
 
 
+OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, SetEndless, Motion)
+
+
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)
 class Line:

@@ -13,11 +13,11 @@ from ..language.lint import branches, targets
 from ..language.source import mended, read
 from ..language.statements import Directive, Source
 from .bits import Numbers
-from .meaning import Action, Assumed, HostDirective, Label, Line, Program, Special
+from .meaning import OF_AN_AXIS, Action, Assumed, HostDirective, Label, Line, Program, Special
 from .profiles import profiles_of
 from .role_reader import RoleReader
-from .source_registers import KnownRegisterValues, from_switches, leads
-from .special_commands import ADD_IT, ELSEWHERE, SWITCHED, WRITE_IT
+from .source_registers import UNKNOWN, KnownRegisterValues, from_switches, leads
+from .special_commands import ADD_IT, ELSEWHERE, NO_AXIS, SELECT_IT, SWITCHED, WRITE_IT
 
 ASTRAY = ("branch-middle", "branch-outside")  # a part then takes a number for a command; no other part does
 WIRES = (
@@ -94,7 +94,10 @@ class ActionReader:
             its = self.roles.statement(item)
             if from_switches(item):
                 its = [each if isinstance(each, Label) else Special.of(each, SWITCHED, WRITE_IT) for each in its[:2]]
-            found += its
+            found += [
+                Special.of(each, NO_AXIS, SELECT_IT) if each.axis == UNKNOWN and isinstance(each, OF_AN_AXIS) else each
+                for each in its
+            ]
         for number, block in enumerate(self.source.blocks):  # a label at the end leads out of the program
             if (number, block.end) in self.roles.labels and block.statements:
                 last = block.statements[-1].line

@@ -40,7 +40,7 @@ from .meaning import (
     WaitInput,
 )
 from .profiles import Profiles
-from .source_registers import Key, KnownRegisterValues, start_of, takes_part
+from .source_registers import UNKNOWN, Key, KnownRegisterValues, start_of, takes_part
 from .special_commands import AT_THE_START, NEEDLESS, REMEDIES
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
@@ -79,7 +79,7 @@ class RoleReader:
             "line": statement.line,
             "text": statement.text,
             "block": block,
-            "axis": before.get((0, "axis"), 1),
+            "axis": before.get((0, "axis"), UNKNOWN),
             "command": row.form,
             "values": statement.values,
         }

@@ -18,6 +18,8 @@ Key = tuple[int, str]  # axis (0: of the whole part), name
 State = frozenset[tuple[Key, int]]
 
 SWITCHES = "#"  # in the place of a number
+INTERRUPTING = "SET_I"  # selects an axis that the text does not show
+UNKNOWN = 0  # axis
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
@@ -84,7 +86,7 @@ class KnownRegisterValues:
     def _step(self, statement: Statement, before: State) -> State:
         """Return the registers after a statement."""
         row, values, state = statement.row, statement.values, dict(before)
-        axis = state.get((0, "axis"), 1)
+        axis = state.get((0, "axis"), UNKNOWN)
         if from_switches(statement):
             unknown = {row.form, row.role, "position", "sign" if row.motion else ""}
             return frozenset((key, number) for key, number in state.items() if key[1] not in unknown)
@@ -102,6 +104,8 @@ class KnownRegisterValues:
             state[axis, row.role] = 1
         elif row.role == "axis":
             state[0, "axis"] = int(row.form[-1])
+        elif row.form == INTERRUPTING:
+            state = {}
         elif row.role == "erase":
             return self.initial()
         else:

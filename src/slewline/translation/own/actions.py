@@ -23,7 +23,7 @@ from ..meaning import (
 )
 from ..role_reader import delay_unit_ps
 from ..source_registers import leads
-from ..special_commands import ELSEWHERE, SWITCHED
+from ..special_commands import ELSEWHERE, NO_AXIS, SWITCHED
 from ..translation_report import LineKind, LineVerdict
 from .base import Impossible
 from .conditions import LOW_BIT
@@ -191,6 +191,9 @@ class Actions(MotionWriter):
         mine = self.sheet.commands.by_form.get(action.command)
         if action.description == SWITCHED and self.verbatim and mine is not None and not leads(mine):
             return [ResultPiece(mine, text=action.text)]
+        form = action.command
+        if action.description == NO_AXIS and mine is not None and mine == self.source.commands.by_form[form]:
+            return [ResultPiece(mine, action.values)]
         if action.description == ELSEWHERE:
             has = f"the {self.sheet.part.upper()} has no program before one is entered ({self.sheet.manual})"
             raise Impossible(ELSEWHERE, has, action.remedy)

@@ -10,13 +10,13 @@ from typing import Any
 from ...chips import sheet_of
 from ...errors import UsageError
 from ..meaning import (
+    OF_AN_AXIS,
     Action,
     Delay,
     EndProgram,
     EnterProgram,
     Home,
     LeaveProgram,
-    Motion,
     MoveBy,
     MoveTo,
     Program,
@@ -24,19 +24,15 @@ from ..meaning import (
     RunProgram,
     SetDirection,
     SetDistance,
-    SetEndless,
     SetOutput,
     SetPosition,
     SetProfile,
-    SetTarget,
     WaitInput,
 )
 from ..program_facts import counter_of, counts_positions, one_acceleration, outputs, runs, stored, variables
 from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
 from .source_sheet import Draft, RegisterCache, heading, lines_of, unspoken, wired, with_comments
-
-OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, SetEndless, Motion)
 
 
 class LanguageWriter(ABC):
