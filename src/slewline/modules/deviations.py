@@ -22,7 +22,7 @@ LONGEST = 4096  # characters of an answer that is searched
 BLANKS = b" \t"
 
 
-class Question(NamedTuple):
+class ModuleQuery(NamedTuple):
     """A query: the protocol of the part, and the command."""
 
     speech: Speech
@@ -39,12 +39,12 @@ class Mend(NamedTuple):
     """A kind of deviation: its name, and the function that undoes it."""
 
     description: str
-    undo: Callable[[Question, bytes], bytes]
+    undo: Callable[[ModuleQuery, bytes], bytes]
 
 
 def deviations(speech: Speech, command: str, received: bytes) -> str:
     """Return the deviations of an answer from the sheet, in words; empty if there are none, or none of a known kind."""
-    question = Question(speech, command)
+    question = ModuleQuery(speech, command)
     if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
         return ""
     if fits(question, received):
@@ -56,7 +56,7 @@ def deviations(speech: Speech, command: str, received: bytes) -> str:
     return ""
 
 
-def _undone(question: Question, received: bytes, mends: Sequence[Mend]) -> bytes:
+def _undone(question: ModuleQuery, received: bytes, mends: Sequence[Mend]) -> bytes:
     """Return an answer without deviations; empty if one of them does not occur."""
     for mend in mends:
         before, received = received, mend.undo(question, received)
@@ -65,7 +65,7 @@ def _undone(question: Question, received: bytes, mends: Sequence[Mend]) -> bytes
     return received
 
 
-def fits(question: Question, received: bytes) -> bool:
+def fits(question: ModuleQuery, received: bytes) -> bool:
     """Return whether these characters are a valid answer of the part to a query."""
     if not received.endswith(CR):
         return False
@@ -87,25 +87,25 @@ def fits(question: Question, received: bytes) -> bool:
     return len(lines) == 1 and lines[0] in dialect_of(question.speech.sheet).answers
 
 
-def is_instruction(question: Question, line: str) -> bool:
+def is_instruction(question: ModuleQuery, line: str) -> bool:
     """Return whether a line of a listing is an instruction."""
     command = parse(question.speech.sheet, line)
     return isinstance(command, Command) and bool(command.row.stored)
 
 
-def _end_of(question: Question) -> str:
+def _end_of(question: ModuleQuery) -> str:
     """Return the line that ends a listing; empty if none."""
     answers = dialect_of(question.speech.sheet).answers.items()
     return next((answer for answer, meaning in answers if "listing" in meaning), "")
 
 
 # ---------------------------------------------------------------------------------------------------------- the mends
-def _each(undo: Callable[[Question, bytes], bytes]) -> Callable[[Question, bytes], bytes]:
+def _each(undo: Callable[[ModuleQuery, bytes], bytes]) -> Callable[[ModuleQuery, bytes], bytes]:
     """Return a function that undoes a deviation line by line."""
     return lambda question, data: b"".join(undo(question, line) for line in data.splitlines(keepends=True))
 
 
-def _echo(question: Question, data: bytes) -> bytes:
+def _echo(question: ModuleQuery, data: bytes) -> bytes:
     sent = question.speech.framed(question.command)
     for each in (sent + b"\n", sent, sent.rstrip(CR)):
         if data.startswith(each) and len(data) > len(each):
@@ -113,16 +113,16 @@ def _echo(question: Question, data: bytes) -> bytes:
     return data
 
 
-def _no_prompt(_question: Question, data: bytes) -> bytes:
+def _no_prompt(_question: ModuleQuery, data: bytes) -> bytes:
     return re.sub(rb"(?m)^[>*#:?]+ ?|[>*#:?]+ ?\Z", b"", data)
 
 
-def _capitals(question: Question, line: bytes) -> bytes:
+def _capitals(question: ModuleQuery, line: bytes) -> bytes:
     text = line.rstrip(b"\r\n").decode("latin-1")
     return line if question.lists and is_instruction(question, text) else line.upper()
 
 
-def _joined(question: Question, data: bytes) -> bytes:
+def _joined(question: ModuleQuery, data: bytes) -> bytes:
     """Return a listing in which incomplete instructions are joined with the next line."""
     if not question.lists:
         return data
@@ -134,16 +134,16 @@ def _joined(question: Question, data: bytes) -> bytes:
     return CR.join([*found, end]) + CR
 
 
-def _with_end(question: Question, data: bytes) -> bytes:
+def _with_end(question: ModuleQuery, data: bytes) -> bytes:
     end = _end_of(question).encode("ascii")
     return data + end + CR if question.lists and end and not data.endswith(end + CR) else data
 
 
-def _last_line(question: Question, data: bytes) -> bytes:
+def _last_line(question: ModuleQuery, data: bytes) -> bytes:
     return data if question.lists else data.removesuffix(CR).rpartition(CR)[2] + CR
 
 
-def _padded(question: Question, line: bytes) -> bytes:
+def _padded(question: ModuleQuery, line: bytes) -> bytes:
     """Return a number with as many digits as in the sheet."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
     if found and isinstance(question.speech, QuerySpeech):
@@ -152,7 +152,7 @@ def _padded(question: Question, line: bytes) -> bytes:
     return re.sub(rb"\A(V[+-]?)0+(?=[0-9]{2})", rb"\1", line)
 
 
-def _unchecked(question: Question, line: bytes) -> bytes:
+def _unchecked(question: ModuleQuery, line: bytes) -> bytes:
     if not isinstance(question.speech, LineSpeech) or question.speech.checked:
         return line
     checked = LineSpeech(question.speech.sheet, question.speech.baud, True, question.speech.address)

@@ -220,7 +220,7 @@ VERBS = (
     Verb(
         "break",
         "ADDRESS | pin PIN [EDGE] | register NAME [VALUE] | position P [AXIS] | finding",
-        "set a breakpoint, or remove it",
+        "set or remove a breakpoint",
         put_break,
     ),
     Verb("clear", "", "remove all breakpoints", clear),
