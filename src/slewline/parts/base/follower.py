@@ -47,6 +47,9 @@ class Follower:
 
     Attributes:
         lookaheads: the `Lookahead` of each input, by its name.
+
+    Raises:
+        UnknownName: the part has no such input pin; the message lists its pins.
     """
 
     def __init__(
@@ -66,6 +69,8 @@ class Follower:
         self.withdrawn = True  # an input has changed since the last `schedule`; else only bounds have moved
         self.laying = False  # `schedule` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were searched
+        for name in self.inputs:
+            part.pin(name)
         for driver in part.drivers.values():
             driver.source = self
 
