@@ -121,7 +121,7 @@ class Follower:
             self.withdrawn = False
 
     def put(self, driver: Driver, shown: Promise | Level) -> None:
-        """Set the promise or level of an output from now on; repeating the present one costs nothing."""
+        """Set the promise or level of an output from now on; repeating the present level costs nothing."""
         if promised(shown) or driver.promise is not None or driver.pending or driver.level != shown:
             driver.drive(shown)
 
