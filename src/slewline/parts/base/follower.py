@@ -6,8 +6,8 @@
 
 As long as the inputs promise, such a part costs nothing, and its outputs cost nothing either while they are not
 observed.  When a driver of an input gets another value, the part is notified immediately, before that driver forgets:
-it processes the inputs up to the instant before (`cut`), and its outputs are bounded, so that no withdrawn edge shows.
-In the next round it reads the inputs and promises again (`schedule`).
+it processes the inputs up to the last visible instant (`cut`), and its outputs are bounded, so that no later edge of
+a withdrawn promise is visible.  In the next round it reads the inputs and promises again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
 promise anything to each other.  They are found when they are wired; from then on they follow their inputs and drive
