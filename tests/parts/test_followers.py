@@ -5,12 +5,13 @@ from __future__ import annotations
 import pytest
 
 import slewline
+from slewline.build import Clocked, Follower, Part
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock
 from slewline.core.wires.net import Driver, Wave
 from slewline.core.wires.views import Inverted, Repeated
-from slewline.errors import Endless, UsageError
+from slewline.errors import Endless, UnknownName, UsageError
 
 US = 1_000_000
 CLOCK = Clock(1_000_000)
@@ -267,3 +268,27 @@ def test_a_buffer_has_a_bound_of_its_own(bench):
     pulse.drive(0)
     bench.run("1 us")
     assert (promise.until, view.until) == (12 * US + 1, None)
+
+
+# ----------------------------------------------------------------------------------------- mistakes of a part's author
+class Unstarted(Part):
+    """A part with a rule that nothing starts."""
+
+    def __init__(self, kernel, name, *, pin="in"):
+        super().__init__(kernel, name)
+        self.add_pin("in", "in", "input")
+        self.add_pin("out", "out", "output")
+        self.rule = Follower(self, (pin,), schedule=print, react=print)
+
+
+def test_a_rule_names_the_part_and_its_pins_if_an_input_is_unknown(bench):
+    with pytest.raises(UnknownName, match=r"^p has no pin 'inn'; its pins: in, out; did you mean in\?$"):
+        Unstarted(bench.kernel, "p", pin="inn")
+    with pytest.raises(UnknownName, match=r"^p: clock 'out' is not an input of the rule: in$"):
+        Clocked(Unstarted(bench.kernel, "p"), ("in",), clock="out", advance=print, step=print, follow=print)
+
+
+def test_a_part_whose_rule_is_never_started_is_reported_when_time_is_about_to_pass(bench):
+    bench.part(Unstarted, "p")
+    with pytest.raises(UsageError, match=r"^p: the rule is not started\. Call self\.rule\.start\(\) in rewired\(\)\.$"):
+        bench.run("1 us")

@@ -6,8 +6,8 @@
 
 A view depends only on the promises that it is made of: level, next edge and edges of a window follow from theirs, so a
 million steps at the output of a gate cost as much as at its input.  It is a value.  When the drive of an input changes,
-the part that promised the view bounds it by `until`, so that no edge of the withdrawn promise is visible, and promises
-another one in the next round (parts/base/follower.py).
+the part that promised the view bounds it by `until`, so that no later edge of the withdrawn promise is visible, and
+promises another one in the next round (parts/base/follower.py).
 
 Edges are exact: each is a real change, only one at an instant.
 """

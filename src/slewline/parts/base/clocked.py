@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from ...core.time.events import Events, NoEvents, Until, earliest
 from ...core.wires.clocking import clock_edges
 from ...core.wires.wave import Level
+from ...errors import UnknownName
 from .follower import Follower
 
 if TYPE_CHECKING:
@@ -40,6 +41,9 @@ class Clocked(Follower):
             stopped until `follow` is called.
         step: a function that handles an edge of the clock at this instant which was not promised.
         follow: a function that receives a promised clock from this instant on, and promises the outputs.
+
+    Raises:
+        UnknownName: the clock is not one of the inputs, or the part has no such input pin.
     """
 
     def __init__(
@@ -56,6 +60,8 @@ class Clocked(Follower):
         follow: Callable[[Events], None],
     ) -> None:
         super().__init__(part, inputs, schedule=self._promise, react=self._take_edge, cut=self._cut)
+        if clock not in self.inputs:
+            raise UnknownName(f"{part.name}: clock {clock!r} is not an input of the rule: {', '.join(self.inputs)}")
         self.clock, self.edge, self.steers, self.acts = clock, edge, steers, acts
         self.advance, self.step, self.follow = advance, step, follow
         self._level: Level = None  # of the clock, up to where the part has come

@@ -6,8 +6,8 @@
 
 As long as the inputs promise, such a part costs nothing, and its outputs cost nothing either while they are not
 observed.  When a driver of an input gets another value, the part is notified immediately, before that driver forgets:
-it processes the inputs up to the instant before (`cut`), and its outputs are bounded, so that no withdrawn edge shows.
-In the next round it reads the inputs and promises again (`schedule`).
+it processes the inputs up to the last visible instant (`cut`), and its outputs are bounded, so that no later edge of
+a withdrawn promise is visible.  In the next round it reads the inputs and promises again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
 promise anything to each other.  They are found when they are wired; from then on they follow their inputs and drive
@@ -47,6 +47,9 @@ class Follower:
 
     Attributes:
         lookaheads: the `Lookahead` of each input, by its name.
+
+    Raises:
+        UnknownName: the part has no such input pin; the message lists its pins.
     """
 
     def __init__(
@@ -66,6 +69,8 @@ class Follower:
         self.withdrawn = True  # an input has changed since the last `schedule`; else only bounds have moved
         self.scheduling = False  # `schedule` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were searched
+        for name in self.inputs:
+            part.pin(name)
         for driver in part.drivers.values():
             driver.source = self
 
@@ -116,7 +121,7 @@ class Follower:
             self.withdrawn = False
 
     def put(self, driver: Driver, shown: Promise | Level) -> None:
-        """Set the promise or level of an output from now on; repeating the present one costs nothing."""
+        """Set the promise or level of an output from now on; repeating the present level costs nothing."""
         if promised(shown) or driver.promise is not None or driver.pending or driver.level != shown:
             driver.drive(shown)
 

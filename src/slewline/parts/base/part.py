@@ -25,7 +25,7 @@ from ...core.motion.kept import Kept
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Bus, Driver, Net
 from ...core.wires.pin import Terminal
-from ...errors import UnknownName
+from ...errors import UnknownName, UsageError
 from .recent import Recent
 
 if TYPE_CHECKING:
@@ -251,7 +251,16 @@ class Part(Component):
         """
 
     def rewired(self) -> None:
-        """Start to follow the pins, in a subclass: called once, when the part is wired and time is about to pass."""
+        """Start to follow the pins, in a subclass: called once, when the part is wired and time is about to pass.
+
+        Raises:
+            UsageError: the part has a rule, and a subclass without this method has not started it.
+        """
+        if (rule := vars(self).get("rule")) is not None:
+            from .follower import Follower
+
+            if isinstance(rule, Follower) and rule.inputs and not rule.lookaheads:
+                raise UsageError(f"{self.name}: the rule is not started. Call self.rule.start() in rewired().")
 
     @property
     def idle(self) -> bool:
