@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.build import Clocked, Follower, Part
+from slewline.build import Clocked, Follower, Part, gated
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock
@@ -271,6 +271,31 @@ def test_a_buffer_has_a_bound_of_its_own(bench):
 
 
 # ----------------------------------------------------------------------------------------- mistakes of a part's author
+class Dip(Part):
+    """Promises a dip of its output, one nanosecond after its input has fallen."""
+
+    def __init__(self, kernel, name):
+        super().__init__(kernel, name)
+        self.add_pin("in", "in", "input", pull=1)
+        self.add_pin("out", "out", "output", initial=1)
+        self.rule = Follower(self, ("in",), schedule=self.promise, react=self.promise)
+
+    def rewired(self):
+        self.rule.start()
+
+    def promise(self):
+        dip = gated([Wave(1, (self.kernel.now + 1000, self.kernel.now + 2000), (0, 1))], (0, 1))
+        self.rule.put(self.drivers["out"], 1 if self.high("in") else dip)
+
+
+def test_releasing_an_input_withdraws_a_promise_before_its_edge_in_that_instant(bench):
+    part, levels = bench.part(Dip, "dip"), []
+    part.pin("out").net.watch(lambda net: levels.append(net.level))
+    part.pin("in").pulse(0, "1 ns", at="5 ns")  # it ends by a release, not by another level
+    bench.run("20 ns")
+    assert levels == []
+
+
 class Unstarted(Part):
     """A part with a rule that nothing starts."""
 

@@ -175,7 +175,7 @@ class Driver:
         if (exchange := root.exchange) is not None:
             self.kernel.late += exchange.changing
             exchange.withdraw()
-        root.renewed = told is self.promise
+        root.renewed = told is not None and told is self.promise
         for net in nets:
             for sampler in net.before_change:
                 sampler()
