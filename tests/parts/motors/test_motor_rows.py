@@ -144,7 +144,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         ),
         (
             VR | {"swing": "8 mH"},
-            "m: swing 0.008 H of a reluctance motor; allowed more than 0 and less than its inductance, 0.008 H",
+            "m: swing 0.008 H of a reluctance motor; allowed: more than 0 and less than its inductance, 0.008 H",
         ),
         (VR | {"swing": "4 mH", "phases": 2}, "m: phases 2; allowed 3 and more"),
     ],

@@ -159,7 +159,7 @@ class Motor(Part):
         lag: duration of a step.
         pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
         acceleration: steps/s^2, at most pull_in^2 / 2: from rest, too, a step takes it no further than pull_in.
-        loses: numbers of pulses that it misses in addition, the first one being 1.
+        loses: numbers of further pulses that it misses, the first one being 1.
     """
 
     _for_users = ("position", "lost", "pulses")
@@ -169,7 +169,7 @@ class Motor(Part):
         Option("lag", "time", 0, "duration of a step"),
         Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
         Option("acceleration", "float", 0, "greatest acceleration", low=0, unit="steps/s2"),
-        Option("loses", "ints", (), "numbers of pulses that it misses in addition", low=1),
+        Option("loses", "ints", (), "numbers of further pulses that it misses", low=1),
     )
     attached = attach_drive
     rewired = start_rule

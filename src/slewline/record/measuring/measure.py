@@ -32,7 +32,7 @@ def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
 
     between = np.diff(times_ps)
     if len(between) and between.min() <= 0:
-        raise UsageError(f"instants must ascend; number {int(np.argmin(between)) + 1} is not after the one before")
+        raise UsageError(f"instants must be in ascending order; number {int(np.argmin(between)) + 1} is not later than its predecessor")
     return between
 
 
