@@ -213,8 +213,8 @@ class Rig:
         self.warned = True
         warnings.warn(
             f"{self.url}: {gap / 1e9:.1f} s of real time have passed, but no virtual time: the module is unchanged. "
-            "Virtual time passes only during calls to the port: call port.sleep(...) instead of time.sleep(...), or give a rate "
-            "in the URL, rate=1.",
+            "Virtual time passes only during calls to the port: call port.sleep(...) instead of time.sleep(...), or "
+            "give a rate in the URL, rate=1.",
             stacklevel=level_of_caller(LIBRARIES),
         )
 

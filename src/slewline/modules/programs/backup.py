@@ -170,7 +170,7 @@ def push(
             restore.store()
     except (ModuleFailure, KeyboardInterrupt) as failure:
         raise Unfinished(
-            f"{_why(failure)}\ncontent of {module.name}, as far as it has answered: {restore.status}"
+            f"{_why(failure)}\ncontents of {module.name}, as far as its answers show: {restore.status}"
             f"{'; ' + kept if kept else ''}\nto continue, repeat the same command"
         ) from None
     report(restore.status)
