@@ -48,7 +48,8 @@ def codes_of(path):
             continue
         called = getattr(node.func, "attr", None) or getattr(node.func, "id", None)
         if called == "report" and ast.unparse(node.func).endswith(("self.findings.report", "self.report")):
-            yield from (code.value for code in node.args[:1] if isinstance(code, ast.Constant))
+            coded = len(node.args) > 1  # else it is a message for the user of a module
+            yield from (code.value for code in node.args[:1] if coded and isinstance(code, ast.Constant))
         if called == "Finding" and isinstance(node.args[2], ast.Constant):
             yield node.args[2].value  # made by itself, without a listener
         if called in (makes, "mistake", "finding_once") and node.args:

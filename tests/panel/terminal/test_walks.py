@@ -157,7 +157,7 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         (":until 200", "until: no instruction begins at 200"),
         (":clear 6", "clear: removes all breakpoints; :break 6 removes one"),
         ("HELP", "HELP: is not a command of cy525; ? shows its help"),
-        ("R 100", "R 100: is sent as time passes; time is stopped: press Esc, then"),
+        ("R 100", "R 100: is sent while time runs, and time is paused: press Esc, then"),
     ],
 )
 def test_a_mistake_is_answered_at_the_foot(typed, says):
@@ -187,7 +187,7 @@ def test_a_line_is_completed_and_explained():
 
 def test_impossible_requests_are_reported():
     async def way(walk):
-        assert "no verb 'brake'; there are: go," in await walk.say(":brake 7")
+        assert "no verb 'brake'; allowed: go," in await walk.say(":brake 7")
         assert "no pin 'foo'" in await walk.say(":edge foo")
         assert "rate 'fast'; expected" in await walk.say(":rate fast")
 

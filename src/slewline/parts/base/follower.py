@@ -81,6 +81,11 @@ class Follower:
         self.lookaheads = {name: Lookahead(self.part.pins[name], self.changed) for name in self.inputs}
         self._schedule_next()
 
+    @property
+    def is_started(self) -> bool:
+        """Whether the rule follows its inputs; True if it has none."""
+        return bool(self.lookaheads) or not self.inputs
+
     def sources(self) -> Iterable[Follower]:
         """Yield the rules that run ahead and drive the inputs of this one."""
         for name in self.inputs:

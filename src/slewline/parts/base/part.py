@@ -256,11 +256,8 @@ class Part(Component):
         Raises:
             UsageError: the part has a rule, and a subclass without this method has not started it.
         """
-        if (rule := vars(self).get("rule")) is not None:
-            from .follower import Follower
-
-            if isinstance(rule, Follower) and rule.inputs and not rule.lookaheads:
-                raise UsageError(f"{self.name}: the rule is not started. Call self.rule.start() in rewired().")
+        if not getattr(vars(self).get("rule"), "is_started", True):
+            raise UsageError(f"{self.name}: the rule is not started. Call self.rule.start() in rewired().")
 
     @property
     def idle(self) -> bool:
