@@ -158,7 +158,7 @@ def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F
     found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "60 s")
     assert (found.status, found.err) == (0, "slewline: the raw characters received are in now.raw\n"), found.out
     assert found.out.startswith("gs-c200s: 4 exchanges, 0 differences")
-    said = RecordedDialogue.read("now").said
+    said = RecordedDialogue.read("now").entries
     assert [each.text for each in said] == ["F\r", "R\r", "V1\r", "V+0\r", "Q\r", "END\r", "V2\r", "V70\r"]
 
 

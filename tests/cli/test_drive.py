@@ -199,7 +199,7 @@ def test_a_port_that_has_no_board(call, port, folder):
         over.set()
         thread.join()
     assert ran.status == 2
-    assert "no board answers within 3 s; heard 64 bytes, " in ran.err
+    assert "no board answers within 3 s; received 64 bytes, " in ran.err
     known = " or ".join(f"an {board.title}" for board in BOARDS.values())
     assert f"expected the firmware of slewline on {known}, at 500000 baud" in " ".join(ran.err.split())
     assert not list(Path("boxes").iterdir())
@@ -229,7 +229,7 @@ def test_a_session_and_its_black_box(folder, enable, call):
     with Slewline(*DRIVE, "--board", "twin", *words, folder=folder) as driven:
         where = driven.ready()
         says = "the driver is enabled" if enable else "a dry run: no pulses, and the driver stays off, until --enable"
-        assert f"slewline: gs_c200s on an Arduino Uno (ATmega328P, 16 MHz), 2 s ahead; {says}" in driven.text
+        assert f"slewline: gs_c200s on an Arduino Uno (ATmega328P, 16 MHz), horizon 2 s; {says}" in driven.text
         with ModuleHost(where) as host:
             host.program(*MOVE)
             host.until_ready()

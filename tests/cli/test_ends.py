@@ -80,8 +80,8 @@ class Started:
     def until(self, met):
         end = time.monotonic() + PATIENCE
         while not met():
-            assert self.process.poll() is None, self.entries("err")
-            assert time.monotonic() < end, self.entries("err")
+            assert self.process.poll() is None, self.said("err")
+            assert time.monotonic() < end, self.said("err")
             time.sleep(0.01)
 
     def said(self, name):
@@ -90,7 +90,7 @@ class Started:
 
     def where(self, name):
         """Where the command says that a port is; "": it has not said it."""
-        return next((line.partition(": ")[2] for line in self.entries("out").splitlines() if line.startswith(name)), "")
+        return next((line.partition(": ")[2] for line in self.said("out").splitlines() if line.startswith(name)), "")
 
     def left(self):
         """What is left of the session after its leader has ended."""

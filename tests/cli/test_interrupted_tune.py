@@ -1,4 +1,4 @@
-"""A search that a real signal interrupts says what its store has, and the same command goes on from there."""
+"""A search that a real signal interrupts says what its store has, and the same command resumes from there."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_the_store_has_the_content_in_the_message_and_the_same_command_resumes(t
     kept = lines(store)
     says = re.fullmatch(
         r"\s*slewline: interrupted; st\.jsonl has ([\d,]+) of up to ([\d,]+) runs: "
-        r"the same command goes on from there\n",
+        r"the same command resumes from there\n",
         err,
     )
     assert (process.returncode, out) == (1, "") and says is not None, err

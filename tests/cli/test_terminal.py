@@ -239,7 +239,7 @@ def test_a_person_with_menus(person, tmp_path):
     person.types("V1\r")
     person.gets("V+0  (")
     assert person.leaves() == 0
-    said = RecordedDialogue.read(Path(tmp_path / "x")).said
+    said = RecordedDialogue.read(Path(tmp_path / "x")).entries
     assert [each.text for each in said if each.speaker == "host"] == ["V1\r"]
 
 

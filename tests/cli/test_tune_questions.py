@@ -35,17 +35,17 @@ class Dialogue:
     def answer(self, question: str, text: str) -> None:
         """Type a text after a question that was not there before."""
         late = monotonic() + LATE_S
-        while question not in self.entries[self._begin :]:
-            assert monotonic() < late and self.terminal.status is None, self.entries
+        while question not in self.said[self._begin :]:
+            assert monotonic() < late and self.terminal.status is None, self.said
             self.terminal.looks(1)
-        self._begin = len(self.entries)
+        self._begin = len(self.said)
         self.terminal.types(text)
 
     def ended(self, key: str = "") -> int:
         """Read the rest, and press a key each second; return the exit status."""
         late = monotonic() + LATE_S
         while self.terminal.status is None:
-            assert monotonic() < late, self.entries
+            assert monotonic() < late, self.said
             if not self.terminal.looks(1):
                 self.terminal.types(key)
         self.terminal.close()

@@ -95,7 +95,7 @@ class Slewline:
         """Wait until it serves and drives; return the address of its port."""
         where = self.hears(r": (socket://\S+)")[1]
         if "drive" in self.process.args:  # type: ignore[operator]
-            self.hears("ahead; ")
+            self.hears(", horizon ")
         return where
 
     def status(self) -> str:

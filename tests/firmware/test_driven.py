@@ -327,7 +327,7 @@ def test_an_old_program_does_not_notice_that_a_motor_has_taken_the_place_of_the_
         ThreadPoolExecutor() as pool,
     ):
         served.hears("^gs_c200s: ")
-        drive.hears("ahead; ")
+        drive.hears(", horizon ")
 
         def switch():
             """The switches, by where the motor is."""

@@ -195,8 +195,8 @@ def test_refusals_change_nothing(module):
     for wrong in ([1], True, "1", 1.5):
         assert x.ask("back", time="1 ms", branch=wrong)["error"].startswith("back: branch: ")
         assert x.ask("branch", number=wrong)["error"].startswith("branch: number: ")
-    assert x.ask("back", time="1 ms", branch=7)["error"] == "no branch 7; there are: 0, 1"
-    assert x.ask("branch", number=7)["error"].startswith("no branch 7; there are: 0, ")
+    assert x.ask("back", time="1 ms", branch=7)["error"] == "no branch 7; allowed: 0, 1"
+    assert x.ask("branch", number=7)["error"].startswith("no branch 7; allowed: 0, ")
     assert "has not come" in x.ask("back", time="1000 s", branch=0)["error"]
     x.ask("go")
     assert "has not come" in x.ask("back", time="1000 s")["error"]
@@ -236,7 +236,7 @@ def test_a_branch_that_is_killed_leaves_the_first_run(module, shown):
     os.kill(world, signal.SIGKILL)
     until(lambda: len(x.ask("branches")["branches"]) == 1)
     assert x.ask("view")["time_ps"] == now
-    assert x.ask("branch", number=1)["error"] == "no branch 1; there are: 0"
+    assert x.ask("branch", number=1)["error"] == "no branch 1; allowed: 0"
     assert x.ask("back", time="1 ms")["branch"] == 2
     x.ask("go")
     assert x.host.ask(b"V1\r") == b"V+0\r"

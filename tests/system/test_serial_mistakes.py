@@ -302,7 +302,7 @@ MISTAKES = (
     row("a serial port that is not there", command, "gs-c200s", "--serial", "/dev/ttyUSB77", words="/dev/ttyUSB77: No such file or directory; name a serial port that exists"),
     row("a TCP port as a serial port", command, "gs-c200s", "--serial", "socket://127.0.0.1:4001", words="is an address, not a serial port; name a device, such as /dev/ttyUSB0 or COM3; --tcp opens a TCP port"),
     row("an address as a serial port", command, "gs-c200s", "--serial", "127.0.0.1:4001", words="127.0.0.1:4001: is an address, not a serial port"),
-    row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is not a request|port of registers, with two bytes a request|docs/howto/serve_registers.md"),
+    row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is not a request|a port for registers, with two bytes per request|docs/howto/serve_registers.md"),
 )
 # fmt: on
 SERVED = ("tcp", "rfc2217", "pty", "log", "registers")  # by a thread, on a socket or a terminal
