@@ -271,6 +271,6 @@ def test_unsolicited_text_is_shown_while_a_line_is_written(person):
         person.types("S1")
         person.sees("S1")
         writes.set()
-        person.sees("unasked: HELLO")
+        person.sees("unsolicited: HELLO")
         person.close()
         thread.join(PATIENCE)
