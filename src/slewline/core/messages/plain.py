@@ -1,4 +1,4 @@
-"""Texts in plain ASCII, for files and for terminals that cannot show all letters, such as µ."""
+"""Plain ASCII text, for files and for terminals that cannot show all characters, such as µ."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The deviation of an axis from the ideal of its motion."""
+"""The deviation of an axis from its ideal motion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return the greatest deviations of an axis from an ideal, from its start to its stop, or up to now."""
+    """Return the greatest deviations of an axis from an ideal, from the ideal's start to its stop, or up to now."""
     import numpy as np
 
     start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
@@ -50,7 +50,7 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
         return np.asarray(real - turns * axis.modulus - law, np.float64)
 
     def velocities(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        in_progress = at < ideal.stop + ideal.interrupted  # when the ideal rests, the last step may still last
+        in_progress = at < ideal.stop + ideal.interrupted  # when the ideal is at rest, the last step may still be in progress
         return np.where(in_progress, axis.velocities_at(at) - ideal.velocities(at), 0.0)
 
     return Deviation(*worst(axis.times(start, stop), positions), *worst(axis.velocities(start, stop)[0], velocities))

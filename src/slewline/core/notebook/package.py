@@ -26,9 +26,9 @@ def package_drawing(package: Package, part: str, pins: Mapping[str, Pin], levels
     """Return a package as SVG.
 
     Args:
-        part: the text printed on it.
+        part: the text printed on the package.
         pins: its pins, by name.
-        levels: of the pins that carry a signal; None: floating.
+        levels: the levels of the signal pins; None for a floating pin.
     """
     named = [name for name in chain(*package.sides) if isinstance(name, str)]
     around = NAME + CHARACTER * max(map(len, named), default=0) + MARGIN
