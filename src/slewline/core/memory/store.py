@@ -82,7 +82,7 @@ class Memory:
 
 
 class JournaledStore:
-    """A store that reports its faults to a journal: failed calls, delays, and content other than the data written.
+    """A store that reports its faults to a journal: failed calls, delays, and content that differs from that written.
 
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 

@@ -410,7 +410,7 @@ class Axis:
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the register at many instants (int64 ps) without wrap-around, counted from its low end: int64."""
+        """Return the register's value at many instants (int64 ps) without wrap-around, from its low end: int64."""
         import numpy as np
 
         at = self._instants(times)
@@ -448,7 +448,7 @@ class Axis:
         return [since for since, _ in self.offsets[1:] if start < since <= stop]
 
     def reached(self, unwrapped: int, ps: int) -> int:
-        """Return when the train in force at an instant (ps) brings the register to a value, as `unwrapped_at` counts.
+        """Return when the train in force at an instant (ps) brings the register to a value of `unwrapped_at`.
 
         The register must reach the value by counting, from another value.
         """

@@ -37,7 +37,7 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     bends = ideal.bends[ideal.bends <= stop]
 
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Return the greatest difference: between these instants both are monotonic, so it is at one or just before."""
+        """Return the greatest difference: both are monotonic in between, so it is at or just before an instant."""
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]
         differ = of(at)

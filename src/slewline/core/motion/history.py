@@ -136,7 +136,7 @@ class Polyline(Staircase):
 
 
 class History:
-    """Values as they change, 16 bytes each: at least the latest `KEPT`, so that an endless run has bounded memory.
+    """Recorded changes of a value, 16 bytes each: at least the latest `KEPT`, so that memory remains bounded.
 
     Values before the kept ones are NaN.
 
@@ -162,7 +162,7 @@ class History:
         return self._values[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Record the value from an instant on (ps), not earlier than the last one; the last at an instant counts."""
+        """Record a value as of an instant (ps), not earlier than the last one; the last value at an instant counts."""
         times, values = self._times, self._values
         if times[-1] == ps:
             values[-1] = value

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class IdealPiece(NamedTuple):
-    """A time of constant jerk, with the velocity and acceleration at its start, in seconds and steps.
+    """A period of constant jerk, with the velocity and acceleration at its start, in units of seconds and steps.
 
-    The position continues from the piece before; the velocity may jump.
+    The position continues from the previous piece; the velocity may jump.
     """
 
     seconds: float
@@ -32,17 +32,17 @@ class IdealPiece(NamedTuple):
 
 
 class Ideal:
-    """The law of a motion in continuous time, without rounding to steps; before `start` and after `stop` it is at rest.
+    """The law of a motion in continuous time, without rounding to steps; at rest before `start` and after `stop`.
 
     Args:
         start: when the motion begins, ps.
         position: the position at `start`, in steps, clockwise positive, without wrap-around.
-        pieces: pieces of constant jerk, at least one, in order of time.
+        pieces: pieces of constant jerk, at least one, in chronological order.
         sign: the direction of positive velocities in `pieces`: 1 clockwise, -1 counter-clockwise.
 
     Attributes:
         start: when the motion begins, ps.
-        stop: when the ideal ends, ps.
+        stop: the instant at which the ideal ends, ps.
         interrupted: True if the motion ceased to follow the ideal at `stop`, before its own end.
     """
 

@@ -194,7 +194,7 @@ class OneAxis:
         """Return the greatest deviations of the axis from the ideal of a motion, from its start to its end, or to now.
 
         Raises:
-            UsageError: not a motion, or one without an ideal.
+            UsageError: the argument is not a motion, or the motion has no ideal.
         """
         from .deviation import deviation
 

@@ -35,7 +35,7 @@ POINTS = 4  # per column: first, lowest, highest, last
 
 
 class Outline(NamedTuple):
-    """A quantity over a window: each value holds, or begins a line, from its instant to the next.
+    """A quantity over a window: each value holds, or starts a line, from its instant to the next.
 
     A break is a pair of points at one instant: NaN (nothing is drawn up to here), then the new value.
     """
@@ -106,7 +106,7 @@ class Quantity:
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the outline of the window (ps) for a picture of `columns` columns: about 4 points a column at most."""
+        """Return the outline of the window (ps) for a picture of `columns` columns: at most about 4 points each."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
@@ -228,7 +228,7 @@ def exceeds(counts: Iterable[int], limit: int) -> bool:
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
-    """Return points that look the same in a picture of the window: first, lowest, highest and last of each column."""
+    """Return points that look the same in a picture of the window: the first, lowest, highest and last per column."""
     import numpy as np
 
     times, values = outline

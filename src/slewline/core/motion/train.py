@@ -70,7 +70,7 @@ class Train(Events):
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return the first, a lowest, a highest and the last of the velocities: ticks since `origin`, and steps/s."""
+        """Return the first, one lowest, one highest, and the last velocity: ticks since `origin`, and steps/s."""
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
@@ -135,7 +135,7 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The first run, one of the slowest, one of the fastest, and the last, for pictures."""
+        """The first, one slowest, one fastest, and the last run, for pictures."""
         return shown(self.intervals)
 
 
@@ -158,7 +158,7 @@ def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
 
 
 def shown(intervals: list[int]) -> list[int]:
-    """Return the indices of the first, a longest, a shortest and the last one of some intervals, ascending."""
+    """Return the indices of the first, one longest, one shortest, and the last of some intervals, ascending."""
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
 
@@ -265,7 +265,7 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with equal intervals, doubling the filled part each time; a second array would cost more."""
+    """Fill an array with equal intervals, doubling the filled part each time; a second array would take longer."""
     import numpy as np
 
     done = min(LONG, len(out))
@@ -336,7 +336,7 @@ class Playing(Until):
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return the first velocity, one of the lowest, one of the highest, and the last: instants (ps) and steps/s."""
+        """Return the first velocity, one lowest, one highest, and the last: instants (ps) and steps/s."""
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

@@ -91,7 +91,7 @@ def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
 
 
 def _mark(level: int | None, x: float, y: float) -> list[Markup]:
-    """Return a level: 1 is filled, floating is dashed, so that they can be distinguished without colour."""
+    """Return the mark of a level: 1 is filled, floating is dashed, so they can be distinguished without colour."""
     fill, line, ink = (HIGH, HIGH, "#14100a") if level == 1 else ("none", "currentColor", "currentColor")
     box = {"x": x - MARK / 2, "y": y - MARK / 2, "width": MARK, "height": MARK, "rx": 2}
     return [

@@ -83,7 +83,7 @@ class Events(Protocol):
         """Return the instants of events first ... last, all of which must exist: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, which must all exist; faster than an array."""
+        """Return the instants of a few events (ps), ascending, all of which must exist; faster than an array."""
         return [at for k in numbers if isinstance(at := self.time(k), int)]
 
 

@@ -293,7 +293,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Report the end of this instant; inputs of listeners still belong to it, and then it is reported again."""
+        """Report the end of this instant; inputs made by listeners still belong to it, and it is reported again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):

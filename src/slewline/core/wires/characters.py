@@ -150,7 +150,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
 
 
 def faulty(line: Characters, fault: str) -> Wave:
-    """Return the edges of characters, each with a fault, "parity" or "framing"; unchanged for any other text."""
+    """Return the edges of characters, each with a fault, "parity" or "framing"; for any other text, unchanged."""
     frames = line.frames
     times: list[int] = []
     levels: list[int] = []
