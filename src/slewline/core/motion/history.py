@@ -174,7 +174,7 @@ class History:
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
-        """Record many values: ascending instants in ps, all later than the last one; two lists, or two arrays."""
+        """Record many values at ascending instants (ps), all later than the last one: two lists, or two arrays."""
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
             self._values.extend(values)

@@ -64,7 +64,7 @@ class Ideal:
         return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
-        """Return the ideal of a motion that was interrupted at an instant; unchanged if it has ended by then."""
+        """Return the ideal of a motion that was interrupted at an instant; unchanged if the motion ended earlier."""
         if stop >= self.stop:
             return self
         cut: Ideal = object.__new__(type(self))

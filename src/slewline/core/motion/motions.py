@@ -76,7 +76,7 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal of this motion, up to where the motion left it; None: it has none, or no step has begun."""
+        """The ideal of this motion, up to where the motion left it; None if it has none, or no step has begun."""
         # computed on request: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 

@@ -189,7 +189,7 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the first wrap between each two instants, which include all turns, at both ends of the register."""
+        """Return the first wrap-around between each two instants, which include all turns, at either register end."""
         import numpy as np
 
         axis = self.axis

@@ -33,7 +33,7 @@ LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
 class Train(Events):
-    """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, `length` ticks long in total."""
+    """Steps that begin at clock ticks: `steps` of them, starting at tick `origin`, `length` ticks long in total."""
 
     __slots__ = ("_recent", "clock", "length", "origin", "steps")
     steps: int

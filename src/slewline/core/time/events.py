@@ -63,7 +63,7 @@ def later(when: When, lag_ps: int) -> When:
 
 
 def before(when: When, until: int | None) -> When:
-    """Return the time of an event if it is before an instant (ps), else None; None as the instant: no limit."""
+    """Return the time of an event if it is before an instant (ps), else None; None as the instant sets no limit."""
     if until is None or when is None:
         return when
     at = when.at if isinstance(when, NotYet) else when

@@ -85,7 +85,7 @@ class Outside:
             self._queueing -= 1
 
     def later(self, function: Callable[[], object]) -> Callable[[], object]:
-        """Return a function for a later instant that is nested if the present call is: the second half of a pulse."""
+        """Return a function for a later instant, such as the end of a pulse, that is nested if the current call is."""
         if not self._inside:
             return function
 

@@ -32,7 +32,7 @@ Shown = Callable[[Any], Wave]  # from the state of an exchange to the wave of a 
 
 
 class End(Protocol):
-    """An end of exchanges: it watches some nets; while an exchange is a value it is called with the data instead."""
+    """An end of exchanges: it watches some nets; while an exchange is a value, it is called with the data instead."""
 
     @property
     def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
@@ -112,7 +112,7 @@ class PastExchanges:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges of each exchange at start < t <= stop (ps), and the level that ends the one before."""
+        """Yield the edges of each exchange in start < t <= stop (ps), and the level that ends the previous exchange."""
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
             if stop is not None and starts[number] > stop:

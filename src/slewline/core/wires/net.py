@@ -85,7 +85,7 @@ class Driver:
         return self.active_level if active else self.inactive_level
 
     def pulses(self, *times: int) -> Edges:
-        """Return the edges of pulses: active from the first instant (ps) to the second, the third to the fourth ..."""
+        """Return pulse edges: active from the first instant (ps) to the second, from the third to the fourth ..."""
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
 
     def strobe(self, *times: int) -> None:
@@ -306,7 +306,7 @@ class Net:
         self.observers: list[Callable[[Net], object]] = []
         self.before_change: list[Callable[[], object]] = []  # called before a driver discards its waveform so far
         self._log: list[tuple[int, Any]] | None = None
-        self.on_conflict: Hook[[Net]] = Hook()  # called when two drivers begin to disagree; one hook for all nets of a wire
+        self.on_conflict: Hook[[Net]] = Hook()  # called when two drivers start to disagree; all nets of a wire share the hook
         self.last_conflict_ps: int | None = None  # the last instant at which this was reported to a chip
         self.token = self.changes = self.changed_at = 0
         self.pending_drivers = 0  # the number of its drivers changed in this round
@@ -339,7 +339,7 @@ class Net:
             log.append((ps, what))
 
     def log_present(self, ps: int) -> None:
-        """Log the present state of the net (ps): a promise, if one driver alone determines the level."""
+        """Log the state of the net at the current instant (ps): a promise if one driver alone determines the level."""
         alone = len(self.active) == 1 and self.promise is not None
         self.log_from(ps, self.promise if alone else self.resolve(ps))
         if self.promise is not None and not alone:
@@ -382,7 +382,7 @@ class Net:
 
     @property
     def level(self) -> Level:
-        """The level that a reader sees: 0, 1 or None; in the first round of an instant, the level before it."""
+        """The level that a reader sees: 0, 1 or None; in the first round of an instant, the earlier level."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
 
     @property

@@ -256,7 +256,7 @@ class Receiver:
         return self.line is line
 
     def _plan(self, line: Characters) -> int:
-        """Return the instant (ps) of the next character of a line at which the owner acts, or the end of the line."""
+        """Return the instant (ps) of the next character in a line on which the owner acts, or of the line's end."""
         self.acts_at = self._acts_next(line)
         self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
         return self.due

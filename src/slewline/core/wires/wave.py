@@ -41,7 +41,7 @@ class Promise(Protocol):
         """Return the level at an instant (ps), after any edges at that instant."""
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges in start < t <= stop: their instants in ps, and the levels after them."""
@@ -130,7 +130,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return parts of edges, lists or arrays, joined: as lists if all are lists, else as arrays, FLOATING for None."""
+    """Return joined edges, given as lists or arrays: lists if all are lists, else arrays, with FLOATING for None."""
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
     import numpy as np

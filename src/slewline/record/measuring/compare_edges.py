@@ -1,11 +1,11 @@
-"""Two recordings of one signal, the model's and a measured one: which edges belong together, and how far apart.
+"""Two recordings of one signal, the model's and a measured one: which edges match, and how far apart they are.
 
     model      ‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____
     measured   ‾‾‾|_____|‾‾‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____
     edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
 
-Pairs are made in order.  Two edges to the same level are a pair if neither has a better partner in the edge after the
-next one, where "better" is measured from the pair before: so a clock that is slightly fast or slow, as every real one
+Pairs are formed in order.  Two edges to the same level are a pair if neither has a better partner in the next edge but
+one, where "better" is measured from the previous pair; so a clock that is slightly fast or slow, as every real clock
 is, does not cause wrong pairs.
 """
 
@@ -119,7 +119,7 @@ class Comparison:
 
     @cached_property
     def rows(self) -> list[Difference]:
-        """A `Difference` for every missing or extra edge and every pair beyond the tolerance, in order of time."""
+        """A `Difference` for every missing or extra edge and every pair outside the tolerance, ordered by time."""
         import numpy as np
 
         times, levels = self.model[0], self.model[1]

@@ -176,7 +176,7 @@ class Bound:
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Return whether times from shortest to longest (ps) are within the limit; None: it is only typical."""
+        """Return whether times from shortest to longest (ps) are within the limit; None for a typical time."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)

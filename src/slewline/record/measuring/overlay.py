@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class LevelTrace(Protocol):
-    """Edges, (n,) int64 ps, the levels after them, (n,), and the level before the first: a trace, or a signal."""
+    """A trace or signal: edges, (n,) int64 ps, the levels after them, (n,), and the level before the first edge."""
 
     @property
     def times_ps(self) -> NDArray[np.int64]:

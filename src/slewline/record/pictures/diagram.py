@@ -146,7 +146,7 @@ class Arrow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiagramLayout:
-    """The places of all elements: the top of the lanes, the foot of each, the arrows, and notes under the title."""
+    """The positions of all elements: the top of the lanes, the foot of each, the arrows, the notes below the title."""
 
     height: float
     top: float
