@@ -171,11 +171,11 @@ def duration(ps: int) -> str:
 
 
 class TimeAxis:
-    """The time axis that all panels share: a unit that suits the window; far from time 0 it counts from its start.
+    """The common time axis of all panels, in a suitable unit; far from time 0, it counts from the window's start.
 
     Args:
-        zero: the instant that counts as 0, such as the start of a motion; by default that of the window if it is far
-            from time 0.
+        zero: the instant that counts as 0, such as the start of a motion; by default, the start of the window if that
+            is far from time 0.
     """
 
     def __init__(self, start: int, stop: int, zero: int | None = None, zero_is: str = "") -> None:

@@ -311,7 +311,7 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, notify, and run the woken tasks, repeatedly, until the instant is quiet: this one, or a later one."""
+        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet: this one, or a later instant."""
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1

@@ -1,4 +1,4 @@
-"""Pictures as files: PNG, SVG and PDF, the same bytes every time; an SVG has a description for screen readers."""
+"""Pictures as files: PNG, SVG and PDF, always with the same bytes; an SVG has a description for screen readers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tent
 
 
 def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
-    """Write a figure into a file in the format of its suffix; an existing file is replaced completely or not at all.
+    """Write a figure to a file in the format of its suffix; an existing file is replaced completely or not at all.
 
     Args:
         title: the title of the picture, as metadata (and for a screen reader, in an SVG).

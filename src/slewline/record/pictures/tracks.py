@@ -60,7 +60,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class TrackCurve:
-    """A quantity of a track in a picture; `number` is that of its track, which determines colour and line."""
+    """A quantity of a track in a picture; the `number` of the track determines colour and line style."""
 
     number: int
     track: Track

@@ -80,7 +80,7 @@ class EdgeLog(list[tuple[int, Any]]):
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop entries beyond the time to keep, except the one that holds just before it: an edge has two sides."""
+        """Drop entries older than the time to keep, except the one in force just before: an edge has two sides."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
@@ -251,7 +251,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """Return the log entry of this instant: a promise if one driver alone determines the level, else the level."""
+    """Return the current log entry: a promise if one driver alone determines the level, otherwise the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise

@@ -168,7 +168,7 @@ class VcdStream(WholeOrNothing):
     def _last(
         self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
-        """Return the last changes of the units, and the number of the others; `shared`: not all times are changes."""
+        """Return the last change in each unit, and the number of others; if `shared`, not all times are changes."""
         before = self._now[number]
         if shared:
             times, values = real_edges(times, values, before)

@@ -47,7 +47,7 @@ class HasValue(Protocol):
     """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the value at `start` and every change at start < t <= stop (ps), the same ones for every window."""
+        """Return the value at `start` and every change in start < t <= stop (ps), the same for every window."""
 
 
 class VariableSource(Protocol):

@@ -150,7 +150,7 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Change the kind of words that follow values to IDENTIFIER; return whether the last value still lacks one."""
+    """Change the kind of words that follow values to IDENTIFIER; return whether the last value still needs one."""
     import numpy as np
 
     like_values = kinds == VALUE
