@@ -18,7 +18,7 @@ r"""The pytest plugin: one argument of a test is a running module.
         return slewline_for_session("gs-c200s")
 
 The report of a failed test contains a section for each module: seed, faults, findings and the last lines of the
-transcript. A run without these fixtures loads only this file.
+transcript.  A run without these fixtures loads only this file.
 """
 
 from __future__ import annotations

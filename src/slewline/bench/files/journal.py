@@ -17,7 +17,7 @@ lists the fields of each entry.
 `part` and, for a part, `kind` are names by which the class can be found again: a built-in name, the name of an entry
 point, or module:Class.
 
-A run is repeated bit for bit only with the same laws: `behaviour` is the column of that name in the part's sheet. A
+A run is repeated bit for bit only with the same laws: `behaviour` is the column of that name in the part's sheet.  A
 journal without this field is older than the column; it is taken as 1.
 """
 

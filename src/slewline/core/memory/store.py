@@ -245,7 +245,7 @@ class BufferedStore:
         OSError: the store could not be written.
     """
 
-    CLOSE = 16  # largest gap in bytes that is written along; a separate piece costs as much
+    CLOSE = 16  # bytes of the largest gap that is written, too; a separate piece costs as much
 
     def __init__(self, store: Store, content: bytes) -> None:
         found = store.read()

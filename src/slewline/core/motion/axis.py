@@ -465,8 +465,7 @@ class Axis:
         after the cut, the direction is 0.
 
         Returns:
-            For each train: its first instant, the instant before which it ends (ps), its direction, and the train
-            itself.
+            For each train: its first instant, the instant before which it ends (ps), its direction, and the train.
         """
         self.check_kept(start)
         found: list[tuple[int, int, int, Playing]] = []

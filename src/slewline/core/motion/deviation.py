@@ -50,7 +50,7 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
         return np.asarray(real - turns * axis.modulus - law, np.float64)
 
     def velocities(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        in_progress = at < ideal.stop + ideal.interrupted  # when the ideal is at rest, the last step may still be in progress
+        in_progress = at < ideal.stop + ideal.interrupted  # the last step may outlast the ideal
         return np.where(in_progress, axis.velocities_at(at) - ideal.velocities(at), 0.0)
 
     return Deviation(*worst(axis.times(start, stop), positions), *worst(axis.velocities(start, stop)[0], velocities))

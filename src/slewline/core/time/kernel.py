@@ -1,7 +1,7 @@
 """The event kernel: integer time, delta rounds, tasks.
 
-Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer has woken; all levels are still those before
-T. Then the edges that were promised for T and the changes made in round 1 commit together, listeners are notified, and
+Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; all levels are still those before T.
+Then the edges that were promised for T and the changes made in round 1 commit together, listeners are notified, and
 reactions run in round 2 and later rounds, until the instant is quiet.  So a sampling point (a timer wake-up at which
 firmware reads a level) sees the level from before the instant, and the order of tasks within a round cannot matter.
 
@@ -109,9 +109,8 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when all its rounds have been run, or when a run ends at it.
-            Everything before it is final; at the instant itself, an external input may follow, after which the hook is
-            called again.
+        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.  All before it
+            is final; at the instant itself, an external input may follow, after which the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -266,10 +265,7 @@ class Kernel:
             self._rest()
 
     def _instant(self, time: int, who: Any) -> None:
-        """Run an instant with several causes.
-
-        Round 1 runs the tasks whose timers have expired, with the old levels.
-        """
+        """Run an instant with several causes: in round 1, the tasks with expired timers, at the old levels."""
         heap = self.heap
         ready: list[Any] = []
         edges: list[Any] = []

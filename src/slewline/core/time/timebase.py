@@ -1,7 +1,7 @@
 """Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
 
 Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused, because it is already rounded; the
-exception is `bench.now`, a float that stores its picoseconds (`Seconds`). For waiting times and instants of actions
+exception is `bench.now`, a float that stores its picoseconds (`Seconds`).  For waiting times and instants of actions
 (`picoseconds`), an int from 1 to 999 is refused, too: it was probably meant in another unit, and "5 ps" can be written
 instead.  For queries about the past (`moment`) any int is accepted.
 """

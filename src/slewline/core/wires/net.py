@@ -306,7 +306,7 @@ class Net:
         self.observers: list[Callable[[Net], object]] = []
         self.before_change: list[Callable[[], object]] = []  # called before a driver discards its waveform so far
         self._log: list[tuple[int, Any]] | None = None
-        self.on_conflict: Hook[[Net]] = Hook()  # called when two drivers start to disagree; all nets of a wire share the hook
+        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; shared by all nets of a wire
         self.last_conflict_ps: int | None = None  # the last instant at which this was reported to a chip
         self.token = self.changes = self.changed_at = 0
         self.pending_drivers = 0  # the number of its drivers changed in this round
