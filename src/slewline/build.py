@@ -1,7 +1,7 @@
 """The names for building chips and parts, in one module that does not change.
 
 from slewline.build import Arg, LineChip, Lines, Pin, Row, Sheet, Table     a chip: its sheet and its behaviour
-from slewline.build import Option, Part, edge, until                        a part beside it
+from slewline.build import Option, Part, edge, until                        a part next to it
 from slewline.build import assemble, lint, listing, sheet_of                programs
 
 The modules that define these names may change, so import the names from here.  Each name is loaded on first use.

@@ -1,6 +1,6 @@
 """The packages in each extra, and the message for a user who lacks one.
 
-The command in the message installs the packages by their own names.  This also works beside a clone or a wheel, and
+The command in the message installs the packages by their own names.  This also works next to a clone or a wheel, and
 does not need a package index that contains slewline.
 """
 

@@ -61,7 +61,7 @@ def _home(variables: str) -> Path:
 def keep_source(text: str) -> Path | None:
     """Return a file with this text in the cache, named after its SHA-256; None if no such file can be created.
 
-    Files beside it may be executed, so the folder must not be writable by others.
+    Files next to it may be executed, so the folder must not be writable by others.
     """
     with suppress(OSError, UsageError):  # UsageError: the user has no home
         folder = cache_folder()

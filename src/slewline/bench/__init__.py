@@ -16,7 +16,7 @@ __all__ = ["Bench", "load", "replay"]
 
 @answering("load()")
 def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
-    """Return the bench that a bench file (TOML) describes: its chips, parts and wires, and queue its scripts.
+    """Return the bench that a bench file (TOML) describes, with its chips, parts and wires; its scripts are queued.
 
     Args:
         path: the bench file.

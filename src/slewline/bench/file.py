@@ -194,7 +194,7 @@ class BenchFile:
         return f"; it is an option of the part: {found}" if key in known else ""
 
     def straps_of(self, place: Place) -> list[str]:
-        """Return the inputs of the chip in a table, starting with those that set its baud rate."""
+        """Return the inputs of the chip in a table, starting with the inputs that set its baud rate."""
         part = self.value(place).get("part", "") if len(place) == 2 else ""
         if part not in CHIPS.ours:
             return []
@@ -221,7 +221,7 @@ class BenchFile:
 
     # ------------------------------------------------------------------------------------------------------- the bench
     def load(self, prepare: Callable[[Bench], object] | None = None, **options: Any) -> Bench:
-        """Return the bench that the file describes, and queue its scripts.
+        """Return the bench that the file describes, with its scripts queued.
 
         Args:
             prepare: called with the bench, before the scripts are queued.

@@ -4,7 +4,7 @@
     past.go_on(bench, t)            use it instead of the present one
 
     journal   ....G....................R..........m.............. now         as recorded
-    shadow    ....G....................R                                      plays the journal, one rest behind
+    shadow    ....G....................R                                      plays the journal, delayed by one rest
     rerun                              R..........m..............now          the same bench, with the input at m
 
 A running bench cannot be copied.  So a second bench, the shadow, plays its journal, with a delay after which no earlier

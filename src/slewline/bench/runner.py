@@ -98,7 +98,7 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return a line of text for each chip and part that is not idle: what it waits for."""
+    """Return a line of text about the wait of each chip and part that is not idle."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 

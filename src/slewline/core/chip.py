@@ -346,13 +346,13 @@ class Chip(Component, OneAxis):
 
     @property
     def waiting(self) -> str:
-        """Text that states what the chip is doing or waiting for, and since when."""
+        """Text about the current activity or wait of the chip, and when it began."""
         text, since = self._does()
         rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     def _does(self) -> tuple[str, int]:
-        """Return what the chip is doing or waiting for, and since when (ps)."""
+        """Return the current activity or wait of the chip, and when it began (ps)."""
         return self._waiting
 
     @property

@@ -161,7 +161,7 @@ class WholeFile(WholeOrNothing):
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new, locked hidden file beside another file, and its name; an existing file is never opened."""
+    """Return a new, locked hidden file next to another file, and its name; an existing file is never opened."""
     for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         if os.path.lexists(part):  # of a process that was killed, or a link that another program put there

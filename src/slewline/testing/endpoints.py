@@ -85,7 +85,7 @@ class PortEndpoint(Rig):
 
     Args:
         on: "tcp", "pty" or "rfc2217".
-        framing: for a chip on a bus, lines of text with read-back; without it, characters to a UART beside the chip.
+        framing: for a chip on a bus, lines of text with read-back; without it, characters to a UART next to the chip.
     """
 
     def __init__(self, part: str | type[Chip], on: str, framing: bool = False, **settings: Any) -> None:

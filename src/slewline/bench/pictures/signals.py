@@ -160,7 +160,7 @@ class Signals:
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-        """Return the changes of a recorded pin at start <= t <= stop; by default all that are recorded, up to now.
+        """Return the changes of a recorded pin in start <= t <= stop; by default all that are recorded, up to now.
 
         Returns:
             times: (n,) int64, picoseconds, ascending; levels: (n,), the level after each change: int8, -1 if floating,

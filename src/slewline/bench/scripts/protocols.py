@@ -23,7 +23,7 @@ class BusProtocol(ScriptProtocol):
     """A command is sent when the chip is READY, as text or in binary form, depending on which the chip accepts then."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued: as text or in binary form, as the chip requires when it is sent."""
+        """Return a function that queues a command, as text or in binary form, as the chip requires when it is sent."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.port(chip)
@@ -47,7 +47,7 @@ class LineProtocol(ScriptProtocol):
     """A command is a line that is answered."""
 
     def command(self, body: str) -> Queue:
-        """Return how a line is sent and its answer is reported."""
+        """Return a function that queues a line, whose answer is reported."""
         return asking(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
@@ -62,7 +62,7 @@ class PacketProtocol(ScriptProtocol):
     """A command is a packet, and the host waits for the words that it returns."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is sent as a packet and the returned words are reported."""
+        """Return a function that queues a command as a packet; the words that it returns are reported."""
         return exchanging(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
@@ -83,7 +83,7 @@ class FlowProtocol(ScriptProtocol):
     """A command is sent with handshakes, in the form that the mode requires; answers over this channel are reported."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued and its answer is reported."""
+        """Return a function that queues a command, whose answer is reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.flow_host.port
@@ -119,7 +119,7 @@ class AdaptiveProtocol(ScriptProtocol):
     """A command is a line in the form that the mode requires; the answer to a query is reported."""
 
     def command(self, body: str) -> Queue:
-        """Return how a line is sent and the answer to it is reported."""
+        """Return a function that queues a line; the answer to a query is reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             uart = runner.adaptive_host.uart
@@ -169,7 +169,7 @@ async def _taken(runner: ScriptRunner, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """Return how a line is sent over a serial line and its answer is reported."""
+    """Return a function that queues a line for a serial line, and has its answer reported."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
         runner.report(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
@@ -191,7 +191,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """Return how a command is sent as a packet and the words that it returns are reported."""
+    """Return a function that queues a command as a packet, and has the words that it returns reported."""
 
     async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (

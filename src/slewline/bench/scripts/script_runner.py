@@ -162,7 +162,7 @@ class ScriptRunner:
 
 # ------------------------------------------------------------------------------------------------------------ commands
 def command(body: str) -> Queue:
-    """Return how a command is queued over the channel of the host."""
+    """Return a function that queues a command over the host's channel."""
     return lambda runner: runner.protocol.command(body)(runner)
 
 
@@ -170,11 +170,11 @@ class ScriptProtocol:
     """The rules for scripts on a channel: how commands and bytes are sent, and which axis they address."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued."""
+        """Return a function that queues a command."""
         raise NotImplementedError
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an action that sends bytes is queued."""
+        """Return a function that queues an action that sends bytes."""
         return lambda runner: runner.do(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:

@@ -61,8 +61,8 @@ class PacketRow(Row):
     """A row of `Packets`.
 
     Attributes:
-        acts: the axes on which the packet acts: the "current" axis, the axis that it "set"s, the "interrupting" axis,
-            the axes in a "mask", or all ("global").
+        acts: the axes on which the packet acts: the "current" axis, the axis that it selects ("set"), the
+            "interrupting" axis, the axes in a "mask", or all ("global").
         reads: the values that a host reads after the arguments.
         buffered: the command takes effect with the next update.
         encoder: the command is meant for parts with an encoder, but other parts accept it, too.

@@ -304,12 +304,12 @@ class Axis:
         self.on_forget(before)
 
     def motions(self, start: int, stop: int) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop (ps)."""
+        """Return the motions that begin in start <= t <= stop (ps)."""
         self.check_kept(start)
         return self.log.starts(start, stop)
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return the events of the axis at start <= t <= stop (ps), other than motion starts."""
+        """Return the events of the axis in start <= t <= stop (ps), other than motion starts."""
         self.check_kept(start)
         return self.log.marks(start, stop)
 
@@ -332,7 +332,7 @@ class Axis:
         return found
 
     def played(self, start: int, stop: int) -> Iterator[tuple[Segment, Train, int, int]]:
-        """Yield the stretches with steps at start <= t <= stop (ps), each with its train and its steps a ... b-1."""
+        """Yield the stretches with steps in start <= t <= stop (ps), each with its train and its steps a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
             if stretch.playing is not None:
@@ -342,11 +342,11 @@ class Axis:
                     yield stretch, train, a, b
 
     def count(self, start: int, stop: int) -> int:
-        """Return the number of steps at start <= t <= stop (ps)."""
+        """Return the number of steps in start <= t <= stop (ps)."""
         return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Return the instants at which the steps at start <= t <= stop begin: (n,) int64 ps, ascending.
+        """Return the instants at which the steps in start <= t <= stop begin: (n,) int64 ps, ascending.
 
         Args:
             start, stop: the window, ps.
@@ -364,7 +364,7 @@ class Axis:
         return out
 
     def steps(self, start: int, stop: int) -> Steps:
-        """Return the steps at start <= t <= stop (ps)."""
+        """Return the steps in start <= t <= stop (ps)."""
         import numpy as np
 
         self.check_kept(start)
@@ -459,7 +459,7 @@ class Axis:
 
     # -------------------------------------------------------------------------------------------------------- velocity
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
-        """Return the trains that determine the velocity at start <= t <= stop (ps), in chronological order.
+        """Return the trains that determine the velocity in start <= t <= stop (ps), in chronological order.
 
         A step in progress lasts until its end, or until the next train moves the axis; a step that is cut off does not:
         after the cut, the direction is 0.
@@ -486,7 +486,7 @@ class Axis:
         return found[::-1]
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities at start <= t <= stop (ps).
+        """Return the velocities in start <= t <= stop (ps).
 
         Returns:
             The instants of all changes, (n,) int64 ps, ascending, the first of which is `start`; and the velocity from

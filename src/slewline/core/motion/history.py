@@ -43,7 +43,7 @@ class Staircase(Quantity):
         name, unit: as shown in pictures and waveform files.
         values: a function that returns the values at past instants (int64 ps), in any order: float64, same shape as its
             argument.
-        changes: a function that returns every change at start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
+        changes: a function that returns every change in start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
         from_zero: True if pictures include the value 0.
         turns: for a count, a function that returns the instants in start <= t <= stop at which it may reverse or jump;
             between two of them the count only rises or only falls, by 1 at a time.  A picture of a long time then needs
@@ -117,7 +117,7 @@ class Polyline(Staircase):
         return Outline(times, values)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return every point at start < t <= stop (ps), each value held until the next one."""
+        """Return every point in start < t <= stop (ps), each value held until the next one."""
         import numpy as np
 
         times, values = self._changes(start, min(stop, self.kernel.now))

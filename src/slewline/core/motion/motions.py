@@ -215,7 +215,7 @@ class Motions:
 
     # ---------------------------------------------------------------------------------------------------------- queries
     def starts(self, start: int, stop: int) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop."""
+        """Return the motions that begin in start <= t <= stop."""
         first = bisect_left(self._started, start, key=_time)
         return [
             self._motion_start(started)
@@ -227,7 +227,7 @@ class Motions:
         return self._motion_start(self._started[-1]) if self._started else None
 
     def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return the motions in progress at start <= t <= stop: for each, its start and the command that began it."""
+        """Return the motions in progress in start <= t <= stop: for each, its start and the command that began it."""
         found: list[tuple[int, str]] = []
         first = max(bisect_left(self._started, start, key=_time) - 1, 0)
         for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
@@ -237,7 +237,7 @@ class Motions:
         return [entry for entry in found if start <= entry[0] <= stop]
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return the events at start <= t <= stop."""
+        """Return the events in start <= t <= stop."""
         first = bisect_left(self._marks, start, key=_time)
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 

@@ -78,7 +78,7 @@ class OneAxis:
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; by default all that are kept, up to now.
+        """Return the steps in start <= t <= stop; by default all that are kept, up to now.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -147,7 +147,7 @@ class OneAxis:
         return {}
 
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop; by default all that are kept.
+        """Return the motions that begin in start <= t <= stop; by default all that are kept.
 
         Each motion has the command that began it, the rates in force in steps/s, its end, and its ideal if the part
         defines one.
@@ -168,7 +168,7 @@ class OneAxis:
         return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
-        """Return other events of this axis at start <= t <= stop: commands during a motion, limits, home.
+        """Return other events of this axis in start <= t <= stop: commands during a motion, limits, home.
 
         By default, all events that are kept are returned.
 

@@ -8,8 +8,8 @@ r"""Exchanges as values: a transfer between two ends costs nothing on the wires 
 A bus cycle or a strobe has many edges, and all of them follow from a few numbers: its start, an address, a byte.  While
 both ends are known, and nothing else watches, samples or drives their wires, the edges are not instants of the run: one
 end calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when its level is
-queried.  All edges follow from the state of the exchange, which is a few values.  Where a wire is recorded, these states
-are kept, and the edges are computed on request (`PastExchanges`).
+queried.  All edges follow from the state of the exchange, which is a few values.  Where a wire is recorded,
+these states are kept, and the edges are computed on request (`PastExchanges`).
 
 As soon as anything begins to observe the wires, or any other driver drives a level, the exchange is withdrawn: the
 lines become ordinary waves, the ends watch their nets again, and the rest continues edge by edge.  All other cases also

@@ -37,7 +37,7 @@ class LaneText(NamedTuple):
 class Lane:
     """A pin or a bus in a diagram, with its measured trace if there is one.
 
-    `pin` is its full name, and `label` the text beside it; `describe` returns the meaning of a bus value, given the
+    `pin` is its full name, and `label` the text next to it; `describe` returns the meaning of a bus value, given the
     value and the instant (ps) at which it ends.
     """
 

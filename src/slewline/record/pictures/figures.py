@@ -36,7 +36,7 @@ OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of constant zero velocities
 GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
 MARGIN = 0.006  # fraction of the window left free at each end
 LEFT, MAX_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
-NARROW = 6.0  # a narrower picture has less space beside its panels
+NARROW = 6.0  # a narrower picture has less space next to its panels
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +155,7 @@ class FigureLayout:
         return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
-        """Return the pin names for the space beside their lanes; None if they do not fit there."""
+        """Return the pin names for the space next to their lanes; None if they do not fit there."""
         least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MAX_LEFT)
         for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
             names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]

@@ -41,7 +41,7 @@ def draw_lanes(
     """Draw traces into a panel, the first one on top.
 
     Args:
-        names: the names beside the lanes; None if the names are in the panel, each above its lane.
+        names: the names next to the lanes; None if the names are in the panel, each above its lane.
     """
     share = 1.0 if names is not None else LANE / NAMED_LANE
     rows = range(len(traces))

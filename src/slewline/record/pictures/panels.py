@@ -1,6 +1,6 @@
 """Curves in a picture: quantities of several axes and runs in one panel, over a common time axis.
 
-Tracks (tracks.py) of one quantity share a panel, unless one of them would appear as a flat line beside another; they
+Tracks (tracks.py) of one quantity share a panel, unless one of them would appear as a flat line next to another; they
 then have separate panels.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 FLAT = 25  # a curve that is this many times smaller than the panel is not legible
-SCALED_FROM = 1_000_000  # numbers beside a panel that are shown in millions ...
+SCALED_FROM = 1_000_000  # numbers next to a panel that are shown in millions ...
 POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 DENSE = 1000  # points with peaks thinner than a line: round joins keep their height
@@ -29,7 +29,7 @@ PIECE = 250  # points of such a line, or of the area below it, drawn at a time
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
-    """Return the curves of each panel, quantity by quantity; curves that would be flat beside others are separate."""
+    """Return the curves of each panel, quantity by quantity; curves that would be flat next to others are separate."""
     kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)
@@ -105,7 +105,7 @@ def draw_curves(
     Args:
         height: the height of the panel, inches.
         named: the numbers of the tracks in the legend, if any, which are distinguished by line style and colour.
-        beside: True if rate names are beside the panel, not above their lines.
+        beside: True if rate names are next to the panel, not above their lines.
     """
     for curve in reversed(curves):
         _draw_curve(panel, curve, axis, colours, curve.number in named, filled=len(curves) == 1)

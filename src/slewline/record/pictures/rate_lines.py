@@ -61,7 +61,7 @@ def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
 def draw_rates(
     panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette, height: float, beside: bool
 ) -> None:
-    """Draw a dashed line at each rate while it was in force, with its name beside the panel (or above the line)."""
+    """Draw a dashed line at each rate while it was in force, with its name next to the panel (or above the line)."""
     import numpy as np
 
     parts: dict[tuple[float, str], list[NDArray[np.int64]]] = {}
@@ -116,7 +116,7 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
 
 
 def rate_text(names: Sequence[str], rate: float) -> str:
-    """Return the text beside a rate: "VEL = 65 536, 3 052 steps/s"."""
+    """Return the text next to a rate: "VEL = 65 536, 3 052 steps/s"."""
     return f"{_joint(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
 
 

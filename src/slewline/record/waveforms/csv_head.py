@@ -9,7 +9,7 @@ Time,Channel A                        oscilloscopes: names, then units
 (ms),(V)
 X,CH1,Start,Increment                 or sample numbers, and the time between two samples
 Sequence,Volt,-6.0e-03,1.0e-06
-Record Length,2500,,-5.0e-05,3.30     or the header beside the first rows
+Record Length,2500,,-5.0e-05,3.30     or the header next to the first rows
 Source,CH1,,-4.0e-05,3.28
 -5.0e-05,3.30                         or nothing: a column that rises from row to row is time
 """
@@ -175,7 +175,7 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Count the rows that have a header beside them, up to column `begin`, and make the table begin with them."""
+    """Count the rows that have a header next to them, up to column `begin`, and make the table begin with them."""
     count = 0
     while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
         head.lines, count = head.lines - 1, count + 1
@@ -222,7 +222,7 @@ def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
 
 
 def _inverse(text: str) -> Fraction | None:
-    """Return the rate (Hz) for a time between two samples, in seconds; None if it is not such a time."""
+    """Return the rate (Hz) for a time between two samples, given in seconds; None if the text is not such a time."""
     text = text.replace(",", ".")
     likely = _NUMBER.fullmatch(text) is not None and 1 / PS_PER_S <= float(text) <= 1000
     return 1 / Fraction(text) if likely else None

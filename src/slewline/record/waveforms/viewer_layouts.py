@@ -1,4 +1,4 @@
-"""Layouts: files beside a waveform with which a viewer shows it in order: one group per chip, and curves as curves.
+"""Layouts: files next to a waveform with which a viewer shows it in order: one group per chip, and curves as curves.
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw

@@ -196,7 +196,7 @@ class Waveforms:
         tolerance: Time | None = None,
         invert: bool = False,
     ) -> Trace:
-        """Return a signal as a trace for a picture, to be drawn beside the pins of a bench or over one of them.
+        """Return a signal as a trace for a picture, to be drawn next to the pins of a bench or over one of them.
 
         Args:
             signal: the name of the signal.
