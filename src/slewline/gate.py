@@ -88,7 +88,7 @@ class FileGate:
         """Return the path of a file to read.
 
         Raises:
-            SlewlineError: the file is outside the folder, also if reached through links.
+            SlewlineError: the file is outside the folder once all links are followed.
             OSError, ValueError: the name is not a path.
         """
         path = self.folder / self._text(name)

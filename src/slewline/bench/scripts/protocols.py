@@ -98,7 +98,7 @@ class FlowProtocol(ScriptProtocol):
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an action that sends bytes is queued; a later directive waits until the chip has accepted them."""
+        """Return a function that queues an action that sends bytes; a later directive waits until the chip has them."""
 
         async def taken(runner: ScriptRunner, chip: Chip) -> None:
             await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))
@@ -152,7 +152,7 @@ SPEECH: Mapping[type[Channel], ScriptProtocol] = {
 
 
 def sending(send: Act) -> Queue:
-    """Return how bytes are sent over a bus; a directive that follows waits until the chip has accepted them."""
+    """Return a function that queues bytes for a bus; a later directive waits until the chip has accepted them."""
 
     def queue(runner: ScriptRunner) -> None:
         runner.do(send)

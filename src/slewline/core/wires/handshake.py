@@ -185,7 +185,7 @@ class TakingEnd(End, Protocol):
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Store the bytes before `number`, and take that byte up to a stage.
 
-        Return when to continue (ps); None if when called.
+        Return when to continue (ps); None to continue when called.
         """
 
     def counted(self, low: bool) -> None:

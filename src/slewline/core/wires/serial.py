@@ -126,7 +126,7 @@ def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd)
 
 
 def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingEnd) -> str:
-    """Return the same as `disagreement` for an end with only a known rate."""
+    """Return the same as `disagreement` for an end of which only the rate is known."""
     theirs = receiver.setting
     if str(baud) == str(theirs.baud):
         return ""

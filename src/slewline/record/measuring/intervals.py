@@ -239,7 +239,7 @@ class Checked:
         violations: the instants at which the intervals that violate the limit begin, ps.
         missing: the pin that was not recorded; "" if none is missing.
         doubt_ps: the uncertainty of the times, ps: for a measured recording, its sampling period.  A violation exceeds
-            the limit by more.
+            the limit by more than this.
     """
 
     chip: str

@@ -55,7 +55,7 @@ class CsvHead:
     """The information in the header of a table.
 
     `columns` are the signal columns, keyed by name; `time` is the column of times, None if rows are one `period` apart.
-     Times are in units of `factor` ps, with a resolution of `unit` ps.
+    Times are in units of `factor` ps, with a resolution of `unit` ps.
     """
 
     delimiter: str = ","
