@@ -96,6 +96,7 @@ class Pictures:
         Raises:
             UsageError: an instant is in the future, or none is given.
             TimeError: an instant is not a time.
+            UnknownName, NotRecorded: as for `figure`.
         """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings
@@ -300,7 +301,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield the measured steps among the runs, shifted so that they begin at the first step of this bench (ps)."""
+        """Yield the measured steps among the runs, shifted to the first step of this bench; instant `zero` (ps) is 0."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}

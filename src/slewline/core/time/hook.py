@@ -18,8 +18,8 @@ class Hook(Generic[P]):
     """A list of listeners, functions that are called in the order in which they were added.
 
     A listener may add and remove listeners, itself included, while it is called: a removed listener is no longer
-    called, and an added one is called starting with the next event.  A hook is true if it has listeners: `if hook:
-    hook(...)`.
+    called, and an added one is called starting with the next event.  A hook is true if it has listeners:
+    `if hook: hook(...)`.
     """
 
     __slots__ = ("listeners",)
