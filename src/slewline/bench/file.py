@@ -360,7 +360,7 @@ class BenchFile:
         return found
 
     def wire(self, bench: Bench) -> None:
-        """Connect wires, start recorders, and drive pins from outside."""
+        """Connect wires, start recorders, and drive pins externally."""
         for number, wire in enumerate(self.tables.wire):
             with self.at("wire", number):
                 bench.wire(wire.from_, wire.to, wire.invert)

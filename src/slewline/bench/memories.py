@@ -18,7 +18,7 @@ NAME = "memory"
 
 
 def is_outside(sheet: Sheet) -> bool:
-    """Return whether a part stores its programs in an external memory, on a bus of its own."""
+    """Return whether a part stores its programs in an external memory on a separate bus."""
     return sheet.role("memory_select") is not None
 
 

@@ -126,7 +126,7 @@ def forget_findings(owner: Component, before: int, remedy: str) -> None:
     """Drop the findings of a chip or part before an instant (ps); a finding that counts them by code replaces them.
 
     Args:
-        remedy: how to keep more, in words.
+        remedy: text that explains how to keep more findings.
     """
     findings, forgotten = owner._findings, owner._forgotten
     old = bisect_left(findings, before, key=attrgetter("time_ps"))

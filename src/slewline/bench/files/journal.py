@@ -1,4 +1,4 @@
-"""The journal: every input from outside, one JSON object per line; a replay repeats the run bit for bit.
+"""The journal: every external input, one JSON object per line; a replay repeats the run bit for bit.
 
     {"do": "journal", "version": 1, "seed": 0, "slewline": "0.1.0"}
     {"do": "add", "t": 0, "part": "cy525", "behaviour": 2, "name": "x", ...}

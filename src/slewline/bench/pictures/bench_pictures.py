@@ -301,7 +301,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield the measured steps among the runs, shifted to the first step of this bench; instant `zero` (ps) is 0."""
+        """Yield the measured steps among the runs, shifted to the first step of this bench; `zero` (ps) is 0."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}

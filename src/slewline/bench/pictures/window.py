@@ -130,7 +130,7 @@ class Window:
         )
 
     def measured_lane(self, trace: Trace, label: str | None) -> Lane:
-        """Return a measured trace as a lane of its own; it floats where the file has no data."""
+        """Return a measured trace as a separate lane; it floats where the file has no data."""
         from ...record.pictures.diagram import Lane
 
         return Lane(trace.name, label or trace.name, SignalEdges.of_trace(trace, self.start, self.stop))

@@ -176,7 +176,7 @@ class Axis:
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
         self.kept = Kept()
         self.forgotten = 0  # steps of the dropped past
-        self.homing = 0  # the outward direction of a homing in progress; 0: there is none
+        self.homing = 0  # the outward direction of the homing run in progress; 0 if none
         self.sought: tuple[str, int] | None = None  # the pin that ends its current phase, and how
         self.log = Motions(kernel, self.where, self.halt)  # the motions that a chip reports
 

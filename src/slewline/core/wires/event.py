@@ -1,4 +1,4 @@
-"""An event that tasks wait for, on a net of its own."""
+"""An event for which tasks wait, on its own net."""
 
 from __future__ import annotations
 

@@ -168,7 +168,7 @@ class Terminal:
         self.name = f"{owner}.{row.name}"
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
-        self._level: int | None = None  # the level driven from outside
+        self._level: int | None = None  # the level driven externally
         self._pulses: list[tuple[object, int]] = []  # in progress: each with its level, the last begun last
         self._between: int | None = None  # the level driven when the first of them began
 

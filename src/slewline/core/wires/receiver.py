@@ -79,7 +79,7 @@ class Receiver:
         self.broken = False  # the last character had no stop bit: the wire must return to rest first
         self.start = 0  # of the character being received
         self.form = self.frames  # of this character: rate and format may change meanwhile
-        self.looks: list[int] = []  # sampling points of this character; empty: none is being received
+        self.looks: list[int] = []  # sampling instants of this character; empty while none is received
         self.seen: list[Level] = []  # the samples taken so far
         self.task: Task | None = None
         self.taken: Callable[[Character], object] = lambda _character: None

@@ -191,7 +191,7 @@ class Straps:
         self.order = port.address_pins[:: -1 if backwards else 1]
         self._address = [pins[name].net for name in self.order]
         self._checksum = pins[port.checksum_pin].net if port.checksum_pin else None
-        self.taken: int | None = None  # the rate at which the part receives; None: it has not read the straps
+        self.taken: int | None = None  # the rate at which the part receives; None until it reads the straps
         self.word = CharacterFormat(port.bits, port.parity, port.stop)
 
     @property
