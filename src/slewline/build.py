@@ -4,7 +4,7 @@ from slewline.build import Arg, LineChip, Lines, Pin, Row, Sheet, Table     a ch
 from slewline.build import Option, Part, edge, until                        a part next to it
 from slewline.build import assemble, lint, listing, sheet_of                programs
 
-The modules that define these names may change; import the names from here.  Each is loaded on first use.
+The modules that define these names may change, so import the names from here.  Each name is loaded on first use.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Base classes for objects that are closed: `close` may be called twice, and a `with` block calls it."""
+"""Base classes for objects that need closing: `close` may be called twice, and a `with` block calls it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Self
 
 
 class WholeOrNothing:
-    """A result that a `with` block completes at its end, and discards if an error leaves the block."""
+    """A result that a `with` block completes at its end, or discards if an exception leaves the block."""
 
     def close(self) -> None:
         """Complete the result."""
@@ -31,7 +31,7 @@ class WholeOrNothing:
 
 
 class Closing:
-    """An object that can be closed; a class implements `_shut`."""
+    """An object that can be closed; subclasses implement `_shut`."""
 
     closed = False
 
@@ -42,7 +42,7 @@ class Closing:
             self._shut()
 
     def _shut(self) -> None:
-        """Release what the object uses; called once."""
+        """Release the object's resources; called once."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:

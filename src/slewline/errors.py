@@ -1,9 +1,9 @@
-"""Every exception that slewline raises on purpose: mistakes of *our user*.
+"""All exceptions that slewline raises deliberately, which report mistakes by *our user*.
 
-A mistake of a *host* is never an exception: the chip answers as the real one does, and a finding records it.  Each
-class also inherits the similar built-in one, so callers may catch either.
+A *host's* mistake never raises an exception: the chip answers as the real chip does, and a finding records it.  Each
+class also inherits from the similar built-in exception, so callers may catch either.
 
-Messages may quote names, lines and files from outside, so their length is limited.
+Messages may quote external names, lines and files, so their length is limited.
 """
 
 import re
@@ -14,7 +14,7 @@ CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text; if it has more than `most` characters, only its start and end, with the number of all."""
+    """Return text; if it exceeds `most` characters, return only its start and end, and its total length."""
     if len(text) <= most:
         return text
     half = most // 2
@@ -24,21 +24,21 @@ def shortened(text: str, most: int) -> str:
 
 
 class SlewlineError(Exception):
-    """The base class of the exceptions of slewline; each also inherits the similar built-in one."""
+    """The base class of slewline's exceptions; each also inherits from the similar built-in exception."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))
 
 
 def _lines(text: str) -> str:
-    """Return a message with its lines shortened to the longest allowed."""
+    """Return a message with its lines shortened to the maximum length."""
     if len(text) <= LONGEST_LINE:
         return text
     return "\n".join(shortened(line, LONGEST_LINE) for line in text.split("\n"))
 
 
 class UsageError(SlewlineError, ValueError):
-    """An argument that is out of range, of the wrong kind, or does not fit the part."""
+    """An argument that is out of range, is of the wrong kind, or does not apply to the part."""
 
 
 class TimeError(UsageError):
@@ -46,7 +46,7 @@ class TimeError(UsageError):
 
 
 class UnknownName(SlewlineError, KeyError):
-    """A name of a chip, pin, register or part that does not exist; the message lists the existing ones."""
+    """A name for which no chip, pin, register or part exists; the message lists the existing names."""
 
     def __str__(self) -> str:  # KeyError would print the repr of the message
         return str(self.args[0]) if self.args else ""
@@ -61,7 +61,7 @@ class WiringError(SlewlineError, ValueError):
 
 
 class SheetError(SlewlineError, ValueError):
-    """A data sheet that contradicts itself: an error in the source of a chip."""
+    """A data sheet that contradicts itself: an error in the chip's source code."""
 
 
 class PlanError(SlewlineError, AssertionError):
@@ -69,7 +69,7 @@ class PlanError(SlewlineError, AssertionError):
 
 
 class ProgramError(SlewlineError, ValueError):
-    """A program text that the assembler refuses; the message has line, column and section of the manual."""
+    """A program text that the assembler refuses; the message states line, column and section of the manual."""
 
 
 class BenchFileError(SlewlineError, ValueError):
@@ -81,11 +81,11 @@ class JournalWarning(UserWarning):
 
 
 class OtherLaws(JournalWarning):
-    """A journal of parts that behaved differently when it was recorded: the replay may differ."""
+    """A journal whose parts behaved differently when it was recorded, so the replay may differ."""
 
 
 class TornJournal(JournalWarning):
-    """A journal whose last line is cut off: the replay ends before it."""
+    """A journal whose last line is truncated: the replay ends before this line."""
 
 
 class LongPast(UserWarning):
@@ -93,7 +93,7 @@ class LongPast(UserWarning):
 
 
 class WaveformError(SlewlineError, ValueError):
-    """A waveform file that cannot be read; the message has the file, the line and the expected content."""
+    """A waveform file that cannot be read; the message states the file, the line and the expected content."""
 
 
 class NotRecorded(SlewlineError, LookupError):
@@ -113,8 +113,8 @@ class Endless(SlewlineError, RuntimeError):
 
 
 class ChecksumError(SlewlineError, ValueError):
-    """An answer with a wrong checksum, or one with a parity or framing error."""
+    """An answer with a wrong checksum, or with a parity or framing error."""
 
 
 class StoreError(SlewlineError, OSError):
-    """A memory kept in a file that cannot be read or written."""
+    """A memory file that cannot be read or written."""

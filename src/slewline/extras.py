@@ -1,7 +1,7 @@
 """The packages in each extra, and the message for a user who lacks one.
 
-The message installs the packages by their own names. That works next to a clone or a wheel, and needs no package
-index that has slewline.
+The command in the message installs the packages by their own names.  This also works next to a clone or a wheel, and
+does not need a package index that contains slewline.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ EXTRAS = {  # by extra: packages, each by its names for installation and for imp
 
 
 def lacking() -> dict[str, list[str]]:
-    """Return the packages that are not installed, by extra."""
+    """Return the packages that are not installed, keyed by extra."""
     from importlib.util import find_spec
 
     found = {extra: [name for name, module in rows if find_spec(module) is None] for extra, rows in EXTRAS.items()}

@@ -1,4 +1,4 @@
-"""Folders of the user, as the system defines them: for the state of programs, and for files that can be made again."""
+"""The user's folders, as the system defines them: for the state of programs, and for files that can be recreated."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from .errors import UsageError
 
 
 def state_folder() -> Path:
-    """Return the folder of slewline where this system keeps the state of programs.
+    """Return slewline's folder in the place where this system stores program state.
 
     Raises:
-        UsageError: the user has no home.
+        UsageError: the user has no home directory.
     """
     return _folder("", "Library/Application Support", "XDG_STATE_HOME", ".local/state")
 
 
 def cache_folder() -> Path | None:
-    """Return the folder for files that can be made again: SLEWLINE_CACHE, or slewline's folder in the system's cache.
+    """Return the folder for files that can be recreated: SLEWLINE_CACHE, or slewline's folder in the system's cache.
 
-    None: SLEWLINE_CACHE is empty, and no file is kept.
+    Return None if SLEWLINE_CACHE is empty: no file is then kept.
 
     Raises:
-        UsageError: the user has no home.
+        UsageError: the user has no home directory.
     """
     named = os.environ.get("SLEWLINE_CACHE")
     if named is not None:
@@ -44,11 +44,11 @@ def _folder(windows: str, mac: str, variable: str, usual: str) -> Path:
 
 
 def _home(variables: str) -> Path:
-    """Return the home of the user.
+    """Return the user's home directory.
 
     Raises:
-        UsageError: there is none, as for a user of a container that has only a number; the message names the variables
-            to set.
+        UsageError: there is none, as for a container user that has only a number; the message names the variables to
+            set.
     """
     try:
         return Path.home()
@@ -59,9 +59,9 @@ def _home(variables: str) -> Path:
 
 
 def keep_source(text: str) -> Path | None:
-    """Return a file with this text, in the cache, named by its SHA-256; None: no such file can be made.
+    """Return a file with this text in the cache, named after its SHA-256; None if no such file can be created.
 
-    Files next to it may be run, so the folder must not be writable for others.
+    Files next to it may be executed, so the folder must not be writable by others.
     """
     with suppress(OSError, UsageError):  # UsageError: the user has no home
         folder = cache_folder()
@@ -82,14 +82,14 @@ def keep_source(text: str) -> Path | None:
 
 
 def drop_source(path: Path) -> None:
-    """Remove the file that `keep_source` has made, and the files compiled from it."""
+    """Remove the file that `keep_source` has created, and the files compiled from it."""
     with suppress(OSError):
         for each in (*path.parent.glob(f"{path.stem}.*"), *path.parent.glob(f"__pycache__/{path.stem}.*")):
             each.unlink(missing_ok=True)
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether a folder belongs to the user and nobody else can write to it; Windows profiles ensure that."""
+    """Return whether a folder belongs to the user and nobody else can write to it, which Windows profiles ensure."""
     if not hasattr(os, "geteuid"):
         return True
     found = folder.stat()

@@ -1,15 +1,15 @@
-"""The gate: all files of the user are read here, and the names in them are allowed or refused here.
+"""The gate: all user files are read here, and the names in them are allowed or refused here.
 
-A bench file, a journal, a dialogue, a log, a black box, a backup, an image of a memory may come from anybody.  The
-names in it are of three classes, and the code that reads it checks them with a `FileGate`:
+A bench file, journal, dialogue, log, black box, backup or memory image may come from anybody.  The names in it belong
+to one of three classes, and the code that reads the file checks them with a `FileGate`:
 
     of the folder    a file in the folder of the naming file or below, wherever links lead; a link for a pty there, with
                      a name that no tool runs, and no link on the way; a serial device of this system
     elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
     code             a chip or part as module:Class, whose import runs it; only with `allow_code` (--allow-code)
 
-A name given on the command line or in Python is trusted.  The bounds apply to both: a file is a regular one and has a
-maximum length, as has a line; JSON has a maximum depth and number of values, and finite numbers.
+A name given on the command line or in Python is trusted.  The limits apply in both cases: a file must be a regular
+file; files and lines have a maximum length; JSON has a maximum depth and number of values, and only finite numbers.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ T = TypeVar("T")
 
 MAX_BYTES = 10_000_000  # of a file that is read whole
 MAX_LINE = 1 << 20  # bytes of a line of a log
-MAX_VALUES = 1 << 20  # of JSON in one line; our longest list is a memory, 64K
+MAX_VALUES = 1 << 20  # of JSON in one line; our longest list is a 64K memory
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 UTF16 = "is text in UTF-16; save it as UTF-8 (Notepad: Save as, Encoding UTF-8; PowerShell: Set-Content -Encoding utf8)"
 NUL = "contains NUL bytes, so it is not text; name the right file"
-BOM = b"\xef\xbb\xbf"  # which editors and tools put before text in UTF-8
+BOM = b"\xef\xbb\xbf"  # which editors and tools put before UTF-8 text
 LATEST_PS = 1 << 63  # instants are less: plots and records have 64 bits
 
 ERRNO = re.compile(r"\(([0-9]+), '")  # as pySerial writes it, twice or as a tuple
@@ -59,9 +59,9 @@ SERIAL = re.compile(  # of Linux, of macOS and the BSDs, of Windows
 
 # -------------------------------------------------------------------------------------------------- the names in a file
 class LinkPlace(NamedTuple):
-    """The place of a link for a pty, as a file names it.
+    """The path of a link for a pty, as named in a file.
 
-    `folder` may be reached by links; in the folders `below` it no link is followed.
+    `folder` may be reached via links; in the folders `below` it, no links are followed.
     """
 
     folder: Path
@@ -73,12 +73,12 @@ class LinkPlace(NamedTuple):
 
 
 class FileGate:
-    """The check of the names in a file.
+    """The checker of the names in a file.
 
     Args:
-        path: the file; its names are relative to its folder.
-        anywhere: it may name files, links and devices elsewhere.
-        allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
+        path: the file; the names in it are relative to its folder.
+        anywhere: allow it to name files, links and devices elsewhere.
+        allow_code: allow it to name chips and parts as module:Class, whose import runs code from the module.
     """
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
@@ -88,8 +88,8 @@ class FileGate:
         """Return the path of a file to read.
 
         Raises:
-            SlewlineError: it is outside the folder, wherever links lead.
-            OSError, ValueError: not a path.
+            SlewlineError: the file is outside the folder once all links are followed.
+            OSError, ValueError: the name is not a path.
         """
         path = self.folder / self._text(name)
         if not self.anywhere and not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
@@ -97,10 +97,10 @@ class FileGate:
         return path
 
     def link(self, name: Any) -> LinkPlace:
-        """Return the place of a link for a pty, which `links.ports.symbolic_link` creates without following links.
+        """Return the path of a link for a pty, which `links.ports.symbolic_link` creates without following links.
 
         Raises:
-            SlewlineError: it is outside the folder, or a tool would run a file of this name.
+            SlewlineError: the path is outside the folder, or a tool would run a file with this name.
         """
         path = PurePath(self._text(name))
         if self.anywhere:
@@ -149,8 +149,8 @@ class FileGate:
             find: `chip_class` or `part_class`.
 
         Raises:
-            UnknownName: there is none.
-            UsageError: it is code, which is not allowed; or not a class.
+            UnknownName: there is no such class.
+            UsageError: the name denotes code, which is not allowed, or not a class.
         """
         return find(self._text(name), allow_code=self.allow_code)
 
@@ -178,7 +178,7 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
     """Return the text of a file.
 
     Args:
-        data: the content of the file, if it has been read already.
+        data: the content of the file, if it has already been read.
 
     Raises:
         BenchFileError: the file does not exist, or is not text.
@@ -198,7 +198,7 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
 
 
 def _is_utf16(data: bytes) -> bool:
-    """Return whether bytes are text in UTF-16: they begin with its mark, or every second one is 0."""
+    """Return whether bytes are UTF-16 text: they begin with its byte order mark, or every second byte is 0."""
     return data.startswith(UTF16_BOMS) or (len(data) > 1 and not (any(data[1::2]) and any(data[::2])))
 
 
@@ -209,7 +209,7 @@ def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
 
 
 def opened(path: str | PathLike[str]) -> BinaryIO:
-    """Open a regular file, to read its bytes; opening a FIFO would block, and opening a device can have any effect.
+    """Open a regular file to read its bytes; opening a FIFO would block, and opening a device can have any effect.
 
     Raises:
         BenchFileError: the file does not exist, or is not a regular file.
@@ -222,7 +222,7 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
 
 
 def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
-    """Yield the lines of an open file, each with its line feed; the last one has none if it was cut off.
+    """Yield the lines of an open file, each with its line feed, which a truncated last line lacks.
 
     Blank lines at the end are left out.
 
@@ -248,7 +248,7 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
 
 @contextmanager
 def refusals(path: str | PathLike[str]) -> Iterator[None]:
-    """Raise errors of the system as errors of slewline."""
+    """Report system errors as slewline errors."""
     try:
         yield
     except BenchFileError:
@@ -260,10 +260,11 @@ def refusals(path: str | PathLike[str]) -> Iterator[None]:
 
 # ----------------------------------------------------------------------------------------------------------------- JSON
 def from_json(line: bytes) -> Any:
-    """Return the value of a line of JSON in UTF-8.
+    """Return the value that a line of JSON in UTF-8 represents.
 
     Raises:
-        ValueError: not JSON; or nested too deeply, too many values, a number that is not finite, half a character.
+        ValueError: the line is not JSON, is nested too deeply, or has too many values, a number that is not finite, or
+            an incomplete character.
     """
     if len(line) > MAX_VALUES and sum(_BARE.sub(b"", line).count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
         raise ValueError(f"more than {MAX_VALUES} values")
@@ -277,7 +278,7 @@ def from_json(line: bytes) -> Any:
 
 
 def error_number(error: Exception) -> int | None:
-    """Return the number of an error of the system: its own, or the one in the text of the package that reported it."""
+    """Return the number of a system error: its own, or the number in the text from the package that reported it."""
     inside = ERRNO.search(str(error))
     return getattr(error, "errno", None) or (int(inside[1]) if inside else None)
 
@@ -286,7 +287,7 @@ _BARE = re.compile(rb'"(?:[^"\\]|\\.)*+"')
 
 
 def _finite(text: str) -> float:
-    """Return a number; ValueError if it is not finite."""
+    """Return a number, or raise ValueError if it is not finite."""
     value = float(text)
     if not isfinite(value):
         raise ValueError(f"{text} is not a finite number")

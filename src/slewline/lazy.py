@@ -1,4 +1,4 @@
-"""Names of a module that are loaded on first use (PEP 562)."""
+"""Module names that are loaded on first use (PEP 562)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 def lazily(
     module: dict[str, Any], places: Mapping[str, Sequence[str]], instead: Callable[[str], str] = lambda _: ""
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` of a module that exports names of others.
+    """Return `__getattr__` and `__dir__` for a module that exports names from other modules.
 
     Args:
         module: its `globals()`; a name stays there after its first use.
-        places: the names, by the module of slewline that has them: {"core.chip": ("Chip", "Finding")}.
+        places: the names, keyed by the slewline module that defines them: {"core.chip": ("Chip", "Finding")}.
         instead: a function that returns the remedy for a name that does not exist, "; ...", or "".
     """
     where = {name: place for place, names in places.items() for name in names}

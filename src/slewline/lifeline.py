@@ -1,8 +1,8 @@
-"""Processes that are started here, and end with the process that started them, however that one ends.
+"""Processes that are started here, and end with the process that started them, however that process ends.
 
-The parent keeps one end of a pipe open and does nothing with it.  The system closes it when the parent ends, on every
-system and after SIGKILL as well; the child waits for that at the other end.  A child ignores signals that a terminal
-or a supervisor sends to all processes of a command: the parent obeys them.
+The parent keeps one end of a pipe open and does nothing with it.  The operating system closes it when the parent ends,
+on every platform and even after SIGKILL; the child waits for this at the other end.  A child ignores signals that a
+terminal or a supervisor sends to all processes of a command; only the parent obeys them.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def start(
     """Start a program whose standard input is the pipe that ends it; its standard output is a pipe to read.
 
     Args:
-        environment: of the program.
-        errors: the file for its standard error; None: ours.
+        environment: the environment of the program.
+        errors: the file for its standard error; None for that of this process.
     """
     import subprocess
 
@@ -40,7 +40,7 @@ def start(
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Block the signals sent to all while processes are started; afterwards only this process obeys them."""
+    """Block signals that are sent to all processes while some are started; afterwards only this process obeys them."""
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is None:  # on Windows
         yield
@@ -53,7 +53,7 @@ def termination_deferred() -> Iterator[None]:
 
 
 def obey_termination() -> None:
-    """Let SIGTERM end this process although the signal was blocked when it was started."""
+    """Let SIGTERM end this process, although the signal was blocked when the process was started."""
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is not None:
         mask(signal.SIG_UNBLOCK, [signal.SIGTERM])
@@ -63,8 +63,8 @@ def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._e
     """End this process when the one that started it has ended.
 
     Args:
-        wait: returns when the other process has ended; called in a thread.
-        end: called after that.
+        wait: a function that returns when the other process has ended; it is called in a thread.
+        end: a function that is called after that.
     """
 
     def run() -> None:
@@ -75,14 +75,14 @@ def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._e
 
 
 def end_of_input() -> None:
-    """Wait until the standard input ends, and ignore its content."""
+    """Wait until standard input ends, ignoring its content."""
     with suppress(OSError):
         while os.read(0, 4096):
             pass
 
 
 def end_of_parent() -> None:
-    """Wait until the process that started this one by `multiprocessing` has ended."""
+    """Wait until the process that started this one with `multiprocessing` has ended."""
     from multiprocessing import parent_process
     from multiprocessing.connection import wait
 
@@ -92,5 +92,5 @@ def end_of_parent() -> None:
 
 
 def how(status: int) -> str:
-    """Return how a process has ended, in words."""
+    """Return text that states how a process has ended."""
     return f"signal {-status}" if status < 0 else f"exit status {status}"

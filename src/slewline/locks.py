@@ -1,4 +1,4 @@
-"""The lock of an open file, so that only one process at a time writes to it: flock; on Windows msvcrt.locking."""
+"""The lock of an open file, so that only one process at a time writes to it: flock, or msvcrt.locking on Windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders for the files of one process, removed when it ends, or, if it was killed, when the next one starts."""
+"""Folders for the files of one process, removed when it ends or, if it was killed, when the next process starts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .locks import lock
 
 PREFIX = "slewline-"
 LOCK = ".lock"  # of a folder whose process is alive
-LONGEST = 60  # bytes of the path of the parent folder: the path of a socket has 103 at most
+LONGEST = 60  # maximum bytes in the path of the parent folder: a socket path has 103 at most
 
 
 class TemporaryFolder(TemporaryDirectory[str]):
@@ -29,10 +29,10 @@ class TemporaryFolder(TemporaryDirectory[str]):
         self._lock_file = os.open(f"{name}.new", os.O_RDWR | os.O_CREAT, 0o600)
         lock(self._lock_file)
         with suppress(PermissionError):  # on Windows an open file cannot be renamed, and the folder stays
-            os.rename(f"{name}.new", name)  # only now: a lock without an owner is that of a dead process
+            os.rename(f"{name}.new", name)  # not earlier: a lock without an owner belongs to a dead process
 
     def cleanup(self) -> None:
-        """Remove the folder; a second call does nothing."""
+        """Delete the folder; a second call does nothing."""
         if self._lock_file >= 0:
             os.close(self._lock_file)
             self._lock_file = -1

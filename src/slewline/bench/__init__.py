@@ -16,16 +16,16 @@ __all__ = ["Bench", "load", "replay"]
 
 @answering("load()")
 def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
-    """Return the bench that a bench file (TOML) describes: its chips, parts and wires, with its scripts queued.
+    """Return the bench that a bench file (TOML) describes, with its chips, parts and wires; its scripts are queued.
 
     Args:
         path: the bench file.
         anywhere: allow the bench file to name files and links outside its own folder, and any device.
-        allow_code: allow it to name chips and parts as module:Class, whose import runs the code of the module.
+        allow_code: allow it to name chips and parts as module:Class; importing them runs code from the module.
         options: options of `Bench`, such as journal="run.jsonl".
 
     Raises:
-        BenchFileError: the file cannot be read, or does not describe a bench; the message has file, line and key.
+        BenchFileError: the file cannot be read, or does not describe a bench; the message states file, line and key.
         ProgramError: a script has lines that cannot be executed.
     """
     from .file import BenchFile

@@ -1,4 +1,4 @@
-r"""A bench in virtual time: chips, hosts and parts on one kernel, wired by nets.
+r"""A bench in virtual time: chips, hosts and parts on one kernel, connected by nets.
 
 bench = slewline.Bench()
 x = bench.add("cy525", name="x", crystal="11 MHz")
@@ -74,7 +74,7 @@ R = TypeVar("R")
 
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """Return a method of a bench that calls the one of its attribute `to`, with the same signature and docstring."""
+    """Return a bench method that calls the method of attribute `to`, with the same signature and docstring."""
     owner, answered = attrgetter(to), answering(f"{method.__name__}()")(method)
 
     @wraps(method)
@@ -90,13 +90,13 @@ class Bench:
 
     Args:
         seed: the seed of every random element, a whole number.
-        journal: the file to which every input from outside is written, to be replayed with `slewline.replay`.
-        shuffle: run the tasks of a round in random order, with this seed: the results must not change.
-        stores: a function that returns the non-volatile memory of a chip, by the name of the chip; by default this
+        journal: the file to which every external input is written; replay it with `slewline.replay`.
+        shuffle: run the tasks of a round in random order, from this seed; the results must not change.
+        stores: a function that returns the non-volatile memory of a chip, given the name of the chip; by default this
             memory is lost with the bench.
         keep: how far back the past is kept, for endless runs: positions of axes and shafts, recorded pins (unless
-            `record(keep=)` overrides it), findings, data received by hosts; None keeps everything, 1 to 4 KB per move:
-            hundreds of megabytes in an hour of short moves.
+            `record(keep=)` overrides it), findings, data received by hosts; None keeps everything, which takes 1 to 4
+            KB per move, or hundreds of megabytes in an hour of short moves.
 
     Attributes:
         chips: the chips, by name, in the order in which they were added.
@@ -105,7 +105,7 @@ class Bench:
         journal: the `Journal` that is being written; None if there is none.
         seed: the seed of every random element.
         on_finding: hook, called with each `Finding` of any chip or part.
-        on_input: hook, called with each input from outside: its kind, such as "drive", and its details, a dict of plain
+        on_input: hook, called with each external input: its kind, such as "drive", and its details, a dict of plain
             data.
         on_commit: hook, called with an instant, ps, before which everything is final.
 
@@ -160,7 +160,7 @@ class Bench:
         self.on_commit = kernel.on_commit
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name[0] != "_" and "on_commit" in vars(self):  # the last attribute set by the constructor
+        if name[0] != "_" and "on_commit" in vars(self):  # the constructor sets this attribute last
             if name in FIXED and vars(self)[name] is not value:
                 raise NoSuchAttribute(f"bench: {name} cannot be set; {FIXED[name]}")
             if type(self) is Bench and name not in vars(self) and not hasattr(Bench, name):
@@ -179,9 +179,9 @@ class Bench:
 
     @property
     def stores(self) -> Callable[[str], Any] | None:
-        """The function that returns the non-volatile memory of a chip, by the name of the chip.
+        """The function that returns the non-volatile memory of a chip, given the chip's name.
 
-        None: this memory is lost with the bench.
+        With None, this memory is lost with the bench.
         """
         return self._circuit.stores
 
@@ -191,7 +191,7 @@ class Bench:
 
     @property
     def findings(self) -> list[Finding]:
-        """The findings of all chips and parts, in order of time; parts that compute on demand catch up first."""
+        """The findings of all chips and parts, in chronological order; parts that compute on demand catch up first."""
         return self._circuit.findings
 
     catch_up = delegate("_circuit", Circuit.catch_up)
@@ -261,24 +261,24 @@ class Bench:
     ) -> Figure:
         """Draw the motions of the axes, with recorded pins below; return a matplotlib Figure.
 
-        There is one column of panels, whatever the number of axes: velocity and position, for chips that have them also
-        acceleration and jerk.  An axis that does not move is left out if another one moves.
+        There is one column of panels, whatever the number of axes: velocity and position, and for chips that define
+        them also acceleration and jerk.  An axis that does not move is left out if another one moves.
 
         Args:
             title: the title; by default the names of the chips and their part numbers.
             pins: recorded pins, or traces of a file; by default all recorded pins, [] for none.
-            start, stop: the window; by default the motion, and a twentieth of its length before and after.
+            start, stop: the window; by default the motion, with a margin of one twentieth of its length at either end.
             axes: the axes: their numbers, from 1, names of chips, or names such as "x axis 2"; by default all.
             parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
                 default all changing quantities of parts around the chips; [] for none.
-            runs: further benches, by the names for the legend; each is drawn over this one, shifted so that the
+            runs: further benches, keyed by their names in the legend; each is drawn over this one, shifted so that the
                 motions begin together, and `start` and `stop` count from there.  Measured steps are allowed as well,
                 such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
                 its pin, stretches in which the two differ are marked, and its greatest lag is noted.
             ideal: draw the ideal of each motion as well, if the part defines one, and note the greatest deviation.
-            cursors: instants that are marked by numbered lines; `readings` returns the values there.
-            dark: draw light on dark.
+            cursors: instants that are marked by numbered lines; `readings` returns the values at these instants.
+            dark: draw light lines on a dark background.
             width: "page", "phone", or a number of inches.
             marks: flag commands, findings, limits and home above the panels.
             ax: matplotlib axes to draw into, one for each panel; a single one takes the first panel.
@@ -303,8 +303,8 @@ class Bench:
         """Draw the picture of `figure` into a file: SVG, PNG or PDF, by its suffix.  Equal runs produce equal bytes.
 
         Raises:
-            UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
-            UnknownName, NotRecorded: as `figure`.
+            UsageError: an unknown suffix, a path that cannot be written, or as for `figure`.
+            UnknownName, NotRecorded: as for `figure`.
         """
         self._pictures.plot(path, {"title": title, "pins": pins, "start": start, "stop": stop, **options})
 
@@ -314,8 +314,8 @@ class Bench:
         The call returns when the window is closed.
 
         Raises:
-            UsageError: there is no screen, or as `figure`.
-            UnknownName, NotRecorded: as `figure`.
+            UsageError: there is no screen, or as for `figure`.
+            UnknownName, NotRecorded: as for `figure`.
         """
         from ..record.pictures.picture_files import show
 

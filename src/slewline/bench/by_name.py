@@ -1,1 +1,1 @@
-"""The return types of `bench.add`, `bench.part` and `bench.host` by name: see the stub next to this file."""
+"""The return types of `bench.add`, `bench.part` and `bench.host` by name: see the stub file next to this one."""

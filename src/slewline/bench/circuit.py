@@ -35,8 +35,8 @@ class Circuit:
     """Chips, parts and wires.
 
     Args:
-        stores: a function that returns the memory of a chip or part, by its name.
-        keep_ps: the length of the past that chips, parts and hosts keep; None: they keep everything.
+        stores: a function that returns the memory of a chip or part, given its name.
+        keep_ps: the length of the past that chips, parts and hosts keep; None for everything.
     """
 
     def __init__(self, kernel: Kernel, stores: Callable[[str], Any] | None, keep_ps: int | None) -> None:
@@ -59,8 +59,8 @@ class Circuit:
     ) -> Chip:
         """Put a chip on the bench, at any time; it powers up immediately.
 
-        Open strap pins read as the data sheet states: a GS-C module receives at 110 baud, with checksums.  The command
-        line, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
+        Open strap pins read as the data sheet states: a GS-C module communicates at 110 baud, with checksums.  The
+        command line, slewline:// and the pytest plugin strap it for 9600 baud (see the table in docs/reference/api.md).
 
         Args:
             part: the part number in lower case, such as "cy525"; for a chip of your own the name of its entry point (in
@@ -91,7 +91,7 @@ class Circuit:
         if self.stores is not None and cls.sheet.keeps:
             options.setdefault("store", self.stores(name))
         kept = self._witnessed(name, options)
-        with self.outside.nested():  # it may switch its supply on
+        with self.outside.nested():  # it may switch on the chip's supply
             chip = cls(self.kernel, name, hz, bare=bare, straps=straps, **options)
         if self.outside.on_input or self.outside.write:
             self.outside.record(
@@ -121,7 +121,7 @@ class Circuit:
         on: Part | str | None = None,
         **options: Any,
     ) -> Part:
-        """Make a part and put it on the bench, at any time; it works from this instant on.
+        """Make a part and put it on the bench, at any time; it starts working at this instant.
 
         Args:
             kind: the kind of part, such as "uart"; `slewline.parts.KINDS` lists the built-in ones.  For a part of your
@@ -181,9 +181,9 @@ class Circuit:
         return part
 
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
-        """Return a function that reads the content of a store among options, for listeners to inputs.
+        """Return a function that reads the content of a store found among the options, for input listeners.
 
-        A journal gets the faults of the store.  Call the function when the owner of the store is ready.
+        Faults of the store are recorded in the journal.  Call the function when the owner of the store is ready.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
@@ -194,12 +194,12 @@ class Circuit:
         return lambda: {"store": list(store.read())}
 
     def _record_journal(self, name: str, **what: Any) -> None:
-        """Record a fault of a store in the present journal."""
+        """Record a fault of a store in the current journal."""
         if self.outside.write is not None:
             self.outside.write("store", {"of": name} | what)
 
     def _mounted(self, kind: str, sits: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
-        """Return the shaft that a new part is mounted on, as an argument of its constructor; empty: it needs none."""
+        """Return the shaft that a new part is mounted on, as an argument of its constructor; {} if it needs none."""
         if on is None:
             if sits == "must":
                 raise UsageError(f"{name}: this {kind} needs a shaft; name its part, on=motor or on='its name'")
@@ -225,7 +225,7 @@ class Circuit:
         return neighbour
 
     def place(self, part: Part) -> Part:
-        """Put an existing part on the bench; its pins can be wired from now on.
+        """Put an existing part on the bench; its pins can then be wired.
 
         Raises:
             UsageError: the name of the part is taken.
@@ -239,7 +239,7 @@ class Circuit:
         if isinstance(owner, Part):
             limit_kept(owner, self.keep_ps)
         owner.on_finding.add(self.on_finding)
-        if not self._new and self.kernel.running:  # added during a run: it counts from the next round on
+        if not self._new and self.kernel.running:  # added during a run: it takes part from the next round
             self.kernel.call_at(self.kernel.now, self.finish_wiring)
         self._new.append(owner)
 
@@ -256,7 +256,7 @@ class Circuit:
                 owner.check_wiring()
 
     def new_name(self, name: str | None, stem: str) -> str:
-        """Return a free name, by default the stem, numbered if necessary."""
+        """Return an unused name: the requested one, or by default the stem, numbered if necessary."""
         taken = {**self.chips, **self.parts}
         if name is None:
             name = free_name(stem, taken)
@@ -287,7 +287,7 @@ class Circuit:
         return self[owner].pin(pin)
 
     def _pin_like(self, name: str) -> str:
-        """Return the full name of a pin of this bench with the given short name, or else of any pin."""
+        """Return the full name of a pin with the given short name, or of any pin if none has this short name."""
         pins = [f"{owner.name}.{pin}" for owner in self.owners() for pin in owner.pins]
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
@@ -330,7 +330,7 @@ class Circuit:
 
     @property
     def findings(self) -> list[Finding]:
-        """The findings of all chips and parts, in order of time; parts that are lazy catch up first."""
+        """The findings of all chips and parts, in chronological order; parts that compute on demand catch up first."""
         return sorted((found for owner in self.owners() for found in owner.findings), key=lambda found: found.time_ps)
 
     @property
@@ -351,13 +351,13 @@ class Circuit:
 
     @property
     def since(self) -> int:
-        """The instant from which on the past is kept, ps."""
+        """The earliest instant of the past that is kept, ps."""
         return 0 if self.keep_ps is None else max(self.kernel.seen - self.keep_ps, 0)
 
     def forget(self) -> None:
         """Drop the past beyond the length that is kept.
 
-        A moving axis does so by itself; an axis at rest, whose encoder is turned or whose register is loaded, does not.
+        A moving axis drops its own past; an axis at rest whose encoder is turned or whose register is loaded does not.
         """
         if self.keep_ps is None:
             return
@@ -383,7 +383,7 @@ def crystal_for(sheet: Sheet, crystal: str | int) -> int:
     """Return an allowed crystal of a part, in hertz.
 
     Raises:
-        UsageError: the part has none to choose, or it is far outside the sheet's range.
+        UsageError: the part has no selectable crystal, or the frequency is far outside the range in the data sheet.
     """
     if not sheet.crystal_high_hz:
         raise UsageError(f"crystal {crystal!r}: the {sheet.part} takes none; {sheet.manual}")

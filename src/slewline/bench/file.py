@@ -100,7 +100,7 @@ ALLOWED = {  # by key, or by type
 
 
 class PortRequest(NamedTuple):
-    """The request for a port: number of its table, chips, kind, place, and the protocol there."""
+    """The request for a port: the number of its table, its chips, kind and address, and the protocol used there."""
 
     number: int
     chips: list[Chip]
@@ -114,7 +114,7 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file in memory: `tables`, and their positions in the text."""
+    """A bench file in memory: its `tables`, and their positions in the text."""
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
         self.path, self.gate = Path(path), FileGate(path, anywhere, allow_code)
@@ -134,13 +134,13 @@ class BenchFile:
 
     # --------------------------------------------------------------------------------------------------------- errors
     def error(self, place: Place, message: str) -> BenchFileError:
-        """Return an error with file, line and key."""
+        """Return an error that states file, line and key."""
         line = self.line_of(place)
         at = f"{self.path}, line {line}" if line else str(self.path)
         return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{message}")
 
     def line_of(self, place: Place) -> int | None:
-        """Return the line of a key, or of its table; None if the text writes it in another form."""
+        """Return the line of a key, or of its table; None if the text spells it in another form."""
         if not place:
             return None
         many = len(place) > 1 and isinstance(place[1], int)
@@ -158,7 +158,7 @@ class BenchFile:
         return found
 
     def explained(self, message: str) -> BenchFileError:
-        """Return an error of msgspec in our words."""
+        """Return a msgspec error, reworded for the user."""
         reason, _, path = message.partition(" - at `")
         place = [int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
         unknown = re.match(r"Object contains unknown field `(.*)`", reason)
@@ -180,7 +180,7 @@ class BenchFile:
         return self.error(place, f"found {found!r}; allowed {allowed}")
 
     def allowed(self, place: Place, key: str) -> str:
-        """Return the allowed values of a key, in words; for straps, the pins of the chip in question."""
+        """Return a description of the allowed values of a key; for straps, the pins of the chip in question."""
         if "straps" in place:
             pins = self.straps_of(place[:2])
             return f"0, 1 for a pin, such as {{ {pins[0]} = 0 }}; its inputs: {', '.join(pins)}" if pins else ""
@@ -194,7 +194,7 @@ class BenchFile:
         return f"; it is an option of the part: {found}" if key in known else ""
 
     def straps_of(self, place: Place) -> list[str]:
-        """Return the inputs of the chip of a table, the ones that set the rate of its line first."""
+        """Return the inputs of the chip in a table, starting with the inputs that set its baud rate."""
         part = self.value(place).get("part", "") if len(place) == 2 else ""
         if part not in CHIPS.ours:
             return []
@@ -203,7 +203,7 @@ class BenchFile:
         return list(dict.fromkeys([*sheet.plain, *sheet.fastest, *inputs]))
 
     def value(self, place: Place) -> Any:
-        """Return the value at a place."""
+        """Return the value at a place in the file."""
         value: Any = self.data
         for part in place:
             value = value[part]
@@ -211,7 +211,7 @@ class BenchFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Report any error inside with file, line and key."""
+        """Report any error in the block with file, line and key."""
         try:
             yield
         except ProgramError:
@@ -246,14 +246,14 @@ class BenchFile:
         return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
 
     def check_times(self) -> None:
-        """Check times that are only used later."""
+        """Check times that are not used until later."""
         for key in ("until", "timeout"):
             time = getattr(self.tables.bench, key)
             with self.at("bench", key):
                 picoseconds(0 if time is None else time)
 
     def programs(self) -> list[tuple[str, str]]:
-        """Return the script of each host: the text, and its place for messages."""
+        """Return the script of each host: its text, and its place in the file for messages."""
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:
@@ -296,7 +296,7 @@ class BenchFile:
         return self.error(("part", number, key), message)
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
-        """Return the options of a [[part]]; `file` names the image of a part with an image."""
+        """Return the options of a [[part]]; for a part with a memory image, `file` names the image file."""
         options = {key: value for key, value in part.items() if key != "kind"}
         if "file" in options and any(row.name == "image" for row in cls.options):
             if "image" in options:
@@ -360,7 +360,7 @@ class BenchFile:
         return found
 
     def wire(self, bench: Bench) -> None:
-        """Connect wires, start recorders, and drive pins from outside."""
+        """Connect wires, start recorders, and drive pins externally."""
         for number, wire in enumerate(self.tables.wire):
             with self.at("wire", number):
                 bench.wire(wire.from_, wire.to, wire.invert)
@@ -373,7 +373,7 @@ class BenchFile:
 
 
 def _named(place: Place) -> str:
-    """Return a place in words: ("chip", 0, "crystal") is [[chip]] 1, crystal."""
+    """Return a place as printed in messages: ("chip", 0, "crystal") is [[chip]] 1, crystal."""
     if len(place) > 1 and isinstance(place[1], int):
         return ", ".join([f"[[{place[0]}]] {place[1] + 1}", *(str(part) for part in place[2:])])
     return " ".join([f"[{place[0]}]", *(str(part) for part in place[1:])]) if place else ""

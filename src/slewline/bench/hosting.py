@@ -28,7 +28,7 @@ OnBus = TypeVar("OnBus", "BusHost", "PacketHost", "FlowHost")
 
 
 class HostRequest(NamedTuple):
-    """The request for a host, on some chips of a circuit, over a channel that they have."""
+    """The request for a host on some chips of a circuit, over one of their channels."""
 
     circuit: Circuit
     chips: Sequence[Any]
@@ -48,7 +48,7 @@ class HostRequest(NamedTuple):
         return [connection(chip, self.channel) for chip in self.chips]
 
     def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
-        """Return an existing host of a kind on some of the chips, and their names; None: there is none."""
+        """Return an existing host of a kind, and the names of the chips that it serves; None if there is none."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
             if isinstance(other, kind) and taken:
@@ -66,25 +66,25 @@ class HostRequest(NamedTuple):
             raise WiringError(f"host: {taken} has a host on this channel already; use bench[{name!r}]")
 
     def refuse_several(self, kind: type[Host]) -> None:
-        """Refuse a host of several chips, or a second one, on a channel with one host per chip."""
+        """Refuse a host for several chips, or a second host, on a channel that takes one host per chip."""
         if len(self.chips) > 1:
             names = ", ".join(chip.name for chip in self.chips)
             raise UsageError(f"host: {names} over one {kind.__name__}; give each chip a host of its own")
         self.refuse_second(kind)
 
     def record_host(self, name: str, **what: Any) -> None:
-        """Report the host as an input from outside."""
-        asked = {} if self.over is None else {"over": self.over}  # journals of a part with one channel are unchanged
+        """Report the host as an external input."""
+        asked = {} if self.over is None else {"over": self.over}  # so journals of single-channel parts are unchanged
         self.circuit.outside.record("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
 
     def place(self, host: Host, pairs: Sequence[tuple[Terminal, Terminal]]) -> None:
-        """Put a host on the bench, joined to some pins."""
+        """Put a host on the bench, connected to some pins."""
         self.circuit.place(host)
         for own, theirs in pairs:
             theirs.net.join(own.net)
 
     def follow_power(self, switched_on: Callable[[], object]) -> None:
-        """Notify a host when a chip is switched on."""
+        """Notify a host whenever a chip is switched on."""
         for chip in self.chips:
             chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 
@@ -104,15 +104,15 @@ def host(
     Args:
         chips: the chips that the host commands.
         name: the name on the bench; by default "host", with a number if there are several.
-        delay: the time that the program of the host takes before each byte, on a bus.
-        baud: a rate other than the one the chip is strapped for, on a serial line.
+        delay: on a bus, the time that the host's program takes before each byte.
+        baud: on a serial line, a rate other than the one that the chip is strapped for.
         line: a part of kind rs232_line between the host and the chips.
         over: "bus", "serial", "port" or "parallel", for a chip with several channels; by default its first one.
 
     Raises:
         UsageError: no chip is given, one of them does not have the channel, their channels differ, or an argument does
-            not fit them.
-        WiringError: the serial line of a chip has a host already, or a chip of your own has no pins for one.
+            not apply to it.
+        WiringError: the serial line of a chip has a host already, or a custom chip has no pins for one.
     """
     if not chips:
         raise UsageError("host: no chip given; name one: bench.host(x)")
@@ -168,7 +168,7 @@ def _on_bus(request: HostRequest, kind: type[OnBus]) -> OnBus:
     for chip in request.chips[1:]:
         request.chips[0].bus.join(chip.bus)
     host = kind(request.circuit.kernel, name, request.connections(), delay_ps)
-    request.record_host(name, delay_ps=delay_ps)  # only now: the host can be made
+    request.record_host(name, delay_ps=delay_ps)  # not earlier: only now can the host be created
     request.circuit.place(host)
     request.circuit.kernel.settle()
     return host
@@ -197,7 +197,7 @@ def _adaptive_host(request: HostRequest) -> AdaptiveHost:
 
 
 def _serial_host(request: HostRequest) -> SerialHost:
-    """Return a host on an RS-232 line, wired to every module on it."""
+    """Return a host on an RS-232 line, wired to every module on the line."""
     from ..parts.hosts.serial_host import SerialHost
 
     line = request.line
@@ -296,7 +296,7 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
     """Return the channel of a chip by its name, or its first one.
 
     Raises:
-        UsageError: it has none, or none of this name; the message lists the existing ones.
+        UsageError: the chip has no channel, or none with this name; the message lists the existing ones.
     """
     channels = chip.sheet.channels
     found = channels[:1] if over is None else [channel for channel in channels if channel.name == over]

@@ -1,4 +1,4 @@
-"""The external program memory of a chip, for benches where the user has not added one."""
+"""The external program memory of a chip, for benches on which the user has not placed one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAME = "memory"
 
 
 def is_outside(sheet: Sheet) -> bool:
-    """Return whether a part stores its programs in an external memory, on a bus of its own."""
+    """Return whether a part stores its programs in an external memory on a separate bus."""
     return sheet.role("memory_select") is not None
 
 
@@ -28,14 +28,14 @@ def put_memory(
     """Put the external memory of a chip on the bench, 64K bytes of RAM or, if it has a store, of EEPROM.
 
     Args:
-        image: a file that is loaded into it, a binary dump or Intel HEX, even if the store has content.
-        store: its non-volatile store; by default the one that the bench has for its memories, if any.
+        image: a file, binary dump or Intel HEX, that is loaded into it even if the store has content.
+        store: its non-volatile store; by default the store that the bench provides for its memories, if any.
 
     Returns:
         The part; None if the chip has no external memory.
 
     Raises:
-        UsageError: there is an image, and the chip has no external memory.
+        UsageError: an image is given, but the chip has no external memory.
         BenchFileError: the image cannot be read.
     """
     if not is_outside(chip.sheet):

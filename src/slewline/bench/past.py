@@ -1,25 +1,26 @@
-"""The past of a bench that writes a journal: `Past.at(t)` restores it, in the same process.
+"""The past of a bench that writes a journal: `Past.at(t)` restores an instant of it, in the same process.
 
     past.at(t).rerun(inputs, now)   another bench at the present, the same before t, with other inputs from t on
     past.go_on(bench, t)            use it instead of the present one
 
     journal   ....G....................R..........m.............. now         as recorded
-    shadow    ....G....................R                                      plays the journal, a rest later
+    shadow    ....G....................R                                      plays the journal, delayed by one rest
     rerun                              R..........m..............now          the same bench, with the input at m
 
-A running bench cannot be copied.  So another one plays its journal, with a delay after which no earlier inputs are
-possible (`Past.follow`).  Going back lets that one play on, with the new inputs among the old ones.  The cost is that
-of the run since then, however long it was before.  Each new run needs a shadow of its own.
+A running bench cannot be copied.  So a second bench, the shadow, plays its journal, with a delay after which no earlier
+inputs are possible (`Past.follow`).  To go back, the shadow plays on, with the new inputs inserted among the old ones.
+The cost is that of the run since that instant, regardless of how long the bench ran before.  Each new run needs a
+shadow of its own.
 
 A server can also go back in another process: `links/time/server_past.py`.
 
-The journal of the new bench begins as the old one does, has the new inputs among the entries that follow, and is then
-continued.  It records exactly what the new bench has played: another replay has the same run, to the bit.
+The journal of the new bench begins like the old one, contains the new inputs among the entries that follow, and is then
+continued.  It records exactly what the new bench has played: replaying it repeats the same run bit for bit.
 
 Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` it takes
-over the file, which is written only if the content differs: data stored in the undone past, and stored again in the
-same manner, is not written twice; data that the new run did not store is removed, and data that only it has stored is
-added.  A write that a disk has refused is refused again, at the same call of the owner.
+over the file, which is written only if the content differs: data that the undone past stored and the new run stored
+again in the same way is not written twice; data that the new run did not store is removed, and data that only the new
+run stored is added.  A write that a disk has refused is refused again, at the same call of the owner.
 """
 
 from __future__ import annotations
@@ -43,21 +44,21 @@ from .files.journal import Journal, replaced
 from .replaying import Player, Survey, survey
 
 Entry = Mapping[str, Any]
-ENTRY_S = 0.001  # of a usual machine, for an entry: half a CY525 move, two commands of a module
+ENTRY_S = 0.001  # on a typical machine, per entry: half a CY525 move, two commands of a module
 Listener = Callable[[Bench], object]
 
 
 class TooLong(UsageError):
-    """Going back would take more time than allowed; nothing was changed."""
+    """Going back would take longer than allowed; nothing was changed."""
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
-    """Return the entry for a pin that is driven from outside, or released (None), in the first round of an instant."""
+    """Return the entry for a pin that is driven externally, or released (None), in the first round of an instant."""
     return {"do": "drive", "t": at_ps, "round": 1, "pin": pin, "level": level}
 
 
 def given(part: str, verb: str, args: Sequence[Any], at_ps: int) -> dict[str, Any]:
-    """Return the entry for an input of a chip or a part, in the first round of an instant."""
+    """Return the journal entry for an input to a chip or part, in the first round of an instant."""
     plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
     return {"do": "input", "t": at_ps, "round": 1, "part": part, "verb": verb, "args": plain}
 
@@ -73,11 +74,11 @@ class ShadowBench:
 
     @property
     def now_ps(self) -> int:
-        """The instant that it has reached (ps); -1: it has not started."""
+        """The instant that the shadow has reached (ps); -1 if it has not started."""
         return -1 if self.player is None else self.player.bench.now_ps
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Play on up to an instant; return False, before that, as soon as `enough` returns true after an entry.
+        """Play on up to an instant; return False early, as soon as `enough` returns true after an entry.
 
         Raises:
             BenchFileError: an entry that cannot be executed.
@@ -119,8 +120,8 @@ class Past:
     """The past of a bench with a journal, from which other runs can start.
 
     Args:
-        bench: the present one; later the one passed to `go_on`.
-        shadows: how many times one can go back before a shadow has to start again.
+        bench: the present bench; later the bench passed to `go_on`.
+        shadows: the number of times one can go back before a shadow has to be started again.
     """
 
     def __init__(self, bench: Bench, shadows: int = 3) -> None:
@@ -133,7 +134,7 @@ class Past:
         """The journal, which is still being written.
 
         Raises:
-            UsageError: there is none.
+            UsageError: there is no journal.
         """
         if self.bench.journal is None:
             raise UsageError('going back needs a journal: Bench(journal="FILE")')
@@ -147,15 +148,15 @@ class Past:
         """Observe a bench that plays the past, before it begins; return its `Companion`, if any."""
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows play on up to an instant before which no inputs will be inserted any more, such as a rest.
+        """Let the shadows play on up to an instant before which no more inputs will be inserted, such as a rest.
 
         The instant must be over: all its entries are in the journal.
 
         Args:
-            enough: called after each entry; true: the rest waits for another call.
+            enough: called after each entry; if it returns true, the remaining entries wait for another call.
 
         Returns:
-            False: the rest waits.
+            False if entries remain.
         """
         while len(self.shadows) < self.most:
             self.shadows.append(ShadowBench(self.path, self.listen))
@@ -167,16 +168,16 @@ class Past:
 
     @property
     def since_ps(self) -> int:
-        """The latest instant at which a shadow is ready (ps); -1: there is none."""
+        """The latest instant at which a shadow is ready (ps); -1 if none is."""
         return max((each.now_ps for each in self.shadows), default=-1)
 
     @property
     def played(self) -> int:
-        """The number of entries that the shadows have played, all together."""
+        """The total number of entries that the shadows have played."""
         return sum(each.lines for each in self.shadows)
 
     def entries(self) -> Iterator[tuple[int, Entry]]:
-        """Yield the entries of the journal since the latest shadow, each with the byte at which its line begins."""
+        """Yield the entries of the journal since the latest shadow, each with the byte offset of its line."""
         at = max((each.offset for each in self.shadows), default=0)
         with open(self.path, "rb") as file:
             file.seek(at)
@@ -187,7 +188,7 @@ class Past:
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
         """Continue with another bench, which is identical to the present one before an instant (ps).
 
-        It takes over the memories outside, and the name of the journal, if the system can rename it.
+        It takes over the external memories, and the name of the journal if the operating system can rename it.
 
         Raises:
             OSError: a memory could not be written; nothing has changed.
@@ -214,7 +215,7 @@ class Instant:
         without: Collection[int] = (),
         allowed_s: float | None = None,
     ) -> Bench:
-        """Return another bench at the present, as if there had been other inputs from this instant on.
+        """Return another bench at the present, as if the inputs after this instant had been different.
 
         Everything follows the journal, with these inputs at their instants: inputs in the first round of an instant
         come before inputs recorded after it.  The present bench is unchanged, and so are memories in files.
@@ -223,14 +224,14 @@ class Instant:
             inputs: entries of a journal, as `driven` and `given` make them.
             to_ps: the present.
             copy: the journal of the new bench, by default next to the present one.
-            without: entries of the journal that are left out, each by the byte at which its line begins.
-            allowed_s: the time that it may take on a usual machine, in seconds.
+            without: entries of the journal that are left out, each given by the byte offset of its line.
+            allowed_s: the time that this may take on a typical machine, in seconds.
 
         Raises:
-            TooLong: it would take longer.
-            UsageError: no input, or one that is not between the beginning and the present.
-            BenchFileError: an entry cannot be executed, an old one perhaps because of the new ones; or `copy` is a file
-                that is not a journal, or cannot be written.
+            TooLong: the run would take longer.
+            UsageError: no input is given, or one that is not between the start and the present.
+            BenchFileError: an entry cannot be executed, possibly an old entry because of the new ones; or `copy` is a
+                file that is not a journal, or cannot be written.
         """
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
         if not (more or without):
@@ -268,7 +269,7 @@ class Instant:
         return bench
 
     def _first(self, inputs: Iterable[Entry], without: Iterable[int], to_ps: int) -> int:
-        """Return the instant from which on the other bench differs: that of the first input added or left out (ps)."""
+        """Return the first instant at which the other bench differs: that of the first input added or left out (ps)."""
         marks = [self.ps, *(int(entry["t"]) for entry in inputs), *map(self._instant, without)]
         for at in marks:
             if not 0 < at <= to_ps:
@@ -283,7 +284,7 @@ class Instant:
 
 
 def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) -> Iterator[bytes]:
-    """Yield the lines of a journal from a byte on, with more entries among them, by time."""
+    """Yield the lines of a journal, starting at a byte offset, with more entries merged in by time."""
     for line in rest.splitlines(keepends=True):
         if line.endswith(b"\n") and at not in without:
             entry = json.loads(line)
@@ -295,7 +296,7 @@ def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) ->
 
 
 def place(entry: Entry) -> tuple[int, bool]:
-    """Return the sort key of an entry: the instant, and whether it is not in its first round."""
+    """Return the sort key of an entry: its instant, and whether it comes after the first round of that instant."""
     return int(entry.get("t", 0)), entry.get("round") != 1
 
 

@@ -1,4 +1,4 @@
-"""The ramp calculator from Python: the ramp of given parameters, and the parameters for a required ramp.
+"""The ramp calculator from Python: the ramp for given parameters, and the parameters for a required ramp.
 
 ramp = slewline.ramp("cy525", F=3, R=127, S=200, Z=1)
 ramp.time_ps, ramp.steps, ramp.move(5000).time_ps
@@ -28,10 +28,10 @@ def ramp(
     Args:
         part: the part number, "cy525", "gs-c200" ...
         crystal: such as "11 MHz"; by default the usual crystal of the part.
-        options: options of the part, as for `bench.add`, such as a rate table of your own.
+        options: options of the part, as for `bench.add`, such as a custom rate table.
         values: parameters by name: F, R, S, Z (CY525); F, R, S (CY545); S, T, R, law (GS-C); SET_VEL, SET_ACC ...
-            (MC1451A family).  A whole number is the argument of the command; text may be a rate, such as
-            "4000 steps/s".
+            (MC1451A family).  A whole number is the argument of the command; a string may be a rate, such as "4000
+            steps/s".
 
     Raises:
         UnknownName: there is no such part or parameter.
@@ -58,13 +58,13 @@ def find_ramps(
 
     Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and SET_JERK of
     the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower one comes first.  Of
-    several ramps with the same goal value one is returned: the slowest, then the one with the least Z, then the least
-    S, R, acceleration or jerk.
+    several ramps with the same goal value, only one is returned: the slowest; then that with the lowest Z; then that
+    with the lowest S, R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.
-        time, acceleration, steps: the goal, exactly one of the three: the time of the ramp, such as "0.5 s", or ps; its
-            mean acceleration, steps/s^2; its number of steps.
+        time, acceleration, steps: the goal, exactly one of the three: the duration of the ramp, such as "0.5 s" or a
+        number of ps; its mean acceleration, steps/s^2; or its number of steps.
         count: the number of ramps to return, 1 or more.
 
     Raises:

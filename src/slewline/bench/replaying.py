@@ -38,7 +38,7 @@ CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of 
 
 
 class Survey(NamedTuple):
-    """The facts about a journal that are needed before any entry is executed."""
+    """Facts about a journal that are needed before any entry is executed."""
 
     seed: int
     maker: str
@@ -75,7 +75,7 @@ def survey(found: Entries, gate: FileGate) -> Survey:
 
 
 def differing(known: Survey) -> str:
-    """Return which parts of a journal had other laws than here, in words; "": none."""
+    """Return text that lists the parts of a journal whose laws differ from the present ones; "" if there are none."""
     here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
     different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
     return ", ".join(f"{part} had behaviour {had} and has {here[part]}" for part, had in different)
@@ -91,18 +91,18 @@ def replay(
     other_laws: bool = False,
     allow_code: bool = False,
 ) -> Bench:
-    """Replay a journal; return the bench as the recorded run left it, or as it was at an instant.
+    """Replay a journal; return the bench in the state in which the recorded run left it, or in its state at an instant.
 
     Args:
         path: the journal.
         until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
-            leave them out, stop a picosecond earlier.  After the end of the journal time passes without inputs.  The
-            bench that is returned can be run further.
-        shuffle: run the tasks of a round in random order, with this seed: the results must not change.
+            leave them out, stop one picosecond earlier.  After the end of the journal, time passes without inputs.  The
+            returned bench can be run further.
+        shuffle: run the tasks of a round in random order, from this seed; the results must not change.
         prepare: a function that is called with the bench before time passes: to record pins, for example.
         other_laws: replay even if the behaviour of a part has changed since; the run may then differ, and the warning
             OtherLaws is issued.
-        allow_code: allow the journal to name chips and parts as module:Class, whose import runs the code of the module.
+        allow_code: allow the journal to name chips and parts as module:Class, whose import runs code from the module.
 
     Raises:
         BenchFileError: not a journal, or its parts behave differently now, do not exist, or are not allowed.
@@ -119,8 +119,8 @@ def replay(
 def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
     """Let a bench in the state at byte `begin` of a journal play its further entries, up to an instant (ps).
 
-    From then on it has a journal of its own, `copy`, which begins like that one.  The memories of its chips and parts
-    are separated from those outside; they fail as recorded in the journal.
+    It then writes a journal of its own, `copy`, which begins like the old one.  The memories of its chips and parts are
+    separated from the external ones; they fail as recorded in the journal.
 
     Raises:
         BenchFileError: an invalid entry.
@@ -143,7 +143,7 @@ def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: 
 
 
 def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
-    """Return the length of a journal up to its last entry not after an instant (ps); `begin`: where a line begins."""
+    """Return the length of a journal up to its last entry not after an instant (ps); start at line start `begin`."""
     with open(path, "rb") as file:
         file.seek(begin)
         while line := file.readline():
@@ -154,7 +154,7 @@ def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
 
 @runtime_checkable
 class Companion(Protocol):
-    """An object that accompanies a bench that plays a journal, and acts on it without an entry."""
+    """An object that accompanies a bench while it plays a journal, and acts on the bench without journal entries."""
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
         """Handle an entry that has been executed, and the result of its input."""
@@ -164,11 +164,11 @@ class Companion(Protocol):
 
 
 class Player:
-    """Executes the entries of a journal on a bench, each at its instant; entries of a first round wait in the kernel.
+    """Executes the entries of a journal on a bench, each at its instant; entries for a first round wait in the kernel.
 
     Args:
-        prepare: called with the bench, before time passes; may return a `Companion`.
-        kept: makes a memory of a chip or part from its name and its content.
+        prepare: called with the bench before time passes; may return a `Companion`.
+        kept: a function that creates the memory of a chip or part, given its name and content.
     """
 
     def __init__(
@@ -184,7 +184,7 @@ class Player:
         ] = {}  # in the first round of an instant
 
     def take(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
-        """Execute the next entry; time passes up to it."""
+        """Let time pass up to the next entry, and execute it."""
         bench, at = self.bench, entry["t"]
         if self.prepare is not None and (entry["do"] == "run" or at > 0):
             self.begin()
@@ -200,7 +200,7 @@ class Player:
             self._do(found, known, number, entry)
 
     def begin(self) -> None:
-        """Call `prepare`, if it has not been called."""
+        """Call `prepare` if it has not been called yet."""
         if self.prepare is not None:
             found = self.prepare(self.bench)
             self.prepare = None
@@ -251,7 +251,7 @@ def as_bytes(content: Any) -> bytes:
     """Return the content of a memory, from an entry: one number per byte.
 
     Raises:
-        UsageError: the content is anything else; Python would read a whole number as a length.
+        UsageError: the content is anything else; `bytes` would take a whole number as a length.
     """
     if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
         raise UsageError(
@@ -276,7 +276,7 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
 
 
 def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None:
-    """Refuse a journal with other laws, or warn about it.
+    """Refuse a journal whose laws differ from the present ones, or issue a warning.
 
     Raises:
         BenchFileError: the laws differ, and that is not allowed.
@@ -300,7 +300,7 @@ def apply(
 ) -> Any:
     """Repeat an entry, and return the result of an input.
 
-    `kept` makes a memory of a chip or part from its name and its content.
+    `kept` creates the memory of a chip or part, given its name and content.
     """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__

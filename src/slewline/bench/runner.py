@@ -1,4 +1,4 @@
-"""Time of a bench: it passes for a duration, or until a condition is met; in a call, or in an asyncio task."""
+"""The passage of time on a bench: for a duration, or until a condition is met; in a call, or in an asyncio task."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class TimedStream(Protocol):
         """Check that time may pass.
 
         Raises:
-            UsageError: not yet.
+            UsageError: time may not pass yet.
         """
 
     def feed(self, ps: int) -> None:
@@ -47,37 +47,37 @@ class Wait:
     met: Callable[[], bool]
     limit_ps: int
     done: Callable[[bool], object] = bool
-    when: Callable[[], int | None] | None = None  # the instant that follows from the present promises
+    when: Callable[[], int | None] | None = None  # the instant predicted by the present promises
     nets: Iterable[Net] = ()
     pushes: bool = False  # stopped time passes for it
-    renew: Callable[[], object] | None = None  # repeat the wait on the bench that has replaced this one
+    renew: Callable[[], object] | None = None  # repeats the wait on the bench that has replaced this one
 
     def begin(self) -> None:
-        """Make the promised edges of the nets instants of the run."""
+        """Make the promised edges of the nets count as instants of the run."""
         for net in self.nets:
             net.watch(_seen)
 
     def end(self) -> None:
-        """Stop making promised edges of the nets instants of the run."""
+        """Stop counting the promised edges of the nets as instants of the run."""
         for net in self.nets:
             net.unwatch(_seen)
 
 
 class FunctionCondition(Condition):
-    """Condition: a function returns true."""
+    """The condition that a function returns true."""
 
     def __init__(self, met: Callable[[], bool], text: str, nets: Iterable[Net] = ()) -> None:
         self.met, self.text, self.nets = met, text, tuple(nets)  # type: ignore[method-assign]
 
 
-NEVER = FunctionCondition(lambda: False, "")  # only time ends a wait for it
+NEVER = FunctionCondition(lambda: False, "")  # only a timeout ends a wait for it
 
 
 class HasVirtualLoop(Protocol):
-    """An asyncio loop in which virtual time passes while all tasks wait (testing/aio.py has such a loop)."""
+    """An asyncio loop in which virtual time passes while all tasks wait (testing/aio.py provides such a loop)."""
 
     async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
-        """Wait until a condition is met, at most `ps` of the bench's time; return whether it was met."""
+        """Wait until a condition is met, for at most `ps` picoseconds of bench time; return whether it was met."""
 
 
 def virtual_loop(verb: str) -> HasVirtualLoop:
@@ -98,7 +98,7 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return the waits of all chips and parts that are not idle, in words."""
+    """Return a line of text about the wait of each chip and part that is not idle."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 
@@ -146,7 +146,7 @@ class Runner:
 
         Raises:
             TimeError: `duration` is not a time.
-            UsageError: the call comes from within a run.
+            UsageError: the call is made from within a run.
         """
         self._run_to(self.kernel.now + picoseconds(duration))
 
@@ -158,7 +158,7 @@ class Runner:
 
         Raises:
             TimeError: `time` is not a time.
-            UsageError: the instant is in the past, or the call comes from within a run.
+            UsageError: the instant is in the past, or the call is made from within a run.
         """
         ps = picoseconds(time)
         if ps < self.kernel.now:
@@ -195,7 +195,7 @@ class Runner:
         self.kernel.run(ps)
 
     def _pass(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Like `kernel.run_while`, but drop data beyond the kept past during a long run."""
+        """Run like `kernel.run_while`, but drop data older than the past that is kept during a long run."""
         kernel = self.kernel
         while self._forget_ps < until:
             if not kernel.run_while(over, self._forget_ps):
@@ -208,7 +208,7 @@ class Runner:
             self._forget(self.kernel.now)
 
     def _forget(self, now: int) -> None:
-        """Drop data beyond the kept past, and again when as much time has passed after an instant (ps)."""
+        """Drop data older than the past that is kept, and again when as much time has passed after an instant (ps)."""
         self.circuit.forget()
         self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
@@ -217,29 +217,29 @@ class Runner:
         """Run until every host queue is empty and every chip idle.
 
         Args:
-            timeout: the longest wait, in virtual time from now on.
+            timeout: the longest wait, in virtual time from now.
 
         Raises:
             Timeout: something is not idle in time; the message lists what each chip, part and host waits for.
             TimeError: `timeout` is not a time.
-            UsageError: the call comes from within a run.
+            UsageError: the call is made from within a run.
         """
         self._until(self._idle, timeout)
         self.conclude()
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or either (`|`).
 
         Args:
             condition: a condition, or a function without arguments that returns true when it is met.  A function is
-                called after every instant, and every step of every motor is an instant then: exact, but slow.
-            timeout: the longest wait, in virtual time from now on.
+                called after every instant, and every step of every motor then is an instant: this is exact, but slow.
+            timeout: the longest wait, in virtual time from now.
 
         Raises:
             Timeout: the condition is not met in time; the message lists what each chip, part and host waits for.
             TimeError: `timeout` is not a time.
-            UsageError: neither a condition nor a function, a condition of another bench, or the call comes from within
-                a run.
+            UsageError: neither a condition nor a function, a condition of another bench, or the call is made from
+                within a run.
         """
         self._until(self._condition("run_until", condition), timeout)
 
@@ -310,7 +310,7 @@ class Runner:
             raise self._timeout(condition, timeout, dead)
 
     def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met, perhaps between two events at the instant that `when` returns."""
+        """Run until a condition is met, possibly between two events, at the instant that `when` returns."""
         kernel = self.kernel
         while not wait.met():
             following, early = kernel.next_time(), when()
@@ -338,7 +338,7 @@ class Runner:
 
         Args:
             condition: as for `run_until`.
-            timeout: the longest wait, in virtual time from now on.
+            timeout: the longest wait, in virtual time from now.
 
         Raises:
             Timeout: the condition is not met in time; the message lists what each chip, part and host waits for.
@@ -349,7 +349,7 @@ class Runner:
         await self._awaited(loop, self._condition("until", condition), timeout)
 
     async def until_idle(self, timeout: Time = "60 s") -> None:
-        """Wait until every host queue is empty and every chip idle, in an asyncio task; raise as `until`."""
+        """Wait until every host queue is empty and every chip idle, in an asyncio task, with the errors of `until`."""
         await self._awaited(virtual_loop("until_idle"), self._idle, timeout)
         self.conclude()
 

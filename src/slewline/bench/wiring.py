@@ -1,8 +1,8 @@
 """The standard wiring: which pins of a part are connected to which pins of a neighbour.
 
-A part names, for each of its pins, the role of the pin that it needs (Part.wiring); a chip or part with a pin in that
-role can be its neighbour.  A pin that drives is connected to one that does not; an input also shares the wire of
-another input.
+For each of its pins, a part names the role of the mating pin (Part.wiring); a chip or part with pins in these roles can
+be its neighbour.  A driving pin is connected to one that does not drive; an input may also share the wire of another
+input.
 
     translator      wiring         cy525          gs-c200        mc1451a, axis 2
     pulse           step           pulse (fall)   clock (rise)   pulse2 (fall)
@@ -29,7 +29,7 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
     """Return the connections of the standard wiring: pins of the part, each with the pin of the neighbour.
 
     Raises:
-        WiringError: the neighbour lacks a pin that the part needs, or one does not fit; or the part has no standard
+        WiringError: the neighbour lacks a pin that the part needs, or a pin does not match; or the part has no standard
             wiring.
     """
     if not part.wiring:
@@ -50,13 +50,13 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
 
 
 def _elsewhere(role: str) -> str:
-    """Return which chips have a pin in a role, for a message; "": none."""
+    """Return which chips have a pin in a role, for a message; "" if none has."""
     found = [part for part in CATALOGUE.ours if any(row.plays(role, 1) for row in sheet_of(part).pins)]
     return f"; {', '.join(found)} {'has' if len(found) == 1 else 'have'} one" if found else ""
 
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
-    """Return the pin in a role to which a pin of a part is connected; None: there is none."""
+    """Return the pin in a role to which a pin of a part is connected; None if there is none."""
     in_out = own.row.in_out
     found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
     found = [pin for pin in found if (in_out, pin.row.in_out) != ("out", "out")]
@@ -64,7 +64,7 @@ def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal
 
 
 def as_needed(row: Pin) -> Pin:
-    """Return a pin as a part attached to it needs it: `active` is the level at which its role is active."""
+    """Return a pin as an attached part sees it: `active` is the level at which its role is active."""
     return replace(row, active=row.sense)
 
 
@@ -88,7 +88,7 @@ def _check(part: Part, own: Terminal, theirs: Terminal) -> None:
 
 
 def _wanted(role: str, axis: int) -> str:
-    """Return a required pin, in words."""
+    """Return a description of a required pin."""
     return f"a pin that {ROLES[role]}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
 
 
@@ -97,7 +97,7 @@ def _called(neighbour: Chip | Part) -> str:
 
 
 def stem_of(kind: str, cls: type[Part]) -> str:
-    """Return the default name of a part of a kind, without its number."""
+    """Return the default name for a kind of part, without its number."""
     return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
 
 

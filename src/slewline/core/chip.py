@@ -1,6 +1,7 @@
 """The base of every chip: a sheet, nets on its pins, a crystal, registers, findings, and one firmware task.
 
-Reset acts through a net: its change kills the firmware after all timed work of that instant; `run()` restarts later.
+Reset acts through a net: when it changes, the firmware is killed after all timed work of that instant; `run()` starts
+again later.
 """
 
 from __future__ import annotations
@@ -45,12 +46,12 @@ class AxisOfChip(OneAxis):
 
     @property
     def motor(self) -> Axis:
-        """Position of the motor of this axis, now and in the past."""
+        """The position of this axis's motor, now and in the past."""
         return self.chip.axes[self.number - 1]
 
     @property
     def registers(self) -> dict[str, int]:
-        """The manual's registers of this axis, by name in lower case."""
+        """The registers that the manual defines for this axis, by name in lower case."""
         return self.chip.registers_of(self.number)
 
     def __repr__(self) -> str:
@@ -63,14 +64,15 @@ class Chip(Component, OneAxis):
     Attributes:
         name: its name on the bench, such as "x".
         sheet: its data sheet.
-        options: the values of all options of the sheet, as attributes, checked.
+        options: the checked values of all options in the sheet, as attributes.
         crystal_hz: the frequency of its crystal, Hz.
-        pins: the pins, by the manual's names in lower case.
+        pins: the pins, keyed by the manual's names in lower case.
         axes: an `Axis` for each motor: its position, now and in the past; axis 1 comes first.
         idle: True while the chip waits for a command and has nothing left to do.
         on_finding: hook, called with each `Finding` of this chip.
-        on_power: hook, called with the chip and True or False as its supply is switched on or off.
-        on_instruction: hook, called with the address of each instruction of the program as it begins, before it acts.
+        on_power: hook, called with the chip and True or False when its supply is switched on or off.
+        on_instruction: hook, called with the address of each program instruction when it begins, before it takes
+            effect.
         on_command: hook, called with the text of the command or program instruction that the chip begins to execute,
             and with "" when it has finished.
     """
@@ -105,7 +107,7 @@ class Chip(Component, OneAxis):
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         if isinstance(sheet := vars(cls).get("sheet"), Sheet):
-            # built-in chips have no attribute of such a name; a custom chip may
+            # built-in chips have no attribute with such a name; a custom chip may
             to_drive, to_load, same = (TO_DRIVE, TO_LOAD, "") if cls.__module__.startswith(OURS) else (None,) * 3
             missing(cls, same, **OF_CHIPS)
             for row in sheet.pins:
@@ -139,7 +141,7 @@ class Chip(Component, OneAxis):
         self.tick = 0  # the chip's own count; every sleep adds to it, so it does not drift
         self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
         self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
-        self.on_command: Hook[[str]] = CommandHook()  # another command or instruction begins; "": none is in progress
+        self.on_command: Hook[[str]] = CommandHook()  # another command or instruction begins; "" if none is in progress
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
@@ -149,13 +151,13 @@ class Chip(Component, OneAxis):
 
     @property
     def _strap(self) -> str:
-        """Name of an input, as an example of a strap."""
+        """The name of an input, as an example of a strap."""
         inputs = (row.name for row in self.sheet.pins if row.in_out == "in")
         return next(iter([*self.sheet.plain, *self.sheet.fastest]), next(inputs, "pin"))
 
     @classmethod
     def _beside(cls) -> str:
-        """Return which arguments a chip takes besides its options, in words."""
+        """Return text that lists the arguments that a chip takes besides its options."""
         crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
         return f"; also {crystal}straps, bare and name"
 
@@ -166,7 +168,7 @@ class Chip(Component, OneAxis):
         return f"<{self.sheet.part.upper()} {self.name}: {what}>"
 
     def _repr_html_(self) -> str:
-        """Return the view of the chip in a notebook: package with levels, registers, program, last findings."""
+        """Return the notebook view of the chip: package with pin levels, registers, program, and latest findings."""
         from .notebook.chip_card import ChipCard
 
         several = len(self.axes) > 1
@@ -182,7 +184,7 @@ class Chip(Component, OneAxis):
 
     @property
     def _of_part(self) -> str:
-        """Name of the chip, with its part number."""
+        """The name of the chip, with its part number."""
         return f"{self.name} ({self.sheet.part})"
 
     def _pin_help(self, _pins: object) -> NameHelp:
@@ -192,7 +194,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return registers for users to read, those of one axis if there are several."""
+        """Return a read-only view of registers for users, one axis's registers if there are several axes."""
         found = Known(registers)
         found.name_help = partial(self._register_help, axis=axis) if axis else self._register_help
         return found
@@ -259,12 +261,12 @@ class Chip(Component, OneAxis):
 
     @property
     def awaits_host(self) -> bool:
-        """True while the chip, in the middle of a transfer, waits for one of its hosts; the others must wait."""
+        """True while the chip, in the middle of a transfer, waits for one of its hosts; the other hosts must wait."""
         return False
 
     @property
     def armed(self) -> bool:
-        """True while the chip, at rest, waits for an input that lets it continue."""
+        """True while the chip is at rest and waits for an input to continue."""
         return False
 
     @property
@@ -285,12 +287,12 @@ class Chip(Component, OneAxis):
         return self if len(self.axes) == 1 else AxisOfChip(self, axis)
 
     def registers_of(self, number: int) -> dict[str, int]:
-        """Return the registers of one axis, counted from 1, of a chip with several."""
+        """Return the registers of one axis, counted from 1, on a chip with several axes."""
         raise NotImplementedError
 
     @property
     def program(self) -> bytes:
-        """The part of the program memory that is in use, as bytes."""
+        """The bytes of the program memory that are in use."""
         return b""
 
     @property
@@ -299,7 +301,7 @@ class Chip(Component, OneAxis):
         return None
 
     def at_instruction(self, address: int | None = None) -> Condition:
-        """Return a condition that is met when the instruction at an address, or any (None), next begins.
+        """Return a condition that is met when the instruction at an address, or any instruction (None), next begins.
 
         Raises:
             UsageError: `address` is not a whole number, 0 or more, or is outside the program memory.
@@ -311,7 +313,7 @@ class Chip(Component, OneAxis):
         return []
 
     def listing(self) -> str:
-        """Return the stored program as text, one instruction a line, with addresses."""
+        """Return the stored program as text with addresses, one instruction per line."""
         return ""
 
     def power(self, on: bool) -> None:
@@ -332,11 +334,11 @@ class Chip(Component, OneAxis):
             raise UsageError(f"{self.name}: power({on!r}); allowed True, False")
 
     def reset(self) -> None:
-        """Pulse the reset pin from now on, for as long as the part needs; the call itself takes no virtual time."""
+        """Pulse the reset pin, starting now, for as long as the part needs; the call itself takes no virtual time."""
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report undriven inputs without pull-up, which read low, as findings.  Called before time passes."""
+        """Report undriven inputs without a pull-up, which read low, as findings.  This is called before time passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.in_out == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -344,28 +346,28 @@ class Chip(Component, OneAxis):
 
     @property
     def waiting(self) -> str:
-        """The current activity or wait of the chip, and since when, in words."""
+        """Text about the current activity or wait of the chip, and when it began."""
         text, since = self._does()
         rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     def _does(self) -> tuple[str, int]:
-        """Return the current activity or wait of the chip, and since when (ps)."""
+        """Return the current activity or wait of the chip, and when it began (ps)."""
         return self._waiting
 
     @property
     def unfinished(self) -> str:
-        """The line received so far, on parts whose lines end with a carriage return."""
+        """The incomplete line received so far, on parts whose lines end with a carriage return."""
         return ""
 
     @property
     def _lacking(self) -> str:
-        """Name of the character that would end or continue the line received so far."""
+        """The name of the character that would end or continue the line received so far."""
         return RETURN
 
     @property
     def _how_to_end(self) -> str:
-        """Remedy for a line that was received without its end."""
+        """The remedy for a line that was received without its terminator."""
         if self._lacking != RETURN:
             return f"send the {self._lacking} that ends it"
         instead = ", not a line feed (\\n)" if "\n" in self.unfinished else ""
@@ -374,7 +376,7 @@ class Chip(Component, OneAxis):
     def left_over(self) -> list[tuple[str, str]]:
         """Return the commands and entries that a host has not completed, each as the code and the text of a finding.
 
-        Called when everything is at rest, or a run is over; it must not change the state.
+        It is called when everything is at rest, or a run is over, and must not change the state.
         """
         text = self.unfinished
         if not text.strip("\n"):  # a line feed has its own finding
@@ -386,13 +388,13 @@ class Chip(Component, OneAxis):
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def _open_entry(self) -> tuple[str, str]:
-        """Return the finding that a host has begun program entry and has not ended it."""
+        """Return the finding that a host has begun program entry but has not ended it."""
         enter = self.sheet.enter.form if self.sheet.enter is not None else ""
         text = f"program entry has been open since {enter}: commands are stored, not executed"
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
 
     def conclude(self) -> bool:
-        """Report incomplete commands and entries, unless reported last time; return whether their list has changed."""
+        """Report incomplete commands and entries, unless the last call did; return whether their list has changed."""
         before, self._left = self._left, self.left_over()
         for code, text in self._left:
             if (code, text) not in before:
@@ -407,12 +409,14 @@ class Chip(Component, OneAxis):
     def motor_report(self, code: str, text: str, axis: int = 1, position: int | None = None) -> None:
         """Report an event of a real motor that follows the steps of an axis, as a finding.
 
-        It is an input from outside: a journal keeps it, so that a replay has the same position as the motor.
+        This is an external input: it is recorded in the journal, so that a replay reaches the same position as the
+        motor.
 
         Args:
             code, text: the code and the text of the finding.
             axis: the number of the axis, counted from 1.
-            position: the position of the motor, for the position register; None: the register is unchanged.
+            position: the position of the motor, to be loaded into the position register; None leaves the register
+                unchanged.
         """
         self.input("motor_report", code, text, axis, position)
         if position is not None:
@@ -439,7 +443,7 @@ class Chip(Component, OneAxis):
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:
-        """Like `sync`, but do nothing if the tick count is already ahead of this instant."""
+        """Synchronize like `sync`, but do nothing if the tick count is already ahead of this instant."""
         self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now))
 
     async def ticks(self, number: int) -> None:
@@ -454,10 +458,10 @@ class Chip(Component, OneAxis):
             await until(self.kernel, self.clock.ps(tick))
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net every `every` clocks, first now, until it, or one of `others`, has its level; return that net.
+        """Sample a net every `every` clocks, starting now, until it or one of `others` has its level; return that net.
 
-        `others` are further (net, level) pairs that end the wait.  The sampling points are computed, not stepped
-        through; a level that is gone before the next one is not seen.
+        `others` are further (net, level) pairs that end the wait.  The sampling instants are computed, not stepped
+        through; a level that ends before the next one is missed.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick
@@ -477,12 +481,12 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record the activity of the firmware from now on, or from an instant (ps); `waiting` shows it."""
+        """Record what the firmware is doing as of now, or as of an instant (ps); `waiting` shows it."""
         self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task
     async def run(self) -> None:
-        """Run the firmware, from reset on; each chip has its own."""
+        """Run the firmware, starting at reset; each chip class has its own."""
         raise NotImplementedError
 
     def start(self) -> None:

@@ -1,4 +1,4 @@
-"""The base of chips and parts on a bench: name, findings, and the inputs by which users act on them."""
+"""The base of chips and parts on a bench: name, findings, and the inputs with which users operate them."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Finding:
     """A diagnostic: something that the manual forbids or leaves open, and the reaction of the chip.
 
     Attributes:
-        time_ps: when it happened, ps.
+        time_ps: the instant of the event, ps.
         source: the name of the chip or part.
         code: the kind of finding: "range", "unfinished" ...
-        text: the event, in words; if longer than 400 characters, without its middle.
+        text: a description of the event; text longer than 400 characters is shortened in the middle.
     """
 
     time_ps: int
@@ -54,7 +54,7 @@ missing(
 class Component:
     """A chip or a part.
 
-    `_for_users` are the names that `dir` lists, if a class restricts them; `_to_set` has the remedy for an attempt to
+    `_for_users` lists the names that `dir` shows, if a class restricts them; `_to_set` is the remedy for an attempt to
     set a property.  A class that overrides a method declared by `@from_outside` need not declare it again.
     """
 
@@ -81,21 +81,22 @@ class Component:
 
     @property
     def findings(self) -> list[Finding]:
-        """All findings about the chip or part so far, in order of time."""
+        """All findings about the chip or part so far, in chronological order."""
         return self._findings
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding, now or at an instant of the past (ps): something that the manual forbids or leaves open."""
+        """Add a finding, now or at a past instant (ps): something that the manual forbids or leaves open."""
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
 
     def input(self, verb: str, *args: Any) -> None:
-        """Record, as an input from outside, that a user has called a method declared by `@from_outside`.
+        """Record, as an external input, that a user has called a method declared with `@from_outside`.
 
         Args:
             verb: the name of the method.
-            args: its arguments, as plain data: a journal keeps them, and a replay calls the method again.
+            args: its arguments, as plain data: they are recorded in a journal, and a replay calls the method with them
+                again.
 
         Raises:
             UsageError: no method of this name is declared as an input.
@@ -108,7 +109,7 @@ class Component:
 
 
 def input_of(owner: Component, verb: str) -> Callable[..., Any]:
-    """Return a method of a chip or a part that is an input from outside.
+    """Return a method of a chip or part that is an external input.
 
     Raises:
         UsageError: no declared input has this name; the message lists the inputs.
@@ -122,10 +123,10 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
 
 
 def forget_findings(owner: Component, before: int, remedy: str) -> None:
-    """Drop the findings of a chip or part before an instant (ps); one finding with their counts by code replaces them.
+    """Drop the findings of a chip or part before an instant (ps); a finding that counts them by code replaces them.
 
     Args:
-        remedy: how to keep more, in words.
+        remedy: text that explains how to keep more findings.
     """
     findings, forgotten = owner._findings, owner._forgotten
     old = bisect_left(findings, before, key=attrgetter("time_ps"))

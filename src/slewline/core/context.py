@@ -1,7 +1,7 @@
 """The interface of a chip for its firmware and for the objects inside it.
 
 The interface for users is in [the reference](docs/reference/api.md).  Objects of the firmware receive the same chip as
-a `ChipContext`, and a type checker proves that they use no more.  At run time there is no difference.
+a `ChipContext`, and a type checker proves that they use nothing else.  At run time there is no difference.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class ChipContext(Protocol):
     tick: int  # the chip's own count of clocks: every sleep adds to it, so it does not drift
 
     def sync(self) -> None:
-        """Set the tick count to the first clock tick at or after the present instant of the kernel."""
+        """Set the tick count to the first clock tick at or after the current kernel instant."""
 
     def sync_forward(self) -> None:
-        """Like `sync`, but do nothing if the tick count is already ahead of this instant."""
+        """Synchronize the tick count like `sync`, unless it is already ahead of this instant."""
 
     async def ticks(self, number: int) -> None:
         """Wait for a number of crystal clocks."""
@@ -45,7 +45,7 @@ class ChipContext(Protocol):
         """Wait until a tick of the crystal; return immediately if it has passed."""
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net every `every` clocks, first now, until it, or one of `others`, has its level; return that net.
+        """Sample a net periodically, starting now, until it or one of `others` has its level; return that net.
 
         Args:
             net: the net that is sampled.
@@ -62,7 +62,7 @@ class ChipContext(Protocol):
 
     @property
     def pins(self) -> Mapping[str, Terminal]:
-        """All pins by the manual's names; the pins of the data bus share its net."""
+        """All pins, keyed by the manual's names; the data bus pins share the bus net."""
 
     # ---------------------------------------------------------------------------------------------------- motion
     axes: tuple[Axis, ...]
@@ -71,13 +71,13 @@ class ChipContext(Protocol):
     idle: bool
     on_command: Hook[[str]]
     on_instruction: Hook[[int]]
-    task: Task | None  # of the firmware; None: it is killed, or has not begun
+    task: Task | None  # of the firmware; None if it has been killed or has not begun
 
     def switched(self, on: bool) -> None:
         """Report that the supply is switched on or off."""
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding, now or at an instant of the past (ps): something that the manual forbids or leaves open."""
+        """Add a finding, now or at a past instant (ps): something that the manual forbids or does not specify."""
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record the activity of the firmware from now on, or from an instant (ps); `waiting` shows it."""
+        """Record what the firmware is doing, as of now or of an instant (ps); `waiting` shows it."""

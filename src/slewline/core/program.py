@@ -45,10 +45,10 @@ class Running(Protocol):
 
 
 class InstructionCondition(Condition):
-    """Condition: an instruction of the stored program begins, at an address or at any (None).
+    """The condition that an instruction of the stored program begins, at an address or at any address (None).
 
     Args:
-        room: the size of the program memory, in addresses; 0: not known.
+        room: the size of the program memory, in addresses; 0 if unknown.
     """
 
     def __init__(self, chip: Running, address: int | None, room: int = 0) -> None:
@@ -60,7 +60,7 @@ class InstructionCondition(Condition):
         self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 
     def begin(self) -> None:
-        """Watch the instructions from now on."""
+        """Start watching the instructions."""
         self.hit = False
         if self.begun not in self.chip.on_instruction.listeners:
             self.chip.on_instruction.add(self.begun)

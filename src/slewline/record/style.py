@@ -1,6 +1,6 @@
 """The common style of all pictures: colours for light and dark pages, sizes, and the format of numbers and times.
 
-`styled()` applies the style while a picture is made, and `Picture` while it is drawn; the user's matplotlib
+`styled()` applies the style while a picture is created, and `Picture` while it is drawn; the user's matplotlib
 configuration has no effect on our pictures, and is not changed by them.
 """
 
@@ -24,7 +24,10 @@ WIDTHS = {"page": 9.6, "phone": 4.2}  # inches
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colours of a picture.  The colours of `series` differ in grey as well, and for people with colour blindness."""
+    """The colours of a picture.
+
+    The colours in `series` also differ in greyscale, and for people with colour blindness.
+    """
 
     ground: str  # background
     ink: str  # titles, names
@@ -83,7 +86,7 @@ DARK = Palette(
 
 
 def palette(dark: bool = False) -> Palette:
-    """Return the colours of a light or a dark picture."""
+    """Return the colours for a light or a dark picture."""
     return DARK if dark else LIGHT
 
 
@@ -91,7 +94,7 @@ def inches(width: str | float) -> float:
     """Return the width of a picture, in inches.
 
     Raises:
-        UsageError: neither "page" nor "phone" nor inches from 3 to 40.
+        UsageError: the width is neither "page" nor "phone" nor 3 to 40 inches.
     """
     if isinstance(width, str) and width in WIDTHS:
         return WIDTHS[width]
@@ -153,12 +156,12 @@ def number(value: float, digits: int = 10) -> str:
 
 
 def few(value: float) -> str:
-    """Return a measured number with three digits, or all digits before its point."""
+    """Return a measured number with three digits, or with all digits before its decimal point if these are more."""
     return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
 
 
 def grouped(value: object) -> str:
-    """Return a number as `number` does, and anything else as text."""
+    """Return a number formatted as by `number`, and anything else as text."""
     return number(value) if isinstance(value, int | float) else str(value)
 
 
@@ -168,11 +171,11 @@ def duration(ps: int) -> str:
 
 
 class TimeAxis:
-    """The time axis that all panels share: a unit that suits the window; far from time 0 it counts from its start.
+    """The common time axis of all panels, in a suitable unit; far from time 0, it counts from the window's start.
 
     Args:
-        zero: the instant that counts as 0, such as the start of a motion; by default that of the window if it is far
-            from time 0.
+        zero: the instant that counts as 0, such as the start of a motion; by default, the start of the window if that
+            is far from time 0.
     """
 
     def __init__(self, start: int, stop: int, zero: int | None = None, zero_is: str = "") -> None:
@@ -186,14 +189,14 @@ class TimeAxis:
         self.label = f"Time in {name}" + (f", {from_where}" if from_where else "")
 
     def scaled(self, times: Any) -> Any:
-        """Return instants (ps) in units of the axis: float64, shape as given."""
+        """Return instants (ps) in units of the axis: float64, same shape."""
         import numpy as np
 
         return (np.asarray(times, np.int64) - self.origin) / self.unit
 
 
 def aligned(lines: Sequence[Sequence[str]], left: Container[int] = ()) -> list[str]:
-    """Return the lines of a table, its columns aligned right, except the columns with numbers in `left`."""
+    """Return the lines of a table with right-aligned columns, except the columns numbered in `left`."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     sides = ["<" if n in left else ">" for n in range(len(widths))]
     cells = ([f"{cell:{side}{width}}" for cell, side, width in zip(line, sides, widths, strict=True)] for line in lines)

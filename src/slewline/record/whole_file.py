@@ -1,14 +1,14 @@
 """A file that is written completely or not at all.
 
-Bytes are written to a hidden neighbour of the file, which takes its name when it is complete.  A file that is not
-regular (a pipe, /dev/stdout) cannot be replaced and is written directly.
+Bytes are written to a hidden neighbour of the file, which takes the file's name when it is complete.  A file that is
+not regular (a pipe, /dev/stdout) cannot be replaced and is written directly.
 
 A symbolic link that the user named is kept, and its target is written.  If slewline chose the name, another program
-must have put the link there: the neighbour is a new file or none, and any other is refused (`own`).
+must have put the link there, so it is refused (`own`); the neighbour, too, must be a new file.
 
 The new file has the mode of the replaced one, and its owner and group if the system permits that.  The neighbour is
-locked while it is being written, so one without a lock was left by a killed process: it is removed by the next process
-that writes in that folder.
+locked while it is being written, so a neighbour without a lock was left by a killed process: it is removed by the next
+process that writes in that folder.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
     """Check that a file has an allowed extension.
 
     Args:
-        bare: a name without an extension is allowed too, as for pipes.
+        bare: also allow a name without an extension, as for pipes.
 
     Raises:
-        UsageError: it has another one.
+        UsageError: it has another extension.
     """
     suffix = Path(path).suffix.lower()
     if suffix in allowed or (bare and not suffix):
@@ -61,14 +61,14 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
 class WholeFile(WholeOrNothing):
     """A binary file to write: `close` puts it in place, `discard` leaves everything unchanged.
 
-    As a context manager it closes, or discards when the block raises.
+    As a context manager, it closes the file, or discards it if the block raises an exception.
 
     Args:
-        own: the name was made here, not by the user: a symbolic link of that name is refused.
-        durable: the bytes are on the disk before the file has its name, so that it survives a power cut.
+        own: True if slewline chose the name rather than the user: a symbolic link with that name is refused.
+        durable: write the bytes to disk before the file takes its name, so that it survives a power failure.
 
     Attributes:
-        part: the neighbour; None: the file is written in place.
+        part: the neighbour; None if the file is written in place.
 
     Raises:
         UsageError: the path is a directory, or cannot be written.
@@ -123,7 +123,7 @@ class WholeFile(WholeOrNothing):
             self.handle.write(data)
 
     def close(self) -> None:
-        """Put the file in place of the one with its name; a second call does nothing."""
+        """Replace the file with that name by the new one; a second call does nothing."""
         if not self._end.alive:
             return
         with self.refusals():
@@ -148,12 +148,12 @@ class WholeFile(WholeOrNothing):
             )
 
     def discard(self) -> None:
-        """Discard the written bytes, unless the file is in place already."""
+        """Discard the written bytes, unless the file is already in place."""
         self._end()
 
     @contextmanager
     def refusals(self) -> Iterator[None]:
-        """Raise errors of the system as errors of slewline."""
+        """Convert operating system errors into slewline errors."""
         try:
             yield
         except OSError as error:
@@ -161,7 +161,7 @@ class WholeFile(WholeOrNothing):
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new hidden file next to another one, locked, and its name; an existing file is never opened."""
+    """Return a new, locked hidden file next to another file, and its name; an existing file is never opened."""
     for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         if os.path.lexists(part):  # of a process that was killed, or a link that another program put there
@@ -173,7 +173,7 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
                 return part, handle
         except FileExistsError:
             continue
-        except BaseException:  # an interrupt: creating a file may take long on some disks
+        except BaseException:  # on an interrupt: creating a file may take long on some disks
             _abandon(handle, part)
             raise
         _abandon(handle, part)  # another process took it for an abandoned one, before it was locked
@@ -181,7 +181,7 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
 
 
 def _remove_dead(folder: Path) -> None:
-    """Remove the neighbours that killed processes have left, which are not locked."""
+    """Remove neighbours that killed processes have left, recognized by not being locked."""
     for part in folder.glob(".slewline-*.part"):
         if _PART.fullmatch(part.name) and not part.is_symlink() and part.is_file():
             with suppress(OSError), open(part, "r+b") as file:
@@ -190,7 +190,7 @@ def _remove_dead(folder: Path) -> None:
 
 
 def _sync_names(folder: Path) -> None:
-    """Make the names in a folder durable, if it can be opened."""
+    """Make the names in a folder durable if the folder can be opened."""
     with suppress(PermissionError):  # Windows cannot open folders
         file = os.open(folder, os.O_RDONLY)
         try:

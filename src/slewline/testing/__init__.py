@@ -1,7 +1,7 @@
 r"""Tests of host software: a pySerial URL handler, a pytest plugin, faults, assertions with explanations.
 
 import serial
-import slewline.testing                                    # from now on, pySerial knows slewline://
+import slewline.testing                                    # pySerial then knows slewline://
 
 port = serial.serial_for_url("slewline://gs-c200s", baudrate=9600, bytesize=7, parity="O", stopbits=2, timeout=1)
 port.write(b"FV\r")                                        # the V is the checksum
@@ -29,11 +29,11 @@ def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
 
     Args:
         url: such as "slewline://gs-c200s?chs=0".
-        baudrate: of the line.
-        settings: those of pySerial, as `bytesize=7`; with `allow_code=True` the URL may name module:Class.
+        baudrate: the baud rate of the line.
+        settings: pySerial settings, such as `bytesize=7`; with `allow_code=True`, the URL may name module:Class.
 
     Raises:
-        UsageError: no such part, strap or option, or not a slewline:// URL.
+        UsageError: there is no such part, strap or option, or this is not a slewline:// URL.
     """
     from ..errors import UsageError
     from .protocol_slewline import Serial

@@ -1,22 +1,22 @@
-"""asyncio in virtual time: a loop with the clock of its benches, which stops while any task has work to do.
+"""asyncio in virtual time: a loop that uses the clock of its benches, which stops while any task has work to do.
 
     async def main():
         bench = slewline.Bench()
         x = bench.add("cy525")
         ...
         await bench.until(x.reaches(40))
-        await asyncio.sleep(0.5)                                # virtual, as timeouts are
+        await asyncio.sleep(0.5)                                # virtual time, as for timeouts
 
     slewline.testing.aio.run(main())
     asyncio.Runner(loop_factory=VirtualLoop)                    the same, by hand
     anyio.run(main, backend_options={"loop_factory": VirtualLoop})
 
 When all tasks wait, time passes on every bench of the loop, up to the next event that concerns one of them: a timer, a
-character, a condition.  So the course of a run depends on the program alone.  A bench belongs to the loop from its
-first `await` on, as does the module of an open port; from then on its time passes with that of the loop.
+character, a condition.  So the course of a run depends on the program alone.  A bench joins the loop at its first
+`await`, as does the module of an open port; its time then passes with that of the loop.
 
-While work is done in threads (`asyncio.to_thread`), time stops.  Real sockets and pipes are served at every turn, and
-waited for only when nothing is due in virtual time.
+While work is done in threads (`asyncio.to_thread`), time stops.  Real sockets and pipes are served in every turn of the
+loop, which waits for them only when nothing is due in virtual time.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ GRACE_S = 1.0  # of the wall clock: a loop in which nothing is due, and that no 
 
 
 def run(main: Coroutine[Any, Any, Result]) -> Result:
-    """Run a coroutine in a loop of its own in virtual time, as `asyncio.run` does in real time.
+    """Run a coroutine in its own loop in virtual time, as `asyncio.run` does in real time.
 
     Raises:
-        UsageError: a function instead of its call.
+        UsageError: the argument is a function rather than a call to it.
         Timeout: deadlock: every task waits, and no event is pending.
     """
     if callable(main):
@@ -61,10 +61,10 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
 
 
 class TimeDriver(Protocol):
-    """An object that lets time pass for a port in a loop."""
+    """An object that lets time pass for a port in an asyncio loop."""
 
     def join(self, user: object) -> None:
-        """Let time pass from now on, as long as it has a user."""
+        """Start letting time pass, for as long as there is a user."""
 
     def leave(self, user: object) -> None:
         """Remove a user; without users, time stops."""
@@ -77,13 +77,13 @@ class TimeDriver(Protocol):
 
 
 def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:
-    """Return the object that lets time pass for a rig in a loop."""
+    """Return the object that lets time pass for a rig in an asyncio loop."""
     return loop.joined(rig.bench) if isinstance(loop, VirtualLoop) else PacedRig(loop, rig)
 
 
 # ----------------------------------------------------------------------------------------------- a loop in virtual time
 class JoinedBench(Pace):
-    """A bench in a loop; `ahead_ps` is the lead of the loop's clock over that of the bench."""
+    """A bench in a loop; `ahead_ps` is the lead of the loop's clock over the bench's."""
 
     def __init__(self, bench: Bench | Runner, loop: VirtualLoop) -> None:
         super().__init__(bench)
@@ -92,17 +92,17 @@ class JoinedBench(Pace):
         self.meet()
 
     def meet(self) -> None:
-        """Let its time continue from the present instant of the loop."""
+        """Let the time of the bench continue from the loop's current instant."""
         self.ahead_ps = self.loop.now_ps - self.kernel.now
 
     def join(self, user: object) -> None:
-        """Add a user; its time passes with that of the loop."""
+        """Add a user; the bench's time passes with that of the loop."""
         if not self.users:
             self.meet()
         self.users.append(user)
 
     def leave(self, user: object) -> None:
-        """Remove a user; without another one, its time stops."""
+        """Remove a user; without another user, the bench's time stops."""
         self.users.remove(user)
         if not self.users:
             del self.loop.paces[self.kernel]
@@ -112,7 +112,7 @@ class JoinedBench(Pace):
 
     @property
     def now_ps(self) -> int:
-        """The present instant of the bench in the time of the loop (ps)."""
+        """The current instant of the bench, in the time of the loop (ps)."""
         return self.kernel.now + self.ahead_ps
 
     def due(self) -> int | None:
@@ -129,19 +129,19 @@ class JoinedBench(Pace):
         return self.kernel.now if self._stopped() else max(self.loop.target_ps - self.ahead_ps, self.kernel.now)
 
     def _stopped(self) -> bool:
-        return self.loop.stirred and self.loop.alone  # each of several benches runs whole instants, the same ones
+        return self.loop.stirred and self.loop.alone  # several benches each run whole instants, the same for all
 
     def _enough(self) -> bool:
         return self._stopped() or super()._enough()
 
 
 class IdleSelector(selectors.DefaultSelector):
-    """The selector of a loop: asyncio lets it sleep when every task waits, and then virtual time passes."""
+    """The selector of a loop: asyncio lets it sleep when every task waits, and virtual time passes then."""
 
     loop: VirtualLoop
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """Return the ready files; if none is ready, let virtual time pass, at most `timeout` virtual seconds."""
+        """Return the ready files; if none is ready, let virtual time pass, for at most `timeout` virtual seconds."""
         ready = super().select(0)
         if ready or (timeout is not None and timeout <= 0):
             return ready
@@ -170,18 +170,18 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         super().__init__(selector)
 
     def time(self) -> float:
-        """Return the virtual time since the loop was made, in seconds."""
+        """Return the virtual time since the loop was created, in seconds."""
         return self.now_ps / PS_PER_S
 
     def joined(self, bench: Bench | Runner) -> JoinedBench:
-        """Return the pace of a bench in this loop."""
+        """Return the object that joins a bench to this loop."""
         if bench.kernel not in self.paces:
             bench.run(0)
             self.paces[bench.kernel] = JoinedBench(bench, self)
         return self.paces[bench.kernel]
 
     async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
-        """Wait until a condition is met, at most `ps` of the bench's time; return whether it was met."""
+        """Wait until a condition is met, for at most `ps` of the bench's time; return whether it was met."""
         pace = self.joined(bench)
         if not any(user is bench for user in pace.users):
             pace.join(bench)
@@ -201,7 +201,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     # ---------------------------------------------------------------------------------------------------------- time
     def pass_time(self, timeout: float | None) -> bool:
-        """Let time pass until a task has work to do, at most `timeout` seconds; return False if nothing is due."""
+        """Let time pass until a task has work to do, for at most `timeout` seconds; return False if nothing is due."""
         paces = [pace for pace in self.paces.values() if pace.users]
         self.alone, self.stirred = len(paces) == 1, False
         goal = None if timeout is None else self.now_ps + max(round(timeout * PS_PER_S), 1)
@@ -220,7 +220,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 return True
 
     def stuck(self) -> str:
-        """Return the waits of all chips, parts and hosts, in words."""
+        """Return text that lists what all chips, parts and hosts are waiting for."""
         waiting = [
             f"\n  {owner.waiting}" for pace in self.paces.values() if pace.users for owner in pace.bench.chips.values()
         ]
@@ -264,7 +264,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 # ------------------------------------------------------------------------------------------------ a loop in real time
 class PacedRig:
-    """A rig in an asyncio loop that follows the wall clock: time passes in turns of the loop.
+    """A rig in an asyncio loop that follows the wall clock: time passes in the turns of the loop.
 
     Without a rate, time passes until the written bytes are answered; with a rate, up to the wall clock.
     """
@@ -275,7 +275,7 @@ class PacedRig:
         self.used = 0
 
     def join(self, user: object) -> None:
-        """Let time pass from now on."""
+        """Start letting time pass."""
         self.used += 1
         self._soon()
 

@@ -1,4 +1,4 @@
-"""The result of a fixture: a running module, with the URL for programs, and with queries and assertions for tests.
+"""The object that a fixture returns: a running module, with a URL for programs, and queries and assertions for tests.
 
 def test_a_feed(gs_c200s):
     feeder = Feeder(serial.serial_for_url(gs_c200s.url, 9600, 7, "O", 2, timeout=1))     the software under test
@@ -38,7 +38,7 @@ class KeptTranscript(StringIO):
     """A transcript that can still be read after it is closed."""
 
     def close(self) -> None:
-        """Keep the text."""
+        """Close the transcript, keeping its text."""
 
 
 @face
@@ -46,7 +46,7 @@ class Controller(Closing):
     """A running module.
 
     Args:
-        rig: the module on its bench, which has not started.
+        rig: the module on its bench, not yet started.
         label: the name of the module in the report of a failed test.
     """
 
@@ -72,7 +72,7 @@ class Controller(Closing):
         """The URL of the module, for serial.serial_for_url.
 
         Raises:
-            UsageError: no program can reach the module: it is on a bus, or belongs to the test alone.
+            UsageError: no program can reach the module: it is on a bus, or is reserved for the test.
         """
         if not self.rig.url:
             name, part = self.chip.name, self.chip.sheet.part
@@ -83,7 +83,7 @@ class Controller(Closing):
 
     @property
     def host(self) -> Any:
-        """The host computer on the bus of a module without a serial line."""
+        """The host computer on the bus, for a module without a serial line."""
         return self.rig.host
 
     @property
@@ -100,7 +100,7 @@ class Controller(Closing):
         """Return a pin of the module, for example to drive it: `module.pin("ui1").drive(0)`.
 
         Raises:
-            UnknownName: no such pin; the message lists the existing ones.
+            UnknownName: there is no such pin; the message lists the existing ones.
         """
         return self.chip.pin(name)
 
@@ -113,7 +113,7 @@ class Controller(Closing):
         """Let virtual time pass until a condition is met: pin("mov").is_(0), or "mov=0" for short, or any function.
 
         Raises:
-            Timeout: it is not met in time.
+            Timeout: the condition is not met in time.
         """
         if isinstance(condition, str):
             condition = self._level(condition)
@@ -143,14 +143,14 @@ class Controller(Closing):
     # ------------------------------------------------------------------------------------------------------- exchange
     @answering("ask()")
     def ask(self, command: str, timeout: Time = "5 s") -> Any:
-        r"""Send a command, as a host would, and return the answer: from a serial line without checksum and return.
+        r"""Send a command as a host would, and return the answer; that from a serial line has no checksum or return.
 
-        The line may be in use by the program at the same time.  The listing of Q is lines with "\r" between them.  A
-        host on a bus returns the same as its own `ask`.
+        The program may use the line at the same time.  The listing that Q returns is lines separated by "\r".  For a
+        host on a bus, the result is that of its own `ask`.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
-            Timeout: no answer.
+            Timeout: there is no answer.
             UsageError: a module without a serial line is on a port, where only the program can command it.
         """
         rig, answer = self.rig, bytearray()
@@ -243,7 +243,7 @@ class Controller(Closing):
             raise AssertionError(text)
 
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
-        """Compare the changes of a pin since an instant with those expected: (time from then, level after it)."""
+        """Compare the changes of a pin since an instant with those expected, pairs of time from then and new level."""
         __tracebackhide__ = True
         origin = moment(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
@@ -289,7 +289,7 @@ class Controller(Closing):
         yield from lines[-SHOWN:]
 
     def close(self) -> None:
-        """End the module; a program with its port open gets an error.  A second call does nothing."""
+        """End the module; a program that has its port open gets an error.  A second call does nothing."""
         super().close()
 
     def _shut(self) -> None:

@@ -1,6 +1,6 @@
-"""The differences between recorded and expected events, in words: "step 412 is 2 ticks late".
+"""The differences between recorded and expected events, as text: "step 412 is 2 ticks late".
 
-Both are sequences of events: an instant in picoseconds, and the event (a direction, a level).
+Both are sequences of pairs: an instant in picoseconds, and the event (a direction or a level).
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ Event = tuple[int, int]
 def difference(
     found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str], hz: int = PS_PER_S
 ) -> str:
-    """Return the first difference, and the number of further ones, in words; "" if there is none.
+    """Return text with the first difference and the number of further differences; "" if there is none.
 
     Args:
-        noun: "step", "edge".
-        words: names of the events: {1: "cw", -1: "ccw"}.
-        hz: a clock; times are given in its ticks if they are a whole number of them.
+        noun: "step" or "edge".
+        words: the names of the events: {1: "cw", -1: "ccw"}.
+        hz: the frequency of a clock; times are given in its ticks if they are a whole number of ticks.
     """
     wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
     if not wrong:
@@ -38,7 +38,7 @@ def difference(
 
 
 def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str]) -> str:
-    """Return the events of the longer sequence after the end of the shorter one, in words."""
+    """Return text about the events of the longer sequence after the end of the shorter one."""
     missing = expected[len(found) :]
     extra = found[len(expected) :]
     if not missing and not extra:
@@ -61,7 +61,7 @@ def _event(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """Return a time between two instants in words: in ticks of a clock if it is a whole number of them."""
+    """Return the time between two instants as text: in clock ticks if it is a whole number of ticks."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")

@@ -1,6 +1,6 @@
 """The program's end of a line: the received characters, and the wait for more.
 
-Each library of serial ports has a class of its own around it (protocol_slewline, for_serialx).
+Each serial port library has its own class around it (protocol_slewline, for_serialx).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SILENCE_PS = PS_PER_S  # a line that has been quiet for this long is taken to re
 
 
 def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff: bool) -> CharacterFormat:
-    """Return the format of the settings of a port.
+    """Return the character format that a port's settings define.
 
     Raises:
         UsageError: a setting that no line of slewline supports.
@@ -37,10 +37,10 @@ class SerialEndpoint:
     Args:
         where: the program's name for the port.
         program: the name of the program in the transcript.
-        gone: the exception of its library for a port that has gone.
+        gone: the exception with which its library reports a port that has gone.
     """
 
-    lost = ""  # why the port has gone; empty: it has not
+    lost = ""  # why the port has gone; "" if it has not
 
     def __init__(self, rig: Rig, where: str, program: str, gone: type[Exception] = OSError) -> None:
         self.rig, self.where, self.gone = rig, where, gone
@@ -68,7 +68,7 @@ class SerialEndpoint:
             raise self.error()
 
     def hang_up(self) -> None:
-        """Release the line; the module is unchanged, and its time stops."""
+        """Release the line; the state of the module is unchanged, and its time stops."""
         self.rig.do(self._hang_up)
         if self.rig not in NAMED.values():
             self.rig.close()
@@ -81,7 +81,7 @@ class SerialEndpoint:
         self.connected = False
 
     def change_line(self, baud: int, word: CharacterFormat) -> None:
-        """Use another rate or format from the next character on."""
+        """Use another rate or format, starting with the next character."""
         host = self.rig.host
         if (baud, word) != (host.baud, host.word) or host.uart.fixed_baud is None:
             self.rig.do(lambda: host.change_line(baud, word.bits, word.parity, word.stop))
@@ -94,14 +94,14 @@ class SerialEndpoint:
         return 0
 
     def read(self, size: int, timeout: float | None, gap: float | None = None, least: int | None = None) -> bytes:
-        """Return up to `size` characters, fewer when the timeout (s) is over or the read is cancelled.
+        """Return up to `size` characters, or fewer when the timeout (s) expires or the read is cancelled.
 
         Args:
-            gap: a time between two characters (s) that ends the read, too.
-            least: the number of characters after which it does not wait for more; by default `size`.
+            gap: a pause between two characters (s) that also ends the read.
+            least: the minimum number of characters, after which it does not wait for more; by default `size`.
 
         Raises:
-            Timeout: without timeout and rate, when nothing can arrive.
+            Timeout: there is neither a timeout nor a rate, and nothing can arrive.
         """
         least = size if least is None else min(least, size)
         if len(self.buffer) < least:
@@ -131,7 +131,7 @@ class SerialEndpoint:
             self._complain(size)
 
     def _check_ends(self) -> None:
-        """Check for an incomplete line after no answer has arrived in time."""
+        """Check for an incomplete line when no answer has arrived in time."""
         if self.rig.line.quiet():
             self.rig.bench.conclude()
 
@@ -139,14 +139,14 @@ class SerialEndpoint:
         return len(self.buffer) > than or self.cancelled or not self.connected
 
     def cancel(self) -> None:
-        """End a waiting read, in another thread, or else the next one that would wait."""
+        """Cancel a read that waits in another thread, or else the next read that would wait."""
         self.rig.do(self._cancel)
 
     def _cancel(self) -> None:
         self.cancelled = True
 
     def _complain(self, size: int) -> None:
-        """Raise an exception after a long time without characters, unless some may still be sent."""
+        """Raise an exception after a long time without characters, unless some may still come."""
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
@@ -170,11 +170,11 @@ class SerialEndpoint:
             pass
 
     def sent(self) -> bool:
-        """Return whether everything has been sent, or nothing more can be."""
+        """Return whether everything has been sent, or nothing more can be sent."""
         return bool(self.lost) or self.rig.host.idle
 
     def space(self, on: bool) -> None:
-        """Set the line to space, after the written characters, or back to mark."""
+        """Set the line to space after the written characters, or back to mark."""
         self.flush()
         self.rig.do(lambda: self.rig.host.space(on))
 

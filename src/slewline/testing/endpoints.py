@@ -1,7 +1,7 @@
-"""The interfaces of a module in a test: in the same process by a URL or a host, or on a port of the machine.
+"""The interfaces of a module in a test: in the same process via a URL or a host, or on a port of this machine.
 
-A module on a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes of
-the line need it, and when the test lets it.
+A module on a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes on
+the line need it, and when the test lets it pass.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SERVER_TIMEOUT_S = 60.0  # of the wall clock: a server without an answer for thi
 
 
 class UrlEndpoint(Rig):
-    """A module that programs of this process find by its URL."""
+    """A module that programs in this process find by its URL."""
 
     def __init__(self, part: str | type[Chip], **settings: Any) -> None:
         super().__init__(part, **settings)
@@ -53,7 +53,7 @@ class UrlEndpoint(Rig):
 
 
 class BusEndpoint(Rig):
-    """A module without a serial line, and the host computer on its bus that a test uses."""
+    """A module without a serial line, with the host computer on its bus for the use of a test."""
 
     host: Host  # type: ignore[assignment]  # of whatever its channel has
 
@@ -81,7 +81,7 @@ class BusEndpoint(Rig):
 
 
 class PortEndpoint(Rig):
-    """A module on a port of the machine.
+    """A module on a port of this machine.
 
     Args:
         on: "tcp", "pty" or "rfc2217".
@@ -118,15 +118,15 @@ class PortEndpoint(Rig):
             raise
 
     def unplug(self, why: str) -> None:
-        """Close the port, in the next turn of the server."""
+        """Close the port in the next turn of the server."""
         self.server.loop.ask(lambda: self.server.adapters.unplug(self.line))
 
     def plug(self) -> None:
-        """Open the port again in the same place, in the next turn of the server."""
+        """Open the port again at the same address, in the next turn of the server."""
         self.server.loop.ask(lambda: self.server.adapters.plug(self.line))
 
     def begin(self) -> None:
-        """Start the server, in a thread of its own."""
+        """Start the server in its own thread."""
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
@@ -134,7 +134,7 @@ class PortEndpoint(Rig):
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function in the thread of the server and return its result; after `close` in the present thread.
+        """Call a function in the thread of the server and return its result; after `close`, in the current thread.
 
         Raises:
             SlewlineError: the server has ended unexpectedly.
@@ -148,7 +148,7 @@ class PortEndpoint(Rig):
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
     ) -> bool:
-        """Let time pass until a condition is met, at most `ps`; return whether it was met.
+        """Let time pass until a condition is met, for at most `ps`; return whether it was met.
 
         Raises:
             SlewlineError: the server has ended.

@@ -1,11 +1,11 @@
-"""Deliberate faults around a module, by name, repeatable by their seed.
+"""Deliberate faults around a module, selected by name and repeatable with the same seed.
 
     with gs_c200s.faults.stuck_switch("ui1", 0):             while the block lasts
     gs_c200s.faults.power_cut(at="1.5 s", lasting="20 ms")   at an instant, for a time
-    gs_c200s.faults.garbled_byte(to="host")                  from now on; here: only the next character
+    gs_c200s.faults.garbled_byte(to="host")                  starting now; here, only the next character
 
 Every effect of a fault is a finding of the part "faults", so that the report of a failed test lists it.  A fault drives
-pins from outside, as a test does; the last to drive a pin wins.
+pins externally, as a test does; the last to drive a pin wins.
 """
 
 from __future__ import annotations
@@ -64,16 +64,16 @@ class Fault:
 
 
 class Faults(Part):
-    """The faults that a module can have.
+    """The faults that can be injected around a module.
 
-    Each takes `at`, the instant at which it begins (by default now), and `lasting`, after which it ends (by default
-    never).
+    Each method takes `at`, the instant at which the fault begins (by default now), and `lasting`, the time after which
+    it ends (by default never).
 
     Args:
-        do: calls a function while no time passes; a server has its own thread.
-        seed: of all random choices.
-        unplug: removes the port for programs, with a reason.
-        plug: makes it available again.
+        do: a function that calls a function while no time passes; a server has its own thread.
+        seed: the seed for all random choices.
+        unplug: a function that removes the port for programs, with a reason.
+        plug: a function that makes the port available again.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class Faults(Part):
     def unplugged(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
         """Remove the port, as when an adapter is unplugged: a program that has it open, or opens it, gets errors.
 
-        When it is back the program must open it again.  The module has its supply all the time.
+        When the port is back, the program must open it again.  The module stays powered throughout.
 
         Raises:
             UsageError: the module has no port.
@@ -143,16 +143,16 @@ class Faults(Part):
     def lost_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Lose the next characters to the module or to the host."""
+        """Drop the next characters to the module or to the host."""
         return self._noisy("lost byte", "lost", to, count, at, lasting)
 
     def garbled_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Invert a data bit of the next characters, and their parity bit to match: only a checksum detects it.
+        """Invert a data bit of the next characters, and their parity bit to match: only a checksum detects the error.
 
-        It is never bit 4 (0x10), which the checksum does not cover.  With several characters, the errors may cancel;
-        and a changed carriage return does not end a line.
+        The bit is never bit 4 (0x10), which the checksum does not cover.  With several characters, the errors may
+        cancel out; and a changed carriage return does not end a line.
         """
         return self._noisy("garbled byte", "garbled", to, count, at, lasting)
 
@@ -187,10 +187,10 @@ class Faults(Part):
 
     # ----------------------------------------------------------------------------------------------------------- pins
     def stuck_switch(self, pin: str, level: int, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold an input at a level, whatever else drives it.
+        """Hold an input at a level, regardless of what else drives it.
 
         Raises:
-            UsageError: no such level, or the pin is an output.
+            UsageError: there is no such level, or the pin is an output.
         """
         row = next((row for row in self.chip.sheet.pins if row.name == pin), None)
         if row is not None and row.in_out == "out":
@@ -199,13 +199,13 @@ class Faults(Part):
         return self._stuck("stuck switch", pin, level, at, lasting)
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold ENABLE low: the next step waits until it is high again."""
+        """Hold ENABLE low: the next step waits until ENABLE is high again."""
         row = self._row("enable")
         level = 1 - (row.sense or 0)
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
 
     def _row(self, *roles: str) -> Pin:
-        """Return the pin of the chip with one of some roles."""
+        """Return the chip's pin that has one of some roles."""
         sheet = self.chip.sheet
         for role in roles:
             if row := sheet.role(role):
@@ -230,14 +230,14 @@ class Faults(Part):
         at: Time | None = None,
         lasting: Time | None = None,
     ) -> Fault:
-        """Close a contact, open it again several times at instants from the seed, and leave it closed.
+        """Close a contact, reopen it several times at instants that follow from the seed, and leave it closed.
 
         Args:
-            pin: by default the input for an end of the travel.
-            level: of the closed contact; by default the active one.
-            bounces: how often it opens again.
-            within: the total time of the bounces.
-            at, lasting: when it begins, by default now, and for how long, by default forever.
+            pin: the pin, by default the input for an end-of-travel switch.
+            level: the level of the closed contact; by default the active level.
+            bounces: the number of times that the contact reopens.
+            within: the total time of all bounces.
+            at, lasting: the instant at which the fault begins, by default now, and its duration, by default forever.
         """
         row = self._row("end", "end_plus") if pin is None else self.chip.pin(pin).row
         closed = (row.sense or 0) if level is None else level
@@ -254,7 +254,7 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Let programming of the EEPROM fail: the answer to M is E6, and so is that to X until a write succeeds."""
+        """Make EEPROM programming fail: the answer to M is E6, and so is the answer to X until a write succeeds."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
@@ -289,14 +289,14 @@ missing(
 
 
 class ReportedNoise(Noise):
-    """Noise that reports its effect on each character."""
+    """Line noise that reports its effect on each character."""
 
     def __init__(self, bits: int, receiver: str, report: Callable[[str], object], spared: int | None) -> None:
         super().__init__(bits, LINKED, spared)
         self.receiver, self.report = receiver, report
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the changed byte (None: it is lost) and its fault, and report it."""
+        """Return the changed byte, or None if it is lost, and its fault; report the fault."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.report(f"{byte:#04x} to the {self.receiver} is lost")

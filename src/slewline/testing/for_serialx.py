@@ -1,7 +1,7 @@
 """slewline:// for serialx, sync and async: the same URLs as in pySerial, and the same modules.
 
     import serialx
-    import slewline.testing.for_serialx                        # from now on, serialx knows slewline://
+    import slewline.testing.for_serialx                        # serialx then knows slewline://
 
     with serialx.serial_for_url("slewline://gs-c200s?chs=0", byte_size=7, parity="O", stopbits=2) as port: ...
     reader, writer = await serialx.open_serial_connection("slewline://gs-c200s?chs=0", 9600, ...)
@@ -10,7 +10,7 @@ Sync: virtual time passes while the program waits, as in pySerial.  Async: in a 
 time passes while all tasks wait; in any other loop, it passes until the written bytes are answered, or with a rate, by
 the wall clock.
 
-A read returns the available characters as soon as there are some, as serialx does on a port of the machine.
+A read returns the available characters as soon as there are any, as serialx does on a real port.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .rig import SCHEME, HasRig, Rig, from_url
 
 
 class Serial(HasRig, BaseSerial):
-    """A serial port of serialx with a module of slewline at its other end."""
+    """A serialx port with a slewline module at its other end."""
 
     end: SerialEndpoint | None = None
     _found_at: str | None = None  # the port whose module the rig has
@@ -130,16 +130,16 @@ class Serial(HasRig, BaseSerial):
 
     # ---------------------------------------------------------------------------------------------------- modem lines
     def _get_modem_pins(self) -> ModemPins:
-        """Return the modem lines: RTS is bridged with CTS, DTR with DSR and DCD, and RI is always off."""
+        """Return the modem lines: RTS is bridged to CTS, DTR to DSR and DCD, and RI is always off."""
         rts, dtr = self._rts_state, self._dtr_state
         return ModemPins(cts=rts, dsr=dtr, car=dtr, rng=PinState.LOW)
 
     def _set_modem_pins(self, modem_pins: ModemPins) -> None:
-        """Set RTS and DTR, which are only bridged with inputs of this port."""
+        """Set RTS and DTR, which are only bridged to inputs of this port."""
 
 
 class Transport(BaseSerialTransport):
-    """An asyncio transport with a module of slewline at its other end."""
+    """An asyncio transport with a slewline module at its other end."""
 
     transport_name = SCHEME
     make = Serial
@@ -243,7 +243,7 @@ class Transport(BaseSerialTransport):
 
     # ---------------------------------------------------------------------------------------------------------- close
     def close(self) -> None:
-        """Send the written characters, and close the line."""
+        """Send all written characters, and then close the line."""
         self._end_with(drain=True)
 
     def abort(self) -> None:

@@ -1,12 +1,12 @@
-r"""A backend of PyVISA: sessions with modules in the process of the program that opens them.
+r"""A PyVISA backend: sessions with modules in the process of the program that opens them.
 
     rm = pyvisa.ResourceManager("@slewline")                   # PyVISA finds the package pyvisa_slewline by this name
     rm.list_resources()                                        # ASRLslewline://cy545::INSTR, ...
     rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\r", write_termination="\r")
 
-It is PyVISA-py with one additional kind of session.  A timeout is virtual time, as on the port of the URL: that of a
-whole read, however many characters arrive; its error includes findings of the module, such as a missing line end.
-Other resources are the same as in PyVISA-py, so one of a port that `slewline serve` has opened works as well:
+This is PyVISA-py with one additional kind of session.  A timeout is virtual time, as on the port of a URL: it applies
+to a whole read, however many characters arrive; its error includes findings of the module, such as a missing line end.
+Other resources are the same as in PyVISA-py, so the resource of a port that `slewline serve` has opened also works:
 TCPIP::127.0.0.1::4001::SOCKET.
 """
 
@@ -38,7 +38,7 @@ KEPT = ("asrl_end_in", "asrl_end_out", "send_end_enabled", "termchar", "termchar
 
 
 class ModuleTimeout(VisaIOError):
-    """A timeout, with the findings of the module."""
+    """A timeout error that includes the findings of the module."""
 
     def __init__(self, why: str) -> None:
         super().__init__(StatusCode.error_timeout)
@@ -53,14 +53,14 @@ class ModuleTimeout(VisaIOError):
 
 
 class ModuleSession(SerialSession):
-    """A session with a serial port; its timeout is virtual if a module of slewline is at the other end."""
+    """A session with a serial port; its timeout is in virtual time if a slewline module is at the other end."""
 
     session_type = KIND
     known = 0  # findings up to the last answer
     part = b""  # the incomplete result of a read
 
     def after_parsing(self) -> None:
-        """Open the port.  On Windows, PyVISA-py would add COM to every name, and so to a URL."""
+        """Open the port.  On Windows, PyVISA-py would prefix COM to every name, including a URL."""
         if "://" not in self.parsed.board:
             super().after_parsing()
             return
@@ -73,11 +73,11 @@ class ModuleSession(SerialSession):
 
     @property
     def rig(self) -> Rig | None:
-        """The module at the other end; None: it is a port of the machine."""
+        """The rig of the module at the other end; None if this is a real port."""
         return getattr(self.interface, "rig", None)
 
     def why(self) -> str:
-        """Return why there is no answer, from the findings of the module."""
+        """Return the reason why there is no answer, from the findings of the module."""
         if self.rig is None:
             return ""
         new = {found.code: found.text for found in self.rig.bench.findings[self.known :]}
@@ -88,7 +88,7 @@ class ModuleSession(SerialSession):
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
 
     def unended(self) -> str:
-        """Return the characters received by an incomplete read, and the end that it waits for."""
+        """Return the characters that an incomplete read has received, and the terminator for which it waits."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
             return f"received {self.part!r}, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
@@ -116,7 +116,7 @@ class ModuleSession(SerialSession):
 
 
 class SlewlineVisaLibrary(PyVisaLibrary):
-    """PyVISA-py with modules of slewline."""
+    """PyVISA-py with slewline modules."""
 
     @staticmethod
     def get_library_paths() -> tuple[LibraryPath, ...]:
@@ -124,13 +124,13 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         return (LibraryPath(SCHEME),)
 
     def list_resources(self, session: VISARMSession, query: str = "?*::INSTR") -> tuple[str, ...]:
-        """Return the modules that can be opened: existing ones with a name, and a new one of each part."""
+        """Return the modules that can be opened: existing modules that have a name, and a new module of each part."""
         urls = [rig.url for rig in NAMED.values()]
         urls += [f"{SCHEME}://{part}" for part in CATALOGUE.ours if serial_line(sheet_of(part)) is not None]
         return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))
 
     def handle_return_value(self, session: Any, status_code: int) -> StatusCode:
-        """Return a status, or raise its error; for a timeout with the findings of the module."""
+        """Return a status, or raise its error; that of a timeout includes the findings of the module."""
         one = self.sessions.get(session) if status_code == StatusCode.error_timeout else None
         try:
             return super().handle_return_value(session, status_code)  # type: ignore[no-any-return]
@@ -149,7 +149,7 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         """Open a session.
 
         Raises:
-            UsageError: the URL is not that of a module, or has a strap or an option that the part does not have.
+            UsageError: the URL does not denote a module, or has a strap or an option that the part does not have.
         """
         try:
             parsed = rname.parse_resource_name(resource_name)

@@ -1,7 +1,7 @@
 r"""The pytest plugin: one argument of a test is a running module.
 
     def test_it(gs_c200s): ...                                          a GS-C200S; each part has such a name
-    def test_it(cy525): cy525.host.send("A 0\r")                        one without a serial line has a host on its bus
+    def test_it(cy525): cy525.host.send("A 0\r")                        a part without a serial line: a host on its bus
 
     @pytest.mark.slewline(on="tcp", straps={"chs": 0}, seed=7)          on: "url", "host", "tcp", "pty", "rfc2217"
     def test_it(gs_c200s): ...
@@ -9,16 +9,16 @@ r"""The pytest plugin: one argument of a test is a running module.
     def test_main(slewline_ports):                                      a program that opens "COM3" itself
         ports = slewline_ports({"COM3": "gs-c200s"})
 
-    def test_two(slewline_module):                                      several, or of another part
+    def test_two(slewline_module):                                      several modules, or other parts
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
         custom = slewline_module("my_lab.mx10:Mx10")
 
-    @pytest.fixture(scope="session")                                    one module for several tests: the same function
-    def feeder(slewline_for_session):                                   for a class, a module of tests, a session
+    @pytest.fixture(scope="session")                                    one module for several tests: the same function,
+    def feeder(slewline_for_session):                                   for a class, a test module or a session
         return slewline_for_session("gs-c200s")
 
-The report of a failed test gets a section for each module: seed, faults, findings and the last lines of the transcript.
-A run without these fixtures loads only this file.
+The report of a failed test contains a section for each module: seed, faults, findings and the last lines of the
+transcript.  A run without these fixtures loads only this file.
 """
 
 from __future__ import annotations
@@ -53,16 +53,16 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Return a function that makes running modules; they end with the scope of the fixture: test, class, and so on.
+    """Return a function that creates running modules; they end with the scope of the fixture: test, class, and so on.
 
-    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, override those of the marker `slewline`, and
-    those of a test override those of its class and its module of tests.
+    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, override those of the marker `slewline`; a
+    marker on a test overrides those on its class and its test module.
     """
     from .endpoints import running
 
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
     marked: dict[str, Any] = {}
-    for marker in request.node.iter_markers("slewline"):  # the closest first
+    for marker in request.node.iter_markers("slewline"):  # the closest marker first
         if marker.args:
             from ..errors import UsageError
 
@@ -93,11 +93,11 @@ slewline_for_session = pytest.fixture(scope="session", name="slewline_for_sessio
 
 @pytest.fixture
 def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
-    """Return a function that puts modules on names of ports, for a test: {"/dev/ttyUSB0": "gs-c200s"}.
+    """Return a function that assigns modules to port names for a test: {"/dev/ttyUSB0": "gs-c200s"}.
 
     A program that opens such a name with pySerial or serialx finds the module; the other arguments are those of
-    `slewline_module`.  A value may also be a module made by `slewline_module`.  `usb` is the entry of an adapter in the
-    list of ports: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
+    `slewline_module`.  A value may also be a module that `slewline_module` has created.  `usb` is the entry of an
+    adapter in the port list: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
     """
     from .ports import check_modules, named_ports
 
@@ -142,7 +142,7 @@ mc1451a_e = _module("mc1451a-e")
 
 
 def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Return whether to hide the traceback inside slewline: the message already explains an error of the user."""
+    """Return whether to hide the traceback inside slewline, as the message already explains a user error."""
     errors = sys.modules.get("slewline.errors")
     return errors is not None and excinfo.errisinstance(errors.SlewlineError)
 
@@ -151,7 +151,7 @@ def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add a report of its modules to a failed test, and hide the inside of slewline for an error in the test."""
+    """Add a report on its modules to a failed test, and hide slewline's internals for an error in the test."""
     if call.excinfo is not None:
         for entry in call.excinfo.traceback:
             if OURS in Path(entry.path).parents:

@@ -1,13 +1,13 @@
-"""Names of serial ports that are modules for a while: a program that opens "/dev/ttyUSB0" or "COM3" finds one there.
+"""Serial port names that stand for modules for a time: a program that opens "/dev/ttyUSB0" or "COM3" finds a module.
 
     with named_ports({"COM3": module}):
-        main()                               # serial.Serial("COM3") in it, or serialx.Serial, or serialx in asyncio
+        main()                               # may use serial.Serial("COM3"), serialx.Serial, or serialx in asyncio
 
     with named_ports({"COM3": module}, usb={"COM3": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}):
-        main()                               # which searches the list of ports for its adapter
+        main()                               # searches the port list for its adapter
 
-The classes of pySerial and serialx remain the ones that the program has imported; their objects behave like those of
-slewline:// if the name of their port is one of these.  All other ports are unchanged.
+The classes of pySerial and serialx remain the ones that the program has imported; their objects behave like those for
+slewline:// URLs if their port name is one of these.  All other ports are unchanged.
 """
 
 from __future__ import annotations
@@ -38,32 +38,32 @@ ADAPTER = ("vid", "pid", "serial_number", "manufacturer", "product", "location",
 
 
 class Ports(dict[str, "Controller"]):
-    """Modules by the names of their ports."""
+    """Modules, keyed by the names of their ports."""
 
     def __missing__(self, name: str) -> NoReturn:
         raise UnknownName(f"no port {name!r}; there are: {', '.join(self) or 'none'}{hint(name, self)}")
 
     def advance(self, time: Time) -> None:
-        """Let virtual time pass for all of them."""
+        """Let virtual time pass for all modules."""
         for module in set(self.values()):
             module.advance(time)
 
     def sleep(self, duration: float) -> None:
-        """Replace `time.sleep`, in virtual time: monkeypatch.setattr("time.sleep", ports.sleep)."""
+        """Sleep in virtual time, as a replacement for `time.sleep`: monkeypatch.setattr("time.sleep", ports.sleep)."""
         self.advance(seconds(duration))
 
 
 def plain(name: object) -> str:
-    r"""Return the name of a port in a form for comparison: "com3" and "\\\\.\\COM3" are COM3."""
+    r"""Return a port name in a form for comparison: "com3" and "\\\\.\\COM3" are COM3."""
     upper = str(name).upper().removeprefix("\\\\.\\")
     return upper if re.fullmatch(r"COM\d+", upper) else str(name)
 
 
 def check_modules(modules: Mapping[str, Controller]) -> None:
-    """Check that modules can be put on names of ports.
+    """Check that modules can be assigned to port names.
 
     Raises:
-        UsageError: one has no serial line, or is already on a port of the machine.
+        UsageError: a module has no serial line, or is already on a port of this machine.
     """
     for name, module in modules.items():
         if not module.rig.url.startswith(f"{SCHEME}://"):
@@ -71,10 +71,10 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
 
 
 def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
-    """Check the entries of adapters in the list of ports.
+    """Check the adapter entries for the port list.
 
     Raises:
-        UsageError: an entry for an unknown port, or a key that the list does not have.
+        UsageError: there is an entry for an unknown port, or a key that the list does not have.
     """
     for name, adapter in usb.items():
         if name not in modules:
@@ -88,7 +88,7 @@ def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) ->
 
 
 def check_class(library: str, cls: object, base: type) -> None:
-    """Check that programs find the class of a library under its name.
+    """Check that programs still find the class of a library under its name.
 
     Raises:
         UsageError: another object has replaced it, such as a mock or a guard of a test suite.
@@ -102,16 +102,16 @@ def check_class(library: str, cls: object, base: type) -> None:
 
 @contextmanager
 def named_ports(modules: Mapping[str, Controller], usb: Mapping[str, Usb] | None = None) -> Iterator[Ports]:
-    """Let programs find modules under names of ports while the block lasts.
+    """Let programs find modules under port names for the duration of the block.
 
     Args:
-        modules: by the names of their ports; they are in this process (`on="url"`).
-        usb: by names of ports, the entry of the adapter in the list of ports: vid, pid, serial_number, manufacturer,
+        modules: the modules, keyed by port name; they are in this process (`on="url"`).
+        usb: keyed by port name, the entry of the adapter in the port list: vid, pid, serial_number, manufacturer,
             product, location, interface.
 
     Raises:
-        UsageError: a module without a serial line, or already on a port of the machine; no such port or key in `usb`;
-            or another object has replaced the class of pySerial or serialx.
+        UsageError: a module has no serial line, or is already on a port of this machine; `usb` has an unknown port or
+            key; or another object has replaced the class of pySerial or serialx.
     """
     check_modules(modules)
     check_adapters(modules, usb or {})
@@ -203,7 +203,7 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
 def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
-    """Add methods to the objects of a class for which `mine` is true, for a while; then close the objects."""
+    """Temporarily add methods to those objects of a class for which `mine` is true; then close these objects."""
     opened: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:
@@ -232,7 +232,7 @@ def _close(ports: WeakSet[Any]) -> None:
 
 
 def _missing(cls: type, name: str) -> Callable[..., Any]:
-    """Return a method that raises AttributeError, for other ports of a class that does not have it."""
+    """Return a method that raises AttributeError, for other ports of a class that lacks the method."""
 
     def method(self: Any, *arguments: Any, **more: Any) -> NoReturn:
         raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}")

@@ -1,27 +1,27 @@
 """The pySerial URL handler: slewline://gs-c200s is a module in the process of the program that opens it.
 
-    slewline://gs-c200s                          a new module, at 9600 baud, with checksum, for this port object only
+    slewline://gs-c200s                          a new module, at 9600 baud, with checksum, only for this port object
     slewline://gs-c200s?chs=0&br0=1              straps; here no checksum, 4800 baud
     slewline://gs-c200s?name=left                the same module whenever it is opened under this name
-    slewline://gs-c200s?store=left.eeprom        a file keeps the EEPROM
+    slewline://gs-c200s?store=left.eeprom        a file holds the EEPROM
     slewline://gs-c200s?rate=1.0                 virtual time follows the wall clock
-    slewline://gs-c200s?eeprom_time=20 ms        any option of the part, load.v5_20=80 in a table; also seed=...,
+    slewline://gs-c200s?eeprom_time=20 ms        any option of the part, in a table load.v5_20=80; also seed=...,
                                                  log=FILE for a transcript
     slewline://my_lab.mx10:Mx10                  a custom chip, which imports a Python module; only where the program
                                                  allows it: serial_for_url(url, allow_code=True).  A chip from an
                                                  installed package is always allowed: slewline://mx10
 
-Virtual time passes while the program waits: a read lets it pass until the characters are there or its timeout is over,
-and returns immediately in real time.  A poll (in_waiting, timeout=0) takes a character's time, so that a loop that
-polls makes progress; to sleep, call `port.sleep`, or set a rate.  A read without timeout to which nothing can arrive
-raises slewline.Timeout instead of blocking forever.
+Virtual time passes while the program waits: a read lets it pass until the characters have arrived or its timeout has
+expired, and returns immediately in real time.  A poll (in_waiting, timeout=0) takes a character's time, so that a loop
+that polls makes progress; to sleep, call `port.sleep`, or set a rate.  A read without timeout, for which nothing can
+arrive, raises slewline.Timeout instead of blocking forever.
 
-A timeout is virtual time, also if that follows the wall clock: at rate=10, a timeout of 1 s is over after 0.1 s.  One
-thread may read while another one writes; characters written meanwhile take effect immediately.  A write never waits, so
+A timeout is virtual time, even if that follows the wall clock: at rate=10, a timeout of 1 s expires after 0.1 s.  One
+thread may read while another writes; characters written meanwhile take effect immediately.  A write never waits, so
 `write_timeout` and `cancel_write` have no effect.
 
-The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.  A
-module with its own CTS controls the flow with rtscts=True.
+The line has three wires.  As usual with such a cable, the connector bridges RTS to CTS, and DTR to DSR and DCD.  A
+module with its own CTS controls the data flow if rtscts=True.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait fo
 
 
 def waits_for_a_file() -> bool:
-    """Return whether the port is being opened by a library that cannot use it, and would not report that."""
+    """Return whether the port is being opened by a library that cannot use it and would not report this."""
     if not WAIT_FOR_FILES & sys.modules.keys():
         return False
     frame = sys._getframe()
@@ -56,7 +56,7 @@ def waits_for_a_file() -> bool:
 
 
 class Serial(HasRig, SerialBase):
-    """A serial port with a module of slewline at its other end."""
+    """A serial port with a slewline module at its other end."""
 
     _allow_code = False
     _url: str | None = None  # the port whose module the rig has
@@ -68,7 +68,7 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------------------------- open and close
     def open(self) -> None:
-        """Connect to the module, which has been switched on before.  A port that is reopened finds its own module."""
+        """Connect to the module, which is already switched on.  A port that is reopened finds its own module."""
         if self.port is None:
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
@@ -97,7 +97,10 @@ class Serial(HasRig, SerialBase):
             raise SerialException(f"could not open port {error}") from None
 
     def close(self) -> None:
-        """Send the written characters, and close the line.  The module is unchanged, and its time stops."""
+        """Send the written characters, and close the line.
+
+        The state of the module is unchanged, and its time stops.
+        """
         if self.is_open:
             self._end.flush()
             self.is_open = False
@@ -109,7 +112,7 @@ class Serial(HasRig, SerialBase):
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
     def _word(self) -> CharacterFormat:
-        """Return the format of the settings, if a line supports it."""
+        """Return the character format that the settings define, if a line supports it."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
     # -------------------------------------------------------------------------------------------------------- reading
@@ -121,24 +124,24 @@ class Serial(HasRig, SerialBase):
         return len(self._end.buffer)
 
     def read(self, size: int = 1) -> bytes:
-        """Return up to `size` characters, fewer when the timeout is over or the read is cancelled.
+        """Return up to `size` characters, or fewer when the timeout expires or the read is cancelled.
 
         Raises:
-            Timeout: without timeout and rate, when nothing can arrive.
+            Timeout: there is neither a timeout nor a rate, and nothing can arrive.
         """
         self._must_be_open()
         return self._end.read(size, self.timeout, self.inter_byte_timeout)
 
     def cancel_read(self) -> None:
-        """End a waiting read, in another thread, or else the next one that would wait.
+        """Cancel a read that waits in another thread, or otherwise the next read that would wait.
 
-        It returns the characters received so far.  Closing the port has the same effect.
+        That read returns the characters received so far.  Closing the port has the same effect.
         """
         if self.is_open:
             self._end.cancel()
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
-        """Return characters up to and including `expected`, or fewer at the timeout, or `size` of them."""
+        """Return the characters up to and including `expected`, fewer at the timeout, or `size` of them."""
         now = self.rig.present()
         end = None if self.timeout is None else now + seconds(self.timeout)
         line = bytearray()
@@ -182,7 +185,7 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------ pySerial methods of a single system
     def set_buffer_size(self, rx_size: int = 4096, tx_size: int | None = None) -> None:  # of Windows
-        """Do nothing: the port of a module keeps all received characters."""
+        """Do nothing: a module's port keeps all received characters."""
         self._must_be_open()
 
     def set_low_latency_mode(self, low_latency_settings: bool) -> None:  # of Linux
@@ -190,7 +193,7 @@ class Serial(HasRig, SerialBase):
         self._must_be_open()
 
     def set_input_flow_control(self, enable: bool = True) -> None:
-        """Raise an exception: XON and XOFF are characters of commands.
+        """Raise an exception: XON and XOFF are command characters.
 
         Raises:
             UsageError: always, as for xonxoff=True.
@@ -228,19 +231,19 @@ class Serial(HasRig, SerialBase):
 
     @property
     def cts(self) -> bool:
-        """True if CTS is on: that of a module with CTS, else it is bridged with RTS."""
+        """True if CTS is on: the module's CTS if it has one, otherwise the CTS bridged to RTS."""
         self._must_be_open()
         return self.rts if (clear := self.rig.line.clear) is None else clear
 
     @property
     def dsr(self) -> bool:
-        """True if DSR is on: it is bridged with DTR."""
+        """True if DSR is on: it is bridged to DTR."""
         self._must_be_open()
         return self.dtr
 
     @property
     def cd(self) -> bool:
-        """True if DCD is on: it is bridged with DTR."""
+        """True if DCD is on: it is bridged to DTR."""
         self._must_be_open()
         return self.dtr
 

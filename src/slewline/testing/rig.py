@@ -1,7 +1,7 @@
-"""A module on a bench of its own, and its serial line for a program: the object of a URL or a fixture.
+"""A module on its own bench, with a serial line for a program: the object behind a URL or a fixture.
 
     program --- line ---> connector ---> module            the connector is that of a host in virtual time; the line
-            <----------- (SerialHost) <---                 brings bytes from outside and back, noise included
+            <----------- (SerialHost) <---                 carries external bytes in and out, including noise
 
 Virtual time stops while the program does other things, and passes while it waits for characters; with a rate it
 follows the wall clock instead.
@@ -41,7 +41,7 @@ Result = TypeVar("Result")
 SCHEME = "slewline"
 SLEPT_NS = 1_000_000_000  # of the wall clock: a program with other work seldom takes as long
 LIBRARIES = ("slewline", "serial", "serialx", "pyvisa")  # between a program and a module
-SLICES = 50  # at most, to catch up with the wall clock
+SLICES = 50  # maximum number, to catch up with the wall clock
 YIELD_S = 1e-4  # of the wall clock: pause between two slices, for other threads
 STRAP = Option("strap", "int", None, "level of an input")
 OWN = (  # keys of a URL besides the straps and options of the module
@@ -53,33 +53,33 @@ OWN = (  # keys of a URL besides the straps and options of the module
     Option("log", "text", None, "a file for the transcript"),
 )
 NAMED: dict[str, Rig] = {}  # modules that are kept while they are not open, until the process ends
-ENDED: set[str] = set()  # names of modules ended by a test: no other module gets one of them
+ENDED: set[str] = set()  # names of modules ended by a test: no other module is given one of them
 CLOSED = "the module has been closed"
 LOOK_PS = 10**11  # the time of a failed search for a port that has gone
 
 
 class PortUser(Protocol):
-    """The end of a program that has a port open."""
+    """The program's end of a port that it has open."""
 
     def lose(self, why: str) -> None:
         """Record that the port has gone."""
 
 
 class OnDemandTime(Lockstep):
-    """Virtual time passes while the program waits for it, immediately and exactly as far as needed."""
+    """Pacing in which virtual time passes while the program waits for it, immediately and only as far as needed."""
 
     lockstep = False  # the line does not let time pass itself when bytes have arrived
 
 
 class WallClockTime(Paced):
-    """Virtual time follows the wall clock, and catches up whenever the program polls."""
+    """Pacing in which virtual time follows the wall clock, and catches up whenever the program polls."""
 
     def pass_time(self) -> bool:
         """Let time pass up to the wall clock, to catch up with it."""
         return Pace.pass_time(self)
 
     def present(self) -> None:
-        """Let time pass up to the present instant of the wall clock, unless the rate is too high for this machine."""
+        """Let time pass up to the wall clock's current instant, unless the rate is too high for this machine."""
         goal = self.goal()
         for _ in range(SLICES):
             if self.kernel.now >= goal:
@@ -88,21 +88,21 @@ class WallClockTime(Paced):
 
 
 def serial_line(sheet: Sheet) -> channel.Channel | None:
-    """Return the channel of a part that is a serial line; None: it has none."""
+    """Return the channel of a part that is a serial line; None if it has none."""
     return sheet.channel(channel.SerialLine) or sheet.channel(channel.AdaptiveLine)
 
 
 class Rig:
-    """A module, its bench, its line.
+    """A module with its bench and its line.
 
     Args:
         part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
-        straps: of the module; without BR0 to BR2, it has the highest rate of its sheet.
-        store: a file that keeps the EEPROM, which may be the external memory of the chip.
-        memory: a file with an image of that memory, a dump or Intel HEX.
-        rate: virtual seconds per second; None: virtual time does not wait for the wall clock.
+        straps: the straps of the module; if BR0 to BR2 are not among them, it has the highest rate in its sheet.
+        store: a file that holds the EEPROM, which may be the chip's external memory.
+        memory: a file with an image of that memory, as a dump or in Intel HEX.
+        rate: virtual seconds per second; None if virtual time does not wait for the wall clock.
         log: a file for the transcript.
-        options: of the part.
+        options: the options of the part.
     """
 
     def __init__(
@@ -136,8 +136,8 @@ class Rig:
         self.reach()
 
     warned = False  # about a program that sleeps in real time
-    away = ""  # why a program does not find the port; empty: it does
-    program: PortUser | None = None  # the one that has the port open
+    away = ""  # why a program does not find the port; "" if it does
+    program: PortUser | None = None  # the program that has the port open
 
     def unplug(self, why: str) -> None:
         """Remove the port, as when an adapter is unplugged, even if a program has it open; the module is unchanged."""
@@ -150,7 +150,7 @@ class Rig:
         self.away = ""
 
     def look(self) -> str:
-        """Return why the port is not found; empty: it is.  A failed search takes 100 ms."""
+        """Return the reason why the port is not found; "" if it is found.  A failed search takes 100 ms."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why
@@ -171,7 +171,7 @@ class Rig:
         self.lock = Condition()  # programs read in one thread and write in another; released while one waits
 
     def begin(self) -> None:
-        """Switch the module on; it receives commands from now on."""
+        """Switch the module on; it then receives commands."""
         self.bench.run(0)
         self.pace.start()
 
@@ -191,7 +191,7 @@ class Rig:
         when: Callable[[], int | None] | None = None,
         nets: Iterable[Net] = (),
     ) -> bool:
-        """Let virtual time pass until a condition is met, at most `ps` picoseconds; return whether it was met."""
+        """Let virtual time pass until a condition is met, for at most `ps` picoseconds; return whether it was met."""
         over: list[bool] = []
         self.check_slept()
         with self.lock:
@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once about a program that paused for long while the module is busy: only its calls let time pass."""
+        """Warn once about a program that pauses for long while the module is busy: only its calls let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -219,7 +219,7 @@ class Rig:
         )
 
     def present(self) -> int:
-        """Return the present instant (ps); with a rate, the one that corresponds to the wall clock."""
+        """Return the current instant (ps); with a rate, the instant that corresponds to the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
@@ -238,11 +238,11 @@ class Rig:
         return result
 
     def resume(self) -> None:
-        """Continue the transcript: the program is back."""
+        """Continue the transcript, as the program is back."""
         self.log.reopen()
 
     def leave(self) -> None:
-        """Report incomplete commands, and write unsaved data to disk: the program closes the line."""
+        """Report incomplete commands, and write unsaved data to disk, as the program closes the line."""
         self.bench.conclude()
         for part in self.bench.parts.values():
             part.leave()
@@ -254,17 +254,17 @@ class Rig:
 
 
 def never() -> bool:
-    """Return False: a condition that only time ends."""
+    """Return False, as a condition that is never met: only a timeout ends the wait."""
     return False
 
 
 def seconds(time: float) -> int:
-    """Return the picoseconds of a time in pySerial's unit."""
+    """Return a time in pySerial's unit as picoseconds."""
     return round(time * PS_PER_S)
 
 
 def store_at(path: str | PathLike[str]) -> FileStore:
-    """Return the file of an EEPROM, which need not exist; its directory must."""
+    """Return the file store of an EEPROM; the file need not exist, but its directory must."""
     if Path(path).is_dir() or not Path(path).parent.is_dir():
         raise UsageError(f"store {path}: expected a file in a directory that exists, such as left.eeprom")
     return FileStore(path)
@@ -272,15 +272,15 @@ def store_at(path: str | PathLike[str]) -> FileStore:
 
 # ----------------------------------------------------------------------------------------------------------------- URLs
 def from_url(url: str, allow_code: bool = False) -> Rig:
-    """Return the module of a URL: a new one; or, with a name, the one made for this name before.
+    """Return the module for a URL: a new one or, for a name used before, the module created for that name.
 
-    A URL may come from anybody, such as a file of settings: it must not name a Python module, unless that is allowed.
+    A URL may come from anywhere, such as a settings file, so it must not name a Python module unless that is allowed.
 
     Args:
-        allow_code: the part may be module:Class, whose import runs the code of the module.
+        allow_code: the part may be given as module:Class, whose import runs code from the module.
 
     Raises:
-        UsageError: no such part, strap or option; or the name is that of another module already.
+        UsageError: there is no such part, strap or option; or another module already has the name.
         FileNotFoundError: the module has been closed.
     """
     split = urlsplit(url)
@@ -312,7 +312,7 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
 
 @contextmanager
 def named_by(url: str) -> Iterator[None]:
-    """Add the URL of a module to the errors about it."""
+    """Add a module's URL to the errors about it."""
     try:
         yield
     except (UnknownName, UsageError) as error:
@@ -329,7 +329,7 @@ def _query(url: str, text: str) -> dict[str, str]:
 
 
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
-    """Return the query of a URL as arguments of a Rig."""
+    """Return the query of a URL as arguments for a Rig."""
     sheet = sheet_of(part)
     inputs = {row.name for row in sheet.pins if row.in_out == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}
@@ -344,7 +344,7 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
 
 
 class HasRig:
-    """The attributes of a port for the module at its other end."""
+    """The attributes with which a port gives access to the module at its other end."""
 
     rig: Rig
 

@@ -1,5 +1,5 @@
-"""Files of users: journals, bench files as text, images of memories.
+"""User files: journals, bench files as text, memory images.
 
-A key of bench files is a row in `tables.py`, an entry of journals one in `entries.py`, played by `replaying.py`
-above.
+Each key of a bench file is a row in `tables.py`; each kind of journal entry is a row in `entries.py`, and is replayed
+by `replaying.py` in the parent folder.
 """

@@ -1,4 +1,4 @@
-"""The entries of a journal, read one at a time and checked: a journal may come from anybody, and be of any length.
+"""The entries of a journal, read one at a time and checked: a journal may come from anybody and have any length.
 
 `FIELDS` lists the fields of every entry; `replaying.py` relies on it.
 """
@@ -68,9 +68,9 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 class Entries:
     """The entries of a journal file, with the numbers of their lines; each iteration starts at the first one.
 
-    With `begin` reading starts at that byte, where a line begins, and numbers of lines count from there, or continue
-    after the `before` lines before it.  A last line that was cut off is left out, with the warning TornJournal at the
-    first reading.
+    With `begin`, reading starts at that byte, which must be the start of a line; line numbers count from there, or from
+    the `before` lines that precede it.  A truncated last line is left out, and the first reading issues the warning
+    TornJournal.
 
     Raises:
         BenchFileError: not readable, or not a journal; or, during reading, an invalid entry.
@@ -82,14 +82,14 @@ class Entries:
             self.file: BinaryIO = opened(path)
         except BenchFileError as error:
             raise BenchFileError(f"journal {error}") from None
-        self.count: int | None = None  # their number, after the first reading: a later one stops there
+        self.count: int | None = None  # their number, known after the first reading; later readings stop there
 
     def __iter__(self) -> Iterator[tuple[int, dict[str, Any]]]:
         self.file.seek(self.begin)
         yield from islice(self._read(), self.count)
 
     def error(self, number: int, message: str) -> BenchFileError:
-        """Return an error with file and line."""
+        """Return an error that states file and line."""
         return BenchFileError(f"journal {self.path}, line {number}: {message}")
 
     def _read(self) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -114,7 +114,7 @@ class Entries:
         self.count = found
 
     def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
-        """Return an entry; None if it is cut off."""
+        """Return an entry; None if its line is truncated."""
         try:
             line.decode("ascii")
             entry = from_json(line)

@@ -1,4 +1,4 @@
-"""Bytes as hexadecimal text, and files of them: every reader of such a file begins here.
+"""Bytes as hexadecimal text, and files of them: every reader of such a file starts in this module.
 
     52 7F 4E 2C 01    ; pairs of digits, a comment      bytes from a host, or a program without its address
     :0100100041AE                                        Intel HEX: the image of a memory
@@ -48,12 +48,12 @@ def hex_text(data: bytes, where: str) -> str:
 
 
 def has_records(text: str) -> bool:
-    """Return whether a text is Intel HEX, good or damaged: it begins with a colon."""
+    """Return whether a text is Intel HEX, valid or damaged, that is, begins with a colon."""
     return text.lstrip().startswith(":")
 
 
 def hex_bytes(data: bytes, where: str) -> bytes:
-    """Return the bytes in a file of hexadecimal text, in either form.
+    """Return the bytes in a file of hexadecimal text of either form.
 
     Raises:
         BenchFileError: the file is empty, or has any other content.
@@ -63,10 +63,10 @@ def hex_bytes(data: bytes, where: str) -> bytes:
 
 
 def hex_lines(text: str, where: str) -> list[str]:
-    """Return the lines of a text of hexadecimal bytes, without their comments.
+    """Return the lines of a hexadecimal text, without their comments.
 
     Raises:
-        BenchFileError: a line has any other content, with line and column; or no line has a byte.
+        BenchFileError: a line has any other content, with line and column; or no line contains a byte.
     """
     found = []
     for number, line in enumerate(text.split("\n"), 1):

@@ -1,4 +1,4 @@
-"""Images of memories in files: read in any form, written in the form of their extension."""
+"""Memory images in files: read in either form, written in the form that the file extension selects."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .hex_text import hex_text, is_named_hex
 
 @answering("read_image()")
 def read_image(path: str | PathLike[str]) -> bytes:
-    """Return the memory image in a file, from address 0 on.
+    """Return the memory image in a file, starting at address 0.
 
     Args:
         path: the file; Intel HEX if its name ends in .hex, .ihx or .ihex, else a binary dump.
@@ -35,7 +35,7 @@ def read_image(path: str | PathLike[str]) -> bytes:
 
 
 def image_given(owner: str, image: Any) -> Any:
-    """Return an image passed to a part: for a `Path` the content of the file, anything else unchanged.
+    """Return an image passed to a part: for a `Path`, the content of the file; anything else is returned unchanged.
 
     Raises:
         UsageError: text that is the name of a file, and would be taken for the content itself.
@@ -50,7 +50,7 @@ def image_given(owner: str, image: Any) -> Any:
 
 
 def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
-    """Return the content of a file for an image: Intel HEX if it has such an extension, else the bytes."""
+    """Return an image as file content: Intel HEX if the file has such an extension, else the bytes."""
     return to_hex(image).encode("ascii") if is_named_hex(path) else image
 
 
@@ -60,7 +60,7 @@ def write_image(path: str | PathLike[str], image: bytes) -> None:
 
     Args:
         path: the file; Intel HEX if its name ends in .hex, .ihx or .ihex, else a binary dump.
-        image: the bytes from address 0 on.
+        image: the bytes, starting at address 0.
 
     Raises:
         UsageError: the file cannot be written, or `image` is not bytes, or is longer than 64K bytes.

@@ -1,24 +1,24 @@
-"""The journal: every input from outside, one JSON object per line; a replay repeats the run, to the bit.
+"""The journal: every external input, one JSON object per line; a replay repeats the run bit for bit.
 
     {"do": "journal", "version": 1, "seed": 0, "slewline": "0.1.0"}
     {"do": "add", "t": 0, "part": "cy525", "behaviour": 2, "name": "x", ...}
     {"do": "drive", "t": 12000000000, "round": 1, "pin": "x.abort", "level": 0}
 
 `t` is the instant in picoseconds; `round` 1 marks inputs made in the first round of that instant, before its changes
-commit; all others are made after the instant.  Lines are written immediately, so the journal of a killed run is valid
-up to its last complete line.
+commit; all others follow the changes of the instant.  Lines are written immediately, so the journal of a killed run is
+valid up to its last complete line.
 
     {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
 
-It also has the faults of a store outside: failed calls, changed content, and delays.  `call` is the number of the call
-since its owner was put on the bench, and a replay repeats the fault there (`core/memory/store.py`).  `entries.py` lists
-the fields of each entry.
+It also records the faults of an external store: failed calls, changed content, and delays.  `call` is the number of the
+call since its owner was put on the bench, and a replay repeats the fault there (`core/memory/store.py`).  `entries.py`
+lists the fields of each entry.
 
-`part` and, for a part, `kind` are names by which the class is found again: built-in ones, those of entry points, or
-module:Class.
+`part` and, for a part, `kind` are names by which the class can be found again: a built-in name, the name of an entry
+point, or module:Class.
 
-A run is repeated to the bit only with the same laws: `behaviour` is the column of that name in the sheet of the part.
-A journal without it is older than the column, and counts as 1.
+A run is repeated bit for bit only with the same laws: `behaviour` is the column of that name in the part's sheet.  A
+journal without this field is older than the column; it is taken as 1.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Journal:
 
     Attributes:
         path: the path of the file.
-        failure: the reason why it can no longer be written; "" if there is none.
+        failure: the reason why the journal can no longer be written; "" while it can.
         on_failure: hook, called once with that reason; with a listener, the run continues without a journal.
 
     Raises:
@@ -73,7 +73,7 @@ class Journal:
         return f"<Journal {self.path}{': ' + self.failure if self.failure else ''}>"
 
     def write(self, do: str, what: dict[str, Any]) -> None:
-        """Write one input, at this instant.
+        """Write one input, with the current instant.
 
         Raises:
             BenchFileError: an argument that a journal cannot hold, such as a function; or the file cannot be written.
@@ -122,7 +122,7 @@ def _plain(value: Any) -> Any:
 
 
 def closed(file: TextIO) -> None:
-    """Close a file of which every line has been written, or has failed, already."""
+    """Close a file after every line has been written or has failed to be written."""
     with suppress(OSError):
         file.close()
 

@@ -1,4 +1,4 @@
-"""The order in which the parts of a bench file are made: a part after the parts that it names."""
+"""The order in which the parts of a bench file are created: each part after the parts that it names."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def ordered(
     chips: Collection[str],
     error: Callable[[int, str, str], SlewlineError],
 ) -> list[int]:
-    """Return the numbers of parts in an order in which each comes after the parts that it names; else as in the file.
+    """Return the part numbers, ordered so that each part follows the parts that it names; otherwise in file order.
 
     Args:
-        parts: the tables.
+        parts: the [[part]] tables.
         names: the names of the parts.
         chips: names that are on the bench already.
-        error: makes an error from the number of a table, a key, and the cause.
+        error: a function that returns an error, given a table number, a key, and the cause.
 
     Raises:
         SlewlineError: a part names one that is not on the bench, or parts name each other.
@@ -34,7 +34,7 @@ def ordered(
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the key by which a part names another one that is not placed yet, and the number of that one."""
+        """Return the key under which a part names another part that is not placed yet, and that part's number."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:

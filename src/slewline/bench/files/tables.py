@@ -26,7 +26,7 @@ class FileTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen
 
 
 class BenchTable(FileTable, frozen=True):
-    """The table [bench]."""
+    """The [bench] table."""
 
     seed: int = 0
     until: Written | None = None
@@ -34,7 +34,7 @@ class BenchTable(FileTable, frozen=True):
 
 
 class ChipTable(FileTable, frozen=True):
-    """The table [[chip]]."""
+    """A [[chip]] table."""
 
     part: str
     name: str | None = None
@@ -45,7 +45,7 @@ class ChipTable(FileTable, frozen=True):
 
 
 class WireTable(FileTable, frozen=True):
-    """The table [[wire]]."""
+    """A [[wire]] table."""
 
     from_: str = msgspec.field(name="from")
     to: str
@@ -53,7 +53,7 @@ class WireTable(FileTable, frozen=True):
 
 
 class HostTable(FileTable, frozen=True):
-    """The table [[host]]."""
+    """A [[host]] table."""
 
     chips: list[str] = []
     name: str | None = None
@@ -65,7 +65,7 @@ class HostTable(FileTable, frozen=True):
 
 
 class ServeTable(FileTable, frozen=True):
-    """The table [[serve]]."""
+    """A [[serve]] table."""
 
     chips: list[str] = []
     tcp: str | int | None = None
@@ -79,7 +79,7 @@ class ServeTable(FileTable, frozen=True):
 
 
 class DriveTable(FileTable, frozen=True):
-    """The table [[drive]]."""
+    """A [[drive]] table."""
 
     pin: str
     level: Level
@@ -87,7 +87,7 @@ class DriveTable(FileTable, frozen=True):
 
 
 class RecordTable(FileTable, frozen=True):
-    """The table [[record]]."""
+    """A [[record]] table."""
 
     pins: list[str] = []
     keep: Written | None = None

@@ -1,7 +1,7 @@
-"""TOML from anybody: content that would overload its reader is refused before, with its line.
+"""Untrusted TOML: content that would overload the reader is refused in advance, with its line.
 
-The time and memory of Python's reader grow with the square of the parts of a key, and it accepts a number of any
-length, which a message then cannot show.
+The time and memory that Python's reader needs grow with the square of the number of parts in a key; it also accepts
+numbers of any length, which messages then cannot show.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ...errors import BenchFileError
 
 PARTS, DIGITS = 32, 100  # a key with its table has three parts, and no time in picoseconds thirty digits
 
-# An end that is missing is left to the reader: nothing here is looked at twice, however it is written.
+# A missing end is left to the reader: nothing here is scanned twice, however it is written.
 _APART = re.compile(
     r'''
         """ (?: \\. | [^\\] )*? (?: """ | \Z )  |  \'{3} .*? (?: \'{3} | \Z )
@@ -52,7 +52,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Return a string as one name, as in a key, and a comment as an empty text; all lines keep their numbers."""
+    """Return a string as a single name, as in a key, and a comment as empty text; line numbers do not change."""
     return re.sub(r"[^\n]", " " if found[0][0] == "#" else "_", found[0])
 
 

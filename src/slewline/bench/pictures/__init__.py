@@ -1,5 +1,5 @@
-"""Recording, pictures and files of a bench, and its timing diagrams.
+"""Recordings, pictures, files and timing diagrams of a bench.
 
-`signals.py` selects the signals that are recorded.  A call that draws checks the extension of its file first;
-`timing.py` is the model.
+`signals.py` selects the signals that are recorded.  A function that draws to a file checks the file extension first, as
+`timing.py` does.
 """

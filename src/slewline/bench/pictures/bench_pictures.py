@@ -1,4 +1,4 @@
-"""Pictures of a bench: its axes and its pins; drawn, written into files, and read off at cursors."""
+"""Pictures of a bench: its axes and its pins; drawn, saved to files, and read at cursors."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Pictures:
         self.signals, self.circuit, self.kernel = signals, signals.circuit, signals.circuit.kernel
 
     def figure(self, options: Picture, ax: Axes | Sequence[Axes] | None) -> Figure:
-        """Draw the motions of the axes, and recorded pins below."""
+        """Draw the motions of the axes, with the recorded pins below them."""
         from ...record.pictures.figures import figure
 
         return figure(self.contents(options), width=options["width"], dark=options["dark"], ax=ax)
@@ -62,7 +62,7 @@ class Pictures:
         save(picture, path, contents.title, description_of(picture), options["dark"])
 
     def svg(self) -> str | None:
-        """Return the picture of a bench in a notebook; None if nothing has moved, or matplotlib is missing."""
+        """Return the picture of a bench for a notebook; None if nothing has moved or matplotlib is missing."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.picture_files import drawn
 
@@ -90,12 +90,13 @@ class Pictures:
 
         Args:
             at: one instant or several, "3 ms" or picoseconds.
-            pins, axes, over: as for `figure`; measured traces have rows below all others.
+            pins, axes, over: as for `figure`; measured traces are listed below all others.
             parts: the parts whose quantities are listed, as for `figure`; by default all parts around the chips.
 
         Raises:
             UsageError: an instant is in the future, or none is given.
-            TimeError, UnknownName, NotRecorded: not a time; as `figure`.
+            TimeError: an instant is not a time.
+            UnknownName, NotRecorded: as for `figure`.
         """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings
@@ -163,7 +164,7 @@ class Pictures:
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """Return the window of a picture, in ps of the picture: the motion, unless `start` or `stop` are given.
+        """Return the window of a picture, in ps of the picture: that of the motion, unless `start` or `stop` is given.
 
         A window that begins after the motion, or ends before it, reaches to the end, or the start, of the run.
         """
@@ -197,21 +198,21 @@ class Pictures:
         return first, last
 
     def _motion(self, axes: Sequence[OneAxis]) -> tuple[int, int] | None:
-        """Return the first and the last instant (ps) at which one of the axes moves; None: none does."""
+        """Return the first and the last instant (ps) at which one of the axes moves; None if no axis moves."""
         spans = [span for axis in axes if (span := moving_from_to(axis, axis.motor.since, self.kernel.now)) is not None]
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
         """Return when a position register was last loaded before an instant (ps); earlier values are not shown.
 
-        Nor are values that are no longer kept.
+        Values that are no longer kept are not shown, either.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
         return max([self.circuit.since, *loads, *(motor.since for motor in motors)])
 
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
-        """Return the first and the last edge, command or finding of the pins shown (ps); None: there is none."""
+        """Return the first and the last edge, command or finding of the pins shown (ps); None if there is none."""
         now = self.kernel.now
         traces = self._traces(pins, 0, now, 0, None)
         found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
@@ -240,7 +241,7 @@ class Pictures:
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """Return the name of an axis for the legend: with its chip, if there are several."""
+        """Return the name of an axis for the legend: with the name of its chip if there are several chips."""
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
@@ -266,7 +267,7 @@ class Pictures:
     def _tracks_of_parts(
         self, around: Sequence[Chosen], zero: int, first: int, last: int, moving: bool
     ) -> Iterator[Track]:
-        """Yield the tracks of parts; with `moving`, without constant quantities."""
+        """Yield the tracks of parts; with `moving`, leave out constant quantities."""
         import numpy as np
 
         from ...record.pictures.tracks import Track
@@ -300,7 +301,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield measured steps among the runs, shifted to the first step of this bench (ps; `zero` of it is 0)."""
+        """Yield the measured steps among the runs, shifted to the first step of this bench; `zero` (ps) is 0."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
@@ -318,7 +319,7 @@ class Pictures:
     def _traces(
         self, pins: Sequence[str | Trace] | None, first: int, last: int, zero: int, over: Mapping[str, Trace] | None
     ) -> list[Trace]:
-        """Return the traces of pins in a window of the picture; names are without their chip if there is only one."""
+        """Return the traces of pins in a window of the picture; names omit the chip if there is only one."""
         from ...record.measuring.overlay import checked, fitting
         from ...record.recording.recorder import width_of
         from ...record.recording.traces import Trace
@@ -338,7 +339,7 @@ class Pictures:
         return found
 
     def _notes(self, tracks: Sequence[Track]) -> Iterator[str]:
-        """Yield lines with the parameters of the motions of the axes."""
+        """Yield lines that list the motion parameters of the axes."""
         words = {name: word for chip in self.circuit.chips.values() for name, word in words_of(chip).items()}
         lines = {track.name: parameters_of(track, words) for track in tracks if not track.part}
         if len({*lines.values()}) == 1:
@@ -349,12 +350,12 @@ class Pictures:
 
 
 def words_of(chip: Chip) -> dict[str, str]:
-    """Return the names of the commands of a chip, by their letters: {"R": "rate"}."""
+    """Return the command names of a chip, keyed by command letter: {"R": "rate"}."""
     return {row.form: row.name.lower().replace("_", " ") for row in chip.sheet.commands}
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
-    """Yield tracks, without constant positions, as of an axis at rest or during homing."""
+    """Yield tracks, leaving out constant positions, such as those of an axis at rest or during homing."""
     import numpy as np
 
     still = not any(
@@ -368,7 +369,7 @@ def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield the greatest deviation of the motions of each track from their ideals, in words."""
+    """Yield text that states the greatest deviation of each track's motions from their ideals."""
     from ...record.style import few
 
     for track in tracks:
@@ -381,7 +382,7 @@ def differences(tracks: Sequence[Track]) -> Iterator[str]:
 
 
 def parameters_of(track: Track, words: Mapping[str, str]) -> str:
-    """Return the parameters of the motions of a track: "slope S = 240, number N = 300, 500"."""
+    """Return the motion parameters of a track as text: "slope S = 240, number N = 300, 500"."""
     from ...record.style import grouped
 
     values: dict[str, list[str]] = {}

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .window import Between
 
     class Bench(Protocol):
-        """The interface of a bench for a picture; the class itself imports this folder."""
+        """The interface of a bench that a picture needs; the bench class itself imports this folder."""
 
         _pictures: Any
 

@@ -42,14 +42,15 @@ class Signals:
         return self._recorder
 
     def record(self, *pins: str, keep: Time | None = None) -> None:
-        """Record pins from now on; without names, all signal pins and buses of all chips.
+        """Start recording pins; without names, all signal pins and buses of all chips.
 
-        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never stop,
-        and would fill every file.
+        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never stop
+        toggling, and would fill every file.
 
         Args:
             pins: full names, such as "x.slew".
-            keep: how far back changes are kept, for endless runs; None: as given by `Bench(keep=)`, by default all.
+            keep: how far back changes are kept, for endless runs; None: as set by `Bench(keep=)`, which keeps all of
+                them by default.
 
         Raises:
             UnknownName: there is no such pin, chip or part.
@@ -65,7 +66,7 @@ class Signals:
             self._record_commands(name.split(".")[0], keep_ps)
 
     def _record_commands(self, owner: str, keep_ps: int | None) -> None:
-        """Record the current commands of a chip together with its pins."""
+        """Record the commands in progress of a chip together with its pins."""
         from ...record.recording.recorder import TextLog
 
         if owner in self.commands:
@@ -97,7 +98,7 @@ class Signals:
         """Return a window in which all the nets are recorded: by default, from as far back as all of them go.
 
         Raises:
-            NotRecorded: there is no such time, since recording begins now.
+            NotRecorded: there is no such window, since recording begins now.
         """
         now = self.circuit.kernel.now
         first, last = window(start, stop, now)
@@ -138,7 +139,7 @@ class Signals:
         raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
 
     def full_name(self, name: str) -> str:
-        """Return the full name of a recorded pin; the owner may be left out if only one has such a pin.
+        """Return the full name of a recorded pin; the owner may be left out if only one owner has such a pin.
 
         Raises:
             UsageError: several owners have such a pin.
@@ -159,15 +160,15 @@ class Signals:
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-        """Return the changes of a recorded pin at start <= t <= stop; by default all that are recorded, up to now.
+        """Return the changes of a recorded pin in start <= t <= stop; by default all that are recorded, up to now.
 
         Returns:
-            times: (n,) int64, picoseconds, ascending; levels: (n,), the level from that instant on: int8, -1 floating,
+            times: (n,) int64, picoseconds, ascending; levels: (n,), the level after each change: int8, -1 if floating,
                 or for a bus int16, 0 to 255.
 
         Raises:
             UnknownName: there is no such pin.
-            NotRecorded: the pin is not recorded, or no longer that far back.
+            NotRecorded: the pin is not recorded, or its past is no longer kept that far back.
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
         """
         nets = self.chosen([pin])
@@ -189,7 +190,7 @@ class Signals:
         """Return a quantity, which has a value at every instant: `bench.quantity("driver.current").at("3 ms")`.
 
         Args:
-            name: the full name: of an axis "x.velocity" or "m.axis2.position", of a part "driver.current".
+            name: the full name, such as "x.velocity" or "m.axis2.position" for an axis, "driver.current" for a part.
 
         Raises:
             UnknownName: there is no such quantity; the message lists the existing ones.

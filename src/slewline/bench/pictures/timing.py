@@ -1,4 +1,4 @@
-"""Timing diagrams of a bench, and a check of recorded signals against the times in data sheets."""
+"""Timing diagrams of a bench, and a check of recorded signals against data sheet times."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class TimingDiagrams:
         Args:
             path: the file, SVG, PNG or PDF by its suffix.
             pins: names such as "x.ready", from top to bottom; the owner may be left out if only one chip has such a
-                pin.  A measured trace is a lane of its own.  By default all recorded pins.
+                pin.  A measured trace is drawn as a separate lane.  By default all recorded pins.
             start, stop: the window; by default all that is recorded.
             between: the times to measure and draw as arrows: pairs of edges, ("io_request falls", "ready falls 2"), or
                 the symbol of a time in the data sheet, "t14".  The second edge of a pair is the next such edge after
@@ -54,16 +54,17 @@ class TimingDiagrams:
             title: the title; by default the names of the chips and their part numbers.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
                 its pin, stretches in which the two differ are marked, and its greatest lag is noted.
-            names: labels to show instead of the names of pins, by name.
-            decode: write the characters above serial lines.
-            quiet: shorten stretches without any edge that are at least this long; "0 s": none; by default as needed.
+            names: labels to show instead of pin names, keyed by pin name.
+            decode: print the decoded characters above serial lines.
+            quiet: shorten stretches without any edge that are at least this long; "0 s" shortens none; by default as
+                needed.
             width: "page", "phone", or a number of inches.
-            dark: draw light on dark.
+            dark: draw light lines on a dark background.
 
         Raises:
             UsageError: an unknown suffix, an edge that does not exist or is not in the window, an empty window, or a
                 path that cannot be written.
-            NotRecorded: nothing is recorded, or not this pin.
+            NotRecorded: nothing is recorded, or a pin is not recorded.
         """
         from ...record.pictures.picture_files import SUFFIXES, save
         from ...record.pictures.timing_diagram import draw
@@ -86,7 +87,7 @@ class TimingDiagrams:
         """Return the diagram of `timing`, as a matplotlib Figure.
 
         Raises:
-            UsageError, NotRecorded: as `timing`.
+            UsageError, NotRecorded: as for `timing`.
         """
         from ...record.pictures.timing_diagram import draw
 

@@ -1,6 +1,6 @@
-"""Files of a bench: waveforms, and edges and steps as CSV or arrays.
+"""Files of a bench: waveforms, and edges and steps as CSV files or arrays.
 
-The content of a waveform file besides the pins is collected here: quantities of the axes, comments, and its layout.
+This module collects the content of a waveform file other than the pins: axis quantities, comments, and layout.
 """
 
 from __future__ import annotations
@@ -67,19 +67,20 @@ class WaveformFiles:
             start, stop: the window; by default from as far back as all of them are recorded, up to now.
             timescale: the unit of time in the file, "1", "10" or "100" with a unit from "ps" to "s"; times are rounded
                 down to it.
-            buses: "bits": the wires of a bus, one by one, which every viewer reads; "whole": the bus as a vector, which
-                PulseView does not read; "both".
+            buses: "bits": each wire of a bus separately, which every viewer reads; "whole": the bus as a vector, which
+                PulseView does not read; or "both".
             values: write the velocity and position of the axes (acceleration and jerk if the chip has them) and the
                 quantities of the parts around them as reals, and the commands in progress, the commands that began the
                 motions in progress, and the findings as strings.
-            layout: write layouts for GTKWave and Surfer next to the file, with its name and .gtkw, .sucl.
+            layout: write layouts for GTKWave and Surfer next to the file, with the same name and the extensions .gtkw
+                and .sucl.
 
         Returns:
             The number of level changes that are lost, because the level changed again within the same unit of time.
 
         Raises:
             UsageError: an unknown timescale or kind of buses, nothing to write, or a path that cannot be written.
-            NotRecorded: a pin is not recorded, or not that far back.
+            NotRecorded: a pin is not recorded, or its past is not recorded that far back.
             UnknownName: there is no such pin.
         """
         from ...record.waveforms.vcd import write_vcd
@@ -133,7 +134,7 @@ class WaveformFiles:
 
         Raises:
             UnknownName: there is no such pin.
-            NotRecorded: a pin is not recorded, or no longer that far back.
+            NotRecorded: a pin is not recorded, or its past is no longer kept that far back.
             UsageError: an extension other than .csv, or a path that cannot be written.
         """
         from ...record.recording.export_csv import save_edges
@@ -172,8 +173,8 @@ class WaveformFiles:
 
         Raises:
             UnknownName: there is no such pin.
-            NotRecorded: a pin is not recorded, or no longer that far back.
-            UsageError: a name that does not end in .npz, or a path that cannot be written.
+            NotRecorded: a pin is not recorded, or its past is no longer kept that far back.
+            UsageError: the file name does not end in .npz, or a path that cannot be written.
         """
         from ...record.recording.export_npz import edge_columns, save_npz, step_columns
         from ...record.whole_file import check_suffix
@@ -198,13 +199,13 @@ class WaveformFiles:
         values: bool = False,
         layout: bool = False,
     ) -> Streaming:
-        """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
+        """Write recorded pins to a VCD file while time passes, so that a long window takes up no memory.
 
         The arguments are those of `save_vcd`.  The call returns a context manager: changes during its `with` block are
         written, and the `lost` of `with ... as vcd` is the number that `save_vcd` returns.
 
         Raises:
-            UsageError, NotRecorded, UnknownName: as `save_vcd`.
+            UsageError, NotRecorded, UnknownName: as for `save_vcd`.
         """
         nets = self.signals.chosen(pins)
         options = self._vcd_options(path, nets, buses, values, layout)
@@ -261,7 +262,7 @@ missing(Streaming, **dict.fromkeys(("close", "write", "lost", "write_until"), NO
 
 
 def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
-    """Return the chips that some pins belong to."""
+    """Return the chips to which some pins belong."""
     owners = {name.split(".")[0] for name in names}
     return [chip for name, chip in chips.items() if name in owners]
 
@@ -269,10 +270,10 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
 def values_of(
     chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()
 ) -> list[VariableSource]:
-    """Return the sources of values besides the pins, for a waveform file.
+    """Return the sources of the values that a waveform file contains besides the pins.
 
-    For every chip its findings and the command in progress; for every axis the command that moves it, and its
-    quantities; for parts with quantities, these and their findings.
+    These are, for every chip, its findings and the command in progress; for every axis, the command that moves it, and
+    its quantities; for every part with quantities, the quantities and its findings.
     """
     from ...record.waveforms.vcd_sources import CurveSource, TextSource, reference
 
@@ -292,7 +293,7 @@ def values_of(
 
 
 def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
-    """Yield the head of the file: the parts, and the units of the quantities."""
+    """Yield the header lines of the file: the parts, and the units of the quantities."""
     from ...record.waveforms.vcd_sources import reference
 
     for chip in chips:
@@ -305,7 +306,7 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:
-    """Return the first view of a window (ps) for a viewer: the motion, or all of it if nothing moves, with marks."""
+    """Return the view that a viewer opens with: the motion, or the whole window (ps) if nothing moves, with marks."""
     from ...record.waveforms.viewer_layouts import ViewerSetup
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
@@ -321,7 +322,7 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSe
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
-    """Return marks in order of time, without those too close to another one; the earliest one is always kept."""
+    """Return marks in chronological order, without those too close to another; the earliest is always kept."""
     kept: list[tuple[int, str]] = []
     for mark in marks:
         if len(kept) < MAX_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):

@@ -27,7 +27,7 @@ STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its s
 
 
 class Window:
-    """The recorded signals in a window (ps); with `reach`, a signal may begin later, where its recording does."""
+    """The recorded signals in a window (ps); with `reach`, a signal may begin later, where its recording begins."""
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
         self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
@@ -45,7 +45,7 @@ class Window:
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Return the intervals of a limit compared with it, or the pin that is not recorded."""
+        """Compare intervals with the limit that applies to them; return the result, or the pin that is not recorded."""
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
@@ -56,7 +56,7 @@ class Window:
 
     # ---------------------------------------------------------------------------------------------------------- arrows
     def measure(self, between: Iterable[Between]) -> list[Interval]:
-        """Return the times of pairs of edges, and of symbols."""
+        """Return the intervals for pairs of edges and for data sheet symbols."""
         if isinstance(between, str) or not isinstance(between, Iterable):
             raise UsageError(f"between={between!r}: expected a list of pairs of edges, or of symbols such as 't14'")
         return [interval for each in between for interval in self._measured(each)]
@@ -77,7 +77,7 @@ class Window:
         yield self._interval(first, second, begin, end)
 
     def _interval(self, first: Edge, second: Edge, begin: int, end: int) -> Interval:
-        """Return an interval with the limits in the data sheet for these two edges."""
+        """Return an interval with the data sheet limits for its two edges."""
         bounds = []
         owner, _, pin = first.pin.partition(".")
         chip = self.signals.circuit.chips.get(owner)
@@ -113,7 +113,7 @@ class Window:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
-        """Return a pin or bus as a lane, with the trace drawn over it; `several`: with the owner's name before it."""
+        """Return a pin or bus as a lane, with the trace drawn over it; with `several`, its label names the owner."""
         from ...record.measuring.overlay import fitting
         from ...record.pictures.diagram import Lane
 
@@ -130,7 +130,7 @@ class Window:
         )
 
     def measured_lane(self, trace: Trace, label: str | None) -> Lane:
-        """Return a measured trace as a lane of its own; it floats where the file has no data."""
+        """Return a measured trace as a separate lane; it floats where the file has no data."""
         from ...record.pictures.diagram import Lane
 
         return Lane(trace.name, label or trace.name, SignalEdges.of_trace(trace, self.start, self.stop))
@@ -157,7 +157,7 @@ class Window:
         ]
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
-        """Return a function from a value on the bus to its meaning: a character, or the command that is written."""
+        """Return a function that returns the meaning of a bus value: a character, or the command being written."""
         if chip is None or chip.sheet.channel(HostPort) is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:
@@ -176,7 +176,7 @@ class Window:
 
 
 def _strobes(chip: Chip) -> tuple[str, str]:
-    """Return the pins that show that a command is on the bus, and that it is written."""
+    """Return the pin that shows that a command is on the bus, and the pin that shows that it is written."""
     return chip.sheet.in_role("command").name, chip.sheet.in_role("write").name
 
 
@@ -186,7 +186,7 @@ def _rows(found: Spans) -> list[tuple[int, int]]:
 
 
 def _printed(chip: Chip | None, pin: str) -> str:
-    """Return a pin as data sheets print it: in capitals, with a slash if it is active low."""
+    """Return a pin name as data sheets print it: in capitals, with a slash if the pin is active low."""
     text = pin.upper().replace("IO_", "I/O ").replace("_", " ")
     row = next((row for row in chip.sheet.pins if row.name == pin), None) if chip is not None else None
     return f"/{text}" if row is not None and row.active == 0 else text

@@ -1,4 +1,4 @@
-"""The directives of a run script: actions of a host between its commands.  script.py has the guide to them."""
+"""The directives of a run script: actions of a host between its commands.  script.py describes them."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
 
 PIN = r"(\w+(?:\.\w+)?)"
-ANY = Arg("value", 4, -1 << 31, (1 << 32) - 1)  # values that a chipset may return
+ANY = Arg("value", 4, -1 << 31, (1 << 32) - 1)  # values that a chipset can return
 POLL_PS = 5 * 10**10  # interval of the queries of a host that waits for a module
 
 
 class DirectiveKind(NamedTuple):
-    """How a directive is queued, the pin that it needs, and a function that raises if it does not fit a chip."""
+    """How a directive is queued, the pin that it needs, and a function that raises an error if it does not fit."""
 
     queue: Queue
     pin: str = ""
@@ -138,7 +138,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register has a value, for whatever reason; steps in between cost nothing."""
+    """Wait until the position register has a value, for whatever reason; steps on the way take no computing time."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:
@@ -351,7 +351,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Return why an axis of a chipset is at rest, if a finding since its last motion explains it."""
+    """Return the reason why a chipset axis is at rest, if a finding since its last motion explains it."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""

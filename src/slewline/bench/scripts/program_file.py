@@ -1,4 +1,4 @@
-"""Files for a host: a script, or the bytes of a .hex file."""
+"""Program files for a host: a script, or the bytes in a .hex file."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .script_runner import Script
 
 
 def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
-    """Return the text of a program file; for a .hex file the text of its bytes.
+    """Return the text of a program file; for a .hex file, its bytes as text.
 
     Args:
         data: the content of the file, if it has been read.
 
     Raises:
-        BenchFileError: it cannot be read or is not text; it is named .hex and is the image of a memory.
+        BenchFileError: it cannot be read or is not text; or it is named .hex but is a memory image.
     """
     if not is_named_hex(path):
         return read_text(path, data)
@@ -32,14 +32,14 @@ def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
 
 
 def program_script(text: str, where: str, sheet: Sheet) -> Script:
-    """Return the script of a program file: the bytes of a .hex file line by line, for a chipset packet by packet.
+    """Return the script of a program file: for a .hex file, its bytes line by line, or for a chipset packet by packet.
 
     Args:
         where: the name of the file.
-        sheet: of the chip that the host commands, the first of several.
+        sheet: the sheet of the chip that the host commands, or of the first one if there are several.
 
     Raises:
-        BenchFileError: it is named .hex, and is not pairs of hexadecimal digits.
+        BenchFileError: it is named .hex but does not consist of pairs of hexadecimal digits.
     """
     if not is_named_hex(where):
         return read_script(text, where)

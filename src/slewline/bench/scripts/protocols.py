@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class BusProtocol(ScriptProtocol):
-    """A command is sent when the chip is READY, as text or in binary form, whichever the chip takes then."""
+    """A command is sent when the chip is READY, as text or in binary form, depending on which the chip accepts then."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued: as text or in binary form, whichever the chip takes when it is sent."""
+        """Return a function that queues a command, as text or in binary form, as the chip requires when it is sent."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.port(chip)
@@ -39,19 +39,19 @@ class BusProtocol(ScriptProtocol):
         return sending(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send bytes by the handshake."""
+        """Send bytes with the handshake."""
         await runner.port(chip).send(data)
 
 
 class LineProtocol(ScriptProtocol):
-    """A command is a line with an answer."""
+    """A command is a line that is answered."""
 
     def command(self, body: str) -> Queue:
-        """Return how a line is sent, and its answer reported."""
+        """Return a function that queues a line, whose answer is reported."""
         return asking(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send bytes unchanged, and report the answer of the module if a line ends with them."""
+        """Send bytes unchanged, and report the module's answer if they complete a line."""
         if data.endswith(b"\r"):
             runner.report(f"-> {meaning(await answers(runner, chip, data), chip.sheet)}")
         else:
@@ -62,11 +62,11 @@ class PacketProtocol(ScriptProtocol):
     """A command is a packet, and the host waits for the words that it returns."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is sent as a packet, and the words that it returns reported."""
+        """Return a function that queues a command as a packet; the words that it returns are reported."""
         return exchanging(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send a command byte, and the words after it."""
+        """Send a command byte and the words that follow it."""
         port = runner.packet_port(chip)
         for part, is_command in operations(data):
             await port.write(part, is_command, USUAL)
@@ -75,15 +75,15 @@ class PacketProtocol(ScriptProtocol):
         port.note_update(data[0])
 
     def axis(self, runner: ScriptRunner, chip: Chip) -> int:
-        """Return the number of the current axis, as far as the host knows it."""
+        """Return the number of the current axis, as last selected by the host."""
         return runner.packet_port(chip).axis or 1
 
 
 class FlowProtocol(ScriptProtocol):
-    """A command is sent by handshakes, in the form of the mode; an answer over this channel is reported."""
+    """A command is sent with handshakes, in the form that the mode requires; answers over this channel are reported."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued, and its answer reported."""
+        """Return a function that queues a command, whose answer is reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.flow_host.port
@@ -98,7 +98,7 @@ class FlowProtocol(ScriptProtocol):
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an action that sends bytes is queued; a directive after it waits until the chip has taken them."""
+        """Return a function that queues an action that sends bytes; a later directive waits until the chip has them."""
 
         async def taken(runner: ScriptRunner, chip: Chip) -> None:
             await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))
@@ -111,15 +111,15 @@ class FlowProtocol(ScriptProtocol):
         return queue
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send bytes by handshakes."""
+        """Send bytes with handshakes."""
         await runner.flow_host.port.send(data)
 
 
 class AdaptiveProtocol(ScriptProtocol):
-    """A command is a line in the form of the mode; the answer to a query is reported."""
+    """A command is a line in the form that the mode requires; the answer to a query is reported."""
 
     def command(self, body: str) -> Queue:
-        """Return how a line is sent, and its answer reported."""
+        """Return a function that queues a line; the answer to a query is reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             uart = runner.adaptive_host.uart
@@ -152,7 +152,7 @@ SPEECH: Mapping[type[Channel], ScriptProtocol] = {
 
 
 def sending(send: Act) -> Queue:
-    """Return how bytes are sent over a bus; a directive after them waits until the chip has taken them."""
+    """Return a function that queues bytes for a bus; a later directive waits until the chip has accepted them."""
 
     def queue(runner: ScriptRunner) -> None:
         runner.do(send)
@@ -169,7 +169,7 @@ async def _taken(runner: ScriptRunner, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """Return how a line is sent over a serial line, and its answer reported."""
+    """Return a function that queues a line for a serial line, and has its answer reported."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
         runner.report(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
@@ -178,12 +178,12 @@ def asking(text: str) -> Queue:
 
 
 async def answers(runner: ScriptRunner, chip: Chip, line: str | bytes) -> list[str]:
-    """Send a line, and return the answers of the module."""
+    """Send a line and return the module's answers."""
     return await runner.line_host.to(chip.name).uart.exchange(line)
 
 
 def meaning(found: Sequence[str], sheet: Sheet) -> str:
-    """Return answers in words, with the meaning from the sheet of an error or a state."""
+    """Return answers as text; error codes and states are followed by their meaning in the sheet."""
     if not found:
         return "no answer"
     explanation = dialect_of(sheet).meaning_of(found[0])
@@ -191,7 +191,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """Return how a command is sent as a packet, and the words that it returns reported."""
+    """Return a function that queues a command as a packet, and has the words that it returns reported."""
 
     async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (
@@ -211,7 +211,7 @@ def exchanging(text: str) -> Queue:
 
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:
-    """Return a word from a chipset, as text: words of bits in hexadecimal, with the names of the bits that are 1."""
+    """Return a word from a chipset as text: bit fields in hexadecimal, with the names of the bits that are set."""
     dialect = spoken_as(sheet, packets.Packets)
     bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
     if arg.unit and not arg.unit.startswith("bits"):

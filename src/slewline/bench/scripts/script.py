@@ -7,8 +7,8 @@
     @until run=1           a line that begins with @ is a directive to the host
 
 A directive begins when the chip is READY after the command above it, or has been busy with it for 1 ms (at 11 MHz: a
-motion, a delay, a wait).  For a module on a serial line, address, checksum and carriage return are added to each line,
-and the next line waits for the answer.
+motion, a delay, a wait).  For a module on a serial line, the address, checksum and carriage return are added to each
+line, and the next line waits for the answer.
 
     Po                     the transcript shows the answer: Po -> Y
     S10
@@ -18,23 +18,23 @@ Directives take times such as 20 ms, and pins of the chip that the host commands
 (y.abort):
 
     @wait 20 ms            let time pass
-    @until run=1           wait for a level of a pin; here, after X, until the program has ended
+    @until run=1           wait for a pin level; here, after X, until the program has ended
     @until position=40     wait for a position
     @drive abort=0         drive a pin to a level, now
     @drive abort=0@12 ms   or at an instant of the run
-    @release abort         release a pin, now; or, as above, @release abort@15 ms
+    @release abort         release a pin now, or at an instant: @release abort@15 ms
     @pulse wait=0 20 us    drive a pin to a level for a time
-    @power off             switch the supply off, or on
+    @power off             switch the supply off or on
     @bytes 43 00           send bytes unchanged
-    @to y                  from here on, command chip y of those on the same bus or line
-    @tell shaft slip 20    act on a part, here to let the shaft slip by 20 counts
+    @to y                  address all further commands to chip y on the same bus or line
+    @tell shaft slip 20    operate a part; here, make the shaft slip by 20 counts
     @note the door opens   write a line in the transcript
 
 To a chip on a bus; while ASCII/BINARY is low, commands are sent in binary form:
 
     @reset                 pulse RESET
     @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
-    @rate 60               another rate on the fly, when the motor slews
+    @rate 60               change the rate on the fly while the motor slews
     @read position         read the position on the fly, while the motor steps
     @verify 3              read a verify group
 
@@ -43,11 +43,11 @@ To a module on a serial line:
     @until ready           send F until the answer is no longer B
     @ask V1                send a query, like a line without @
 
-To a chipset that takes packets a line is a command and its number, decimal or hexadecimal; the
-transcript shows the words that it returns.  These two may also be written without @:
+For a chipset that takes packets, a line is a command and its number, decimal or hexadecimal; the transcript shows the
+returned words.  These two directives may also be written without @:
 
     @wait motion_complete  read the status word of the current axis until this bit is 1; !in_motion: until it is 0
-    @expect 0x0300         check the result of the last command; any other one is a finding, and the exit status is 1
+    @expect 0x0300         check the result of the last command; any other result is a finding, and the exit status is 1
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def check_script(bench: Bench, host: Host, script: Script) -> None:
 
 
 def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
-    """Return the problems of a script, including pins and chips that the bench does not have.
+    """Return the problems in a script, including the use of pins and chips that the bench does not have.
 
     `run` executes no line of such a script, and `lint` reports each problem as an error.
     """
@@ -146,7 +146,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:
-    """Return the problems of a command that no host can send."""
+    """Return the problems with a command that no host can send."""
     dialect = dialect_of(sheet)
     if step.directs or dialect.directs(step.text):
         return []
@@ -184,7 +184,7 @@ def _plain(step: ScriptLine) -> None:
 
 
 def _line(step: ScriptLine) -> ScriptLine:
-    """Return the line of a command; in some dialects, some words are directives without @."""
+    """Return the script line for a command; in some dialects, some words are directives even without @."""
     word = step.text.split()[0].lower()
     if word not in DIRECTIVES:
         return step
@@ -209,7 +209,7 @@ def _directive(step: ScriptLine) -> ScriptLine:
 
 
 def _reading(verb: str, text: str) -> DirectiveKind:
-    """Return a directive from its verb, and the text that begins with it."""
+    """Return the directive that a verb selects; `text` begins with the verb."""
     rest = text[len(verb) :].strip()
     if bool(rest) == (verb == "reset"):
         raise UsageError("@reset takes no argument" if rest else f"@{verb} needs an argument")

@@ -41,7 +41,7 @@ class ScriptLine:
     """A line of a script.
 
     `queue` puts it into the queue of a host; `pin` and `to` must exist on the bench, and `fits` raises an error if the
-    line does not fit the chip.
+    chip cannot take the line.
     """
 
     line: int
@@ -64,7 +64,7 @@ class ScriptLine:
         return words[0] if self.directs and words else ""
 
     def problem(self, code: str, found: str, remedy: str = "") -> Problem:
-        """Return an error in this line, as a problem with its place."""
+        """Return an error in this line as a problem that states its place."""
         return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
 
 
@@ -88,7 +88,7 @@ class Script:
 class ScriptRunner:
     """A host that executes a script on a bench.
 
-    `step` is the line that is being queued, `directed`: a directive follows it.
+    `step` is the line that is being queued; `directed` is true if a directive follows it.
     """
 
     def __init__(self, bench: Bench, host: Host, script: Script, protocol: ScriptProtocol) -> None:
@@ -103,7 +103,7 @@ class ScriptRunner:
         self.adaptive_host = cast("AdaptiveHost", host)
 
     def do(self, act: Act) -> None:
-        """Queue an action of the host for the present line; its errors are reported with the line."""
+        """Queue a host action for the current line; its errors are reported with the line."""
         step, script, host = cast("ScriptLine", self.step), self.script, self.host
         chip = self.bench.chips[host.chip.name]
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
@@ -129,7 +129,7 @@ class ScriptRunner:
         return chip.axes[self.protocol.axis(self, chip) - 1]
 
     def report(self, text: str) -> None:
-        """Report an action of the host, in the transcript."""
+        """Report a host action in the transcript."""
         self.host.on_event(text)
 
     async def next_round(self) -> None:
@@ -140,7 +140,7 @@ class ScriptRunner:
     def nested(self) -> AbstractContextManager[None]:
         """Report no inputs made in this block: listeners have received the whole script.
 
-        Calls of the host only queue.
+        Calls to the host only queue actions.
         """
         return self.kernel.outside.nested()
 
@@ -149,7 +149,7 @@ class ScriptRunner:
         return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
-        """Drive a pin or release it, now or at an instant."""
+        """Drive or release a pin, now or at an instant."""
         if at is not None:
             self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
             return
@@ -162,19 +162,19 @@ class ScriptRunner:
 
 # ------------------------------------------------------------------------------------------------------------ commands
 def command(body: str) -> Queue:
-    """Return how a command is queued over the channel of the host."""
+    """Return a function that queues a command over the host's channel."""
     return lambda runner: runner.protocol.command(body)(runner)
 
 
 class ScriptProtocol:
-    """The rules for a script on a channel: how commands and bytes are sent, and which axis they address."""
+    """The rules for scripts on a channel: how commands and bytes are sent, and which axis they address."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued."""
+        """Return a function that queues a command."""
         raise NotImplementedError
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an action that sends bytes is queued."""
+        """Return a function that queues an action that sends bytes."""
         return lambda runner: runner.do(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""Data sheets as data: pins, commands, registers, times, options, channels, quirks; how parts are found by name.
+"""Data sheets as data: pins, commands, registers, times, options, channels, quirks; and the lookup of parts by name.
 
 A fact that two readers need is a column of its row, so that no text has to be parsed.  Roles (`roles.py`) name the
 purpose of a pin or a command across parts: wiring, hosts and rules use them.  The `reflex` of a pin is its direct

@@ -1,12 +1,12 @@
-"""Classes of chips and parts, found by name: built-in ones, those of installed packages, and those of any module.
+"""Classes of chips and parts, found by name: built-in classes, those of installed packages, and those in any module.
 
     the name of a part    built-in
     mx10                  an entry point of a package that the user has installed
     my_lab.mx10:Mx10      module:Class
 
-Importing a module runs its code.  A name that users give themselves, on the command line or as an argument, is
-trusted.  A bench file, a journal or a URL may come from anywhere: the code that reads names from one decides whether
-modules are allowed (`allow_code`).  Packages that the user has installed are allowed everywhere.
+Importing a module runs its code.  A name that the user enters, on the command line or as an argument, is trusted.  A
+bench file, a journal or a URL may come from anywhere: the code that reads names from one decides whether modules are
+allowed (`allow_code`).  Packages that the user has installed are allowed everywhere.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class Catalogue(Generic[T]):
     """The classes of one kind, by name.
 
     Args:
-        what: the kind in words, such as "chip".
-        base: the base class of all of them.
-        group: the group of entry points for further classes from packages.
-        ours: the built-in classes by name, as module:Class.
-        spelled: a function that returns a name as spelled in `ours`.
+        what: the noun for the kind, such as "chip".
+        base: the base class of all classes of this kind.
+        group: the entry point group for further classes from packages.
+        ours: the built-in classes, as module:Class, keyed by name.
+        spelled: a function that returns a name in the spelling used in `ours`.
     """
 
     def __init__(
@@ -49,10 +49,10 @@ class Catalogue(Generic[T]):
         self._plug_ins: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; a search for one takes 10 ms
 
     def load(self, name: str, *, allow_code: bool) -> type[T]:
-        """Return the class of a name.
+        """Return the class that a name denotes.
 
         Args:
-            allow_code: a name may be module:Class, which imports the module.
+            allow_code: allow the form module:Class, which imports the module.
 
         Raises:
             UnknownName: no class has this name; the message lists the names.
@@ -76,7 +76,7 @@ class Catalogue(Generic[T]):
         return self._imported(brought.value, f"{self.what} {key!r} of {package(brought)} ({brought.value})")
 
     def canonical(self, name: str) -> str:
-        """Return the stored form of a name: module:Class unchanged, another one as spelled in `ours`.
+        """Return the stored form of a name: module:Class unchanged, any other name as spelled in `ours`.
 
         Raises:
             UnknownName: the name is not text.
@@ -86,10 +86,10 @@ class Catalogue(Generic[T]):
         return name if ":" in name else self.spelled(name)
 
     def name_of(self, cls: type[T]) -> str:
-        """Return the name by which a class is found: built-in, of an entry point, or module:Class."""
+        """Return the name under which a class is found: a built-in name, that of an entry point, or module:Class."""
         place = f"{cls.__module__}:{cls.__qualname__}"
         names = [name for name, ours in self.ours.items() if ours == place]
-        if len(names) == 1:  # a class of several says by itself none of them
+        if len(names) == 1:  # a class with several names does not itself state any of them
             return names[0]
         if cls not in self._plug_ins:
             alone = {found[0].value: name for name, found in self.brought().items() if len(found) == 1}
@@ -97,12 +97,12 @@ class Catalogue(Generic[T]):
         return self._plug_ins[cls]
 
     def names(self) -> list[str]:
-        """Return all names: built-in ones, then those of installed packages."""
+        """Return all names: first the built-in ones, then those from installed packages."""
         return [*self.ours, *self.brought()]
 
     # ------------------------------------------------------------------------------------------- installed packages
     def brought(self) -> dict[str, list[EntryPoint]]:
-        """Return the entry points of installed packages by name; more than one if packages conflict."""
+        """Return the entry points of installed packages, keyed by name; a name has several if packages conflict."""
         from importlib.metadata import entry_points  # it takes long to load, and most runs use built-in classes
 
         found: dict[str, list[EntryPoint]] = {}
@@ -113,10 +113,10 @@ class Catalogue(Generic[T]):
         return found
 
     def brought_as(self, name: str) -> EntryPoint | None:
-        """Return the entry point of a name; None: no installed package has one.
+        """Return the entry point with a name; None if no installed package has one.
 
         Raises:
-            UsageError: several packages have one.
+            UsageError: several packages have an entry point with this name.
         """
         found = self.brought().get(name, [])
         if len(found) > 1:
@@ -136,7 +136,7 @@ class Catalogue(Generic[T]):
 
     # --------------------------------------------------------------------------------------------------- any module
     def _imported(self, place: str, places: str) -> type[T]:
-        """Return the class at module:Class; errors quote it as `places`."""
+        """Return the class at module:Class; error messages quote it as `places`."""
         module, _, attribute = place.partition(":")
         if "<locals>" in attribute:
             raise UsageError(
@@ -165,7 +165,7 @@ class Catalogue(Generic[T]):
         return found
 
     def _classes_in(self, module: object) -> str:
-        """Return the names of the classes of this kind that a module defines, in words."""
+        """Return text that lists the classes of this kind that a module defines."""
         names = [
             name
             for name, cls in vars(module).items()
@@ -182,7 +182,7 @@ def package(point: EntryPoint) -> str:
 
 
 def failed(module: str, error: BaseException) -> str:
-    """Return the error in a module that was being imported, and its line, in words."""
+    """Return a description of the error in a module that was being imported, with its line."""
     at = ""
     if isinstance(error, SyntaxError) and error.filename:
         at = f" ({error.filename}, line {error.lineno})"

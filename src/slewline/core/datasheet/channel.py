@@ -1,6 +1,6 @@
-"""The channels of a data sheet: how a host reaches a part.  Data only; bench/hosting.py makes the hosts.
+"""The channels of a data sheet: how a host reaches a part.  Data only; bench/hosting.py creates the hosts.
 
-A sheet may have several: a part with a bus and a serial port takes commands over both, and each has its own host.
+A sheet may have several channels: a part with a bus and a serial port takes commands over both, each with its own host.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ T = TypeVar("T")
 class Channel:
     """A channel to a part.
 
-    `name` is the argument in `bench.host(x, over=name)`, `description` the wording in messages.
+    `name` is the argument in `bench.host(x, over=name)`, `description` its wording in messages.
 
-    The pins that every such channel has are found by their roles; the channel names pins that only some parts have.
-    `instead` is the remedy in a message about a directive for another channel.
+    Pins that every such channel has are found by their roles; pins that only some parts have are named in the channel.
+    `instead` is the remedy shown when a directive is for another channel.
     """
 
     name: ClassVar[str]
@@ -32,7 +32,7 @@ class Channel:
 
     @property
     def fastest(self) -> dict[str, int]:
-        """The straps of the highest rate; empty if there is no choice."""
+        """The straps that select the highest rate; empty if there is no choice."""
         return {}
 
     @property
@@ -41,17 +41,17 @@ class Channel:
         return {}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return how a setting that is not an option gets this value, in words; empty: it cannot be set."""
+        """Return text that explains how a setting that is not an option is given this value; "" if it cannot be set."""
         return ""
 
 
 @dataclass(frozen=True, eq=False)
 class BusHandshake(Channel):
-    """A data bus with a handshake, request and answer, for every byte; its pins are found by their roles.
+    """A data bus with a request and answer handshake for every byte; its pins are found by their roles.
 
     Attributes:
-        verify_bytes: the number of bytes of each read-out group, by its number.
-        ccw_bit: the bit of the last status byte that is set when the direction is counter-clockwise, as a mask.
+        verify_bytes: the number of bytes in each read-out group, keyed by group number.
+        ccw_bit: the mask of the bit in the last status byte that is set when the direction is counter-clockwise.
     """
 
     name = "bus"
@@ -72,7 +72,7 @@ class HostPort(Channel):
 
 
 def other_settings(pin: str) -> str:
-    """Return how to set a strap in Python and on the command line, in words."""
+    """Return text that explains how to set a strap in Python and on the command line."""
     return f'straps={{"{pin}": 0, ...}}, or --strap {pin}=0'
 
 
@@ -84,11 +84,11 @@ class SerialLine(Channel):
         bits: the number of data bits, 5 to 8.
         parity: "none", "odd" or "even".
         stop: the number of stop bits.
-        bauds: the rates, by the levels of `baud_pins`; a part without such pins has one entry, for ().
+        bauds: the rates, keyed by the levels of `baud_pins`; a part without such pins has one entry, for ().
         baud_pins: the pins that select the rate.
-        addresses: the addresses, by the levels of `address_pins`; 0: no address is sent.
+        addresses: the addresses, keyed by the levels of `address_pins`; with 0, no address is sent.
         address_pins: the pins that select the address.
-        checksum_pin: the pin that selects checksums, at level 1; "": there is none.
+        checksum_pin: the pin that selects checksums at level 1; "" if there is none.
         where: the section of the manual.
     """
 
@@ -108,12 +108,12 @@ class SerialLine(Channel):
 
     @property
     def fastest(self) -> dict[str, int]:
-        """Return the straps of the highest rate."""
+        """Return the straps that select the highest rate."""
         levels = max(self.bauds, key=lambda levels: self.bauds[levels])
         return dict(zip(self.baud_pins, levels, strict=True))
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return which straps set the rate or the checksums, or that the format is fixed, in words."""
+        """Return text that states which straps set the rate or the checksums, or that the format is fixed."""
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))
@@ -129,19 +129,19 @@ class SerialLine(Channel):
         return ""
 
     def strapping(self, baud: int | str) -> str:
-        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap selects it."""
+        """Return the straps for a rate, such as "br0=0, br1=0, br2=0"; "" if no strap selects it."""
         levels = next((levels for levels, rate in self.bauds.items() if str(rate) == str(baud)), ())
         return ", ".join(f"{pin}={level}" for pin, level in zip(self.baud_pins, levels, strict=False))
 
     @property
     def plain(self) -> dict[str, int]:
-        """Return the straps without checksums."""
+        """Return the straps that switch off checksums."""
         return {self.checksum_pin: 0} if self.checksum_pin else {}
 
 
 @dataclass(frozen=True, eq=False)
 class FlowBus(Channel):
-    """A data bus with a handshake for every byte, and a flow line that shows the direction of the bytes.
+    """A data bus with a handshake for every byte, and a flow line that shows their direction.
 
     The pins have the roles "request", "ready" and "flow".
 
@@ -163,7 +163,7 @@ class FlowBus(Channel):
 
     @property
     def answers(self) -> tuple[int, int]:
-        """The mask and the value of the mode register with which answers are sent over this channel."""
+        """The mask and the value of the mode register for which answers are sent over this channel."""
         return self.in_use
 
 
@@ -176,11 +176,10 @@ class AdaptiveLine(Channel):
         bits: the number of data bits, 5 to 8.
         parity: "none", "odd" or "even".
         stop: the number of stop bits.
-        flow_pin: the output of the part that lets the host send while it is low.
+        flow_pin: the output of the part that permits the host to send while low.
         in_use: a mask and values: `flow_pin` is in use while the mode register has one of the values under the mask;
             otherwise the pin has another function.
-        answers: a mask and a value: answers are sent over this port while the mode register has this value under the
-            mask.
+        answers: a mask and a value: answers are sent over this port while the mode register, masked, has this value.
         where: the section of the manual.
     """
 
@@ -199,10 +198,10 @@ class AdaptiveLine(Channel):
 
 
 def row_for(channel: Channel, table: Mapping[type[Channel], T], what: str) -> T:
-    """Return the row of a table for a channel, or for the channel that its class is derived from.
+    """Return the row of a table for a channel's class, or for the nearest base class that has one.
 
     Args:
-        what: the purpose of the rows, for the message: "makes a host for".
+        what: the purpose of the rows, for the error message: "makes a host for".
 
     Raises:
         UsageError: there is no row.

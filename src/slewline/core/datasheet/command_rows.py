@@ -1,6 +1,6 @@
-"""Rows of commands with the columns of a family: commands as text, as lines, as packets.
+"""Command rows with the columns of a family: commands as text, as lines, or as packets.
 
-Code that reads such a column takes the rows of that family: `sheet.rows(PacketRow)`.
+Code that reads such a column requests the rows of that family: `sheet.rows(PacketRow)`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class TextRow(Row):
     """A row of `Letters` or `Verbatim`.
 
     Attributes:
-        terminated: the command ends with a carriage return.
+        terminated: True if the command ends with a carriage return.
     """
 
     terminated: bool = True
@@ -31,9 +31,9 @@ class LineRow(Row):
     """A row of `Lines`.
 
     Attributes:
-        head: the text that a host sends first, if it is not `form`.
-        room: the number of bytes in the program memory, if more than opcode and arguments.
-        tail: fixed text after the arguments, in each spelling that a host may use, the proper one first.
+        head: the text that a host sends first, if different from `form`.
+        room: the number of bytes in the program memory, if more than the opcode and the arguments need.
+        tail: fixed text after the arguments, in each spelling that a host may use, the official one first.
     """
 
     head: str = ""
@@ -61,11 +61,11 @@ class PacketRow(Row):
     """A row of `Packets`.
 
     Attributes:
-        acts: what the packet acts on: the "current" axis, the axis that it is to "set", the "interrupting" axis, those
-            in a "mask", or all ("global").
+        acts: the axes on which the packet acts: the "current" axis, the axis that it selects ("set"), the
+            "interrupting" axis, the axes in a "mask", or all ("global").
         reads: the values that a host reads after the arguments.
         buffered: the command takes effect with the next update.
-        encoder: the command is meant for parts with an encoder, but the others accept it too.
+        encoder: the command is meant for parts with an encoder, but other parts accept it, too.
     """
 
     stored: bool = False
@@ -81,12 +81,12 @@ class PacketRow(Row):
 
     @property
     def order(self) -> Order:
-        """The order of the bytes of a number in a packet: high byte first."""
+        """The byte order of numbers in a packet: high byte first."""
         return "big"
 
 
 def row_object(row: Row) -> dict[str, Any]:
-    """Return a row as data, with the columns of every family; columns that it does not have are empty."""
+    """Return a row as data, with the columns of every family; columns that the row lacks are empty."""
     found, own = published(row), {each.name for each in fields(row)}
     others = {each.name: each.default for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
     return found | {name: getattr(row, name, value) for name, value in others.items() if name not in own}

@@ -1,4 +1,4 @@
-"""Options of a chip or a part, as rows: checked once, and read by the code that shows or takes them.
+"""Options of a chip or a part, as rows: checked once, and used by all code that shows or accepts them.
 
 Option("stepwise", "bool", False, "play every motion step by step; slow, and the same to the last edge")
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
@@ -56,7 +56,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 )
 
 
-SHOWN = 80  # characters of a value in a message; of a longer one the start, and the wrong number
+SHOWN = 80  # longest value in a message, characters; a longer one is shown by its start and the wrong number
 LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 
@@ -114,23 +114,23 @@ READ: Mapping[Kind, Callable[[str], Any]] = MappingProxyType(
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Option:
-    """An option for making a chip or a part.
+    """An option with which a chip or a part is created.
 
     Attributes:
         name: the name.
         kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes"; a
-            "choice" of `choices`, by their texts; a "table" with the rows of `table`; a "number", which is exact:
+            "choice" from `choices`, by their text; a "table" with the rows in `table`; a "number", which is exact:
             whole, or a decimal as text; a "quantity", a number of `unit` or text such as "68 g cm2", which becomes a
             float; an "object", which only Python can pass (a function, a store), or one of `choices`.
-        default: the value if none is given; ... if the option is required.
-        description: the effect of the option, in words.
-        low: the least value: of a number, a time in ps, a frequency in Hz, each of "ints"; None: no limit.
-        high: the greatest value, likewise.
+        default: the value used if none is given; ... (Ellipsis) if the option is required.
+        description: text that describes the effect of the option.
+        low: the minimum: of a number, a time in ps, a frequency in Hz, or each of "ints"; None for no limit.
+        high: the maximum, likewise.
         unit: the unit of the value; for a "quantity" an SI unit.
-        choices: the values allowed.
+        choices: the allowed values.
         table: the rows of a "table", each an option.
-        check: a function that returns what else is wrong with a value, in words, or "".
-        none: None is allowed as well.
+        check: a function that returns text about any other fault of a value, or "".
+        none: True if None is also allowed.
         like: an example value, for a "text" or an "object".
         where: the section of the manual.
     """
@@ -156,7 +156,7 @@ class Option:
 
     @property
     def allowed(self) -> str:
-        """The values allowed, in words."""
+        """Text that describes the allowed values."""
         words = [*map(str, self.choices)]
         if not self.choices or self.kind == "object":
             words.append(self._expected)
@@ -190,7 +190,7 @@ class Option:
 
     @property
     def shown(self) -> str:
-        """The default, in words."""
+        """The default as text."""
         if self.required:
             return ""
         if self.kind == "time" and _whole(self.default):
@@ -198,10 +198,10 @@ class Option:
         return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
 
     def checked(self, owner: str, value: Any) -> Any:
-        """Return an allowed value; a table complete, with the defaults of its missing rows.
+        """Return an allowed value; a table is completed with the defaults of its missing rows.
 
         Raises:
-            UsageError: the value is not allowed; the message says which are.
+            UsageError: the value is not allowed; the message lists the allowed values.
         """
         if value is None and self.none:
             return None
@@ -223,7 +223,7 @@ class Option:
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
-        """Return why a value is not allowed, "" if `allowed` explains it; None: it is allowed."""
+        """Return the reason why a value is not allowed, "" if `allowed` explains it; None if it is allowed."""
         if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
             odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
             if odd is not None:
@@ -247,7 +247,7 @@ class Option:
         return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
 
     def read(self, text: str) -> Any:
-        """Return the value that a text represents; if there is none, the text itself, which `checked` refuses."""
+        """Return the value that a text represents; if it represents none, the text itself, which `checked` refuses."""
         if self.none and text.lower() == "none":
             return None
         value: Callable[[str], Any] = READ.get(self.kind, _same)
@@ -257,7 +257,7 @@ class Option:
             return text
 
     def data(self) -> dict[str, Any]:
-        """Return the row as plain data, for a program, without objects that only Python can pass."""
+        """Return the row as plain data for other programs, without objects that only Python can pass."""
         plain = None if self.required or (self.kind in ("table", "object") and not self.default) else self.default
         return {
             "name": self.name,
@@ -276,7 +276,7 @@ class Option:
 
 
 def _cut(value: Any) -> str:
-    """Return a value for a message; of a long value, its start."""
+    """Return a value for a message; a long value is cut off."""
     text = repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]} ..."
 
@@ -286,7 +286,7 @@ def _same(value: Any) -> Any:
 
 
 def nowhere(_name: str, _value: object) -> str:
-    """Return "": the setting cannot be set anywhere else."""
+    """Return "", as the setting cannot be made anywhere else."""
     return ""
 
 
@@ -300,9 +300,9 @@ def checked(
     """Return the values of all rows: the given ones, checked, and the defaults of the others.
 
     Args:
-        beside: the other arguments allowed next to these options, for the message about an unknown one.
-        elsewhere: a function that returns how to set something that is not an option, with its value; empty: it cannot
-            be set.
+        beside: the other arguments that are allowed besides these options, for the message about an unknown argument.
+        elsewhere: a function that returns text on how to set something that is not an option to a value; "" if it
+            cannot be set.
 
     Raises:
         UsageError: an option that does not exist, a value that is not allowed, or one that is missing.
@@ -326,9 +326,9 @@ def checked(
 
 
 def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Return the options for pairs of texts: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
+    """Return the options that pairs of strings define: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
 
-    Unknown names, and texts without a value, are returned unchanged: `checked` refuses them.
+    Unknown names, and strings that represent no value, are returned unchanged; `checked` refuses them.
     """
     known = {row.name: row for row in rows}
     found: dict[str, Any] = {}
@@ -343,7 +343,7 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the rows with the given values, checked, as their defaults; in a table, as defaults of its rows."""
+    """Return the rows with the given values, checked, as their defaults; in a table, as the defaults of its rows."""
     found = []
     for row in rows:
         if row.name in given and row.table:
@@ -355,12 +355,12 @@ def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option,
 
 
 def defaults(rows: Iterable[Option]) -> dict[str, Any]:
-    """Return the defaults by full name: "ramp_jumps", "inferred.rates"."""
+    """Return the defaults, keyed by full name: "ramp_jumps", "inferred.rates"."""
     return {name: row.default for name, row in flat(rows)}
 
 
 def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
-    """Yield every row with its full name, the rows of a table after it: ("load.inertia", row)."""
+    """Yield every row with its full name, a table followed by its rows: ("load.inertia", row)."""
     for row in rows:
         yield f"{of}{row.name}", row
         yield from flat(row.table, f"{of}{row.name}.")

@@ -1,4 +1,4 @@
-"""The packages of a part: which pins are on which side.
+"""The packages of a part: the pins on each side.
 
 DIP                    PLCC, counted from the middle of its upper side
 1 |‾u‾| 8                   3 2 1 12 11
@@ -26,15 +26,15 @@ SIGNALS = ("in", "out", "both")  # values of `way` for pins that carry a signal
 
 @dataclass(frozen=True, slots=True)
 class Package:
-    """A package, by the names of its pins.
+    """A package, described by its pin names.
 
     Args:
-        name: its name in a chipset; empty if it is the only one.
-        numbered: True: the numbers of its pins are known; False: they are in the order of the manual.
-        square: True: it has pins on four sides.
-        sides: left and right of a DIP; left, bottom, right and top of a square one: each from top to bottom, or from
-            left to right; a number is a pin that is not in the sheet.
-        loose: pins whose number is not known, in a package with numbered pins.
+        name: its name in a chipset; "" if it is the only package.
+        numbered: True if its pin numbers are known; False if the pins are in the manual's order.
+        square: True if it has pins on four sides.
+        sides: left and right for a DIP; left, bottom, right and top for a square package; each from top to bottom, or
+            from left to right; a number stands for a pin that is not in the sheet.
+        loose: pins with unknown numbers, in a package with numbered pins.
     """
 
     name: str
@@ -45,15 +45,15 @@ class Package:
 
 
 def packages(pins: Iterable[Pin]) -> list[Package]:
-    """Return the packages of a part with these pins."""
+    """Return the packages of a part that has these pins."""
     return [_arranged(name, own) for name, own in _by_package([*pins]).items()]
 
 
 def _by_package(pins: Sequence[Pin]) -> dict[str, list[Pin]]:
     """Return the pins of each package.
 
-    In a chipset, `where` names the package of a pin; otherwise the pins without a signal have the package before their
-    name, and a package ends with the last one of these.
+    In a chipset, `where` names the package of a pin; otherwise, the names of pins without a signal start with the
+    package name, and the last such pin is the last of its package.
     """
     numbers = [pin.number for pin in pins if pin.number]
     if len({*numbers}) == len(numbers):
@@ -90,7 +90,7 @@ def _arranged(name: str, pins: Sequence[Pin]) -> Package:
     if count <= LARGEST_DIP:
         return Package(name, True, False, (run(1, count // 2), run(count, count // 2 + 1)), loose)
     side = count // 4
-    top = (side + 1) // 2  # pin 1 is in the middle of the upper side; the next ones are to its left
+    top = (side + 1) // 2  # pin 1 is in the middle of the upper side; the next pins are to its left
     sides = (
         run(top + 1, top + side),
         run(top + side + 1, top + 2 * side),

@@ -1,4 +1,4 @@
-"""Names for the purpose of pins and commands, shared by all parts: hosts, parts, wiring, rules and texts use them."""
+"""Names for the purposes of pins and commands, shared by all parts; hosts, parts, wiring, rules and texts use them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The elements of a data sheet: pins, arguments, command rows, registers, times.  Data only, no behaviour.
 
-Rules of this file: every number names its source (`where`) and its certainty (`trust`): "stated" by the manual,
+Rules of this file: every number states its source (`where`) and its certainty (`trust`): "stated" by the manual,
 "derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" from sister parts and
 other publications where no source of a part states it.
 """
@@ -32,19 +32,19 @@ class Pin:
         number: the number of the pin.
         name: the name in the manual, in lower case.
         in_out: the direction: "in", "out", "both", "power" or "none" (not connected).
-        description: the function of the pin, in words.
+        description: text that describes the function of the pin.
         active: the active level, 0 or 1; None if it has none.
-        pull: the level that a built-in resistor pulls an open input to; None: there is no resistor.
-        tie: the level of the standard wiring, without which a bare part does not work; None: there is none.
-        reset: the level of an output after reset; None: it is not defined.
-        seen: when the chip samples an input, in words.
+        pull: the level to which a built-in resistor pulls an open input; None if there is no resistor.
+        tie: the level in the standard wiring, without which a bare part does not work; None if there is none.
+        reset: the level of an output after reset; None if it is undefined.
+        seen: text that states when the chip samples an input.
         where: the section of the manual.
-        role: the purpose of the pin, a word of ROLES, which all parts share: wiring joins pins by it.
+        role: the purpose of the pin, a word from ROLES, which all parts share; wiring connects pins by role.
         axis: the axis that the role belongs to, counted from 1.
         sense: the level at which the role is active, by default `active`; it differs if the pin is named for the
             opposite (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
-        transcript: the text in a transcript when the pin goes low, and when it goes high; None: no text.
-        reflex: the direct effect of an active input on a running motor, a word of REFLEXES; for a pin that enables
+        transcript: the transcript text when the pin goes low, and when it goes high; None for no text.
+        reflex: the direct effect of an active input on a running motor, a word from REFLEXES; for a pin that enables
             steps, the effect of its inactive level.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
 
@@ -79,17 +79,17 @@ class Pin:
 
     @property
     def acts(self) -> int | None:
-        """The level at which the reflex of the pin acts; None: it has no level."""
+        """The level at which the reflex of the pin acts; None if it has no such level."""
         level = self.active if self.sense is None else self.sense
         return 1 - level if self.role == "enable" and level is not None else level
 
     @property
     def output_only(self) -> bool:
-        """True if nothing outside the part may drive the pin."""
+        """True if nothing external may drive the pin."""
         return self.in_out == "out"
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Return whether the pin has a role, on the given axis if roles of this kind belong to an axis."""
+        """Return whether the pin has a role, and has it on the given axis if such roles belong to an axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -100,17 +100,17 @@ class Arg:
     Attributes:
         name: the name in the manual.
         size: the number of bytes; an argument of size 0 is added to the opcode.
-        low: the least value.
-        high: the greatest value.
-        label: a letter may be used instead of the value.
+        low: the minimum.
+        high: the maximum.
+        label: True if a letter may be used instead of the value.
         unit: the unit that the value counts, such as "steps".
         sign: how a sign is written: "no", "may" (none means plus), "must", or "alone" (a direction: + is 1, - is -1).
-        zero: 0 is within the range.
-        optional: the argument may be left out, and is `high` then.
+        zero: True if 0 is within the range.
+        optional: True if the argument may be left out; it is then `high`.
         fraction: the number of bits after the binary point: with 16 the value counts 1/65536 of its unit.
-        cycles: how often the cycle of the chip is in the denominator of the unit: 1 for a speed, 2 for an acceleration.
-        alias: pairs (value, value that the chip takes instead), such as (256, 255); of any other value that is too
-            large, the chip takes the low bytes.
+        cycles: the power of the chip's cycle in the denominator of the unit: 1 for a speed, 2 for an acceleration.
+        alias: pairs (value, value that the chip takes instead), such as (256, 255); for any other value that is too
+            large, the chip uses the low bytes.
     """
 
     name: str
@@ -132,7 +132,7 @@ class Arg:
         return 1 << (8 * self.size)
 
     def fit(self, number: int) -> int:
-        """Return the value that the part uses for a number, in range or not."""
+        """Return the value that the part uses for a number, whether or not it is in range."""
         return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
@@ -148,7 +148,7 @@ class Arg:
         return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
-        """Return a value as text: no leading zeros, a sign where one belongs."""
+        """Return a value as text: without leading zeros, with a sign where required."""
         if self.sign == "alone":
             return "+" if value > 0 else "-"
         return f"{value:+d}" if self.sign != "no" else str(value)
@@ -157,27 +157,28 @@ class Arg:
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One form of a command, with the columns of all parts; `LineRow`, `TextRow` and `PacketRow` have more.
+    """One form of a command, with the columns of all parts; `LineRow`, `TextRow` and `PacketRow` add more.
 
     Attributes:
         form: the text that identifies the form: the letter or name that a host sends first.
-        name: the name, which determines that of the firmware method: do_loop for LOOP.
+        name: the command name, which determines the name of the firmware method: do_loop for LOOP.
         args: the arguments, in order.
-        time_us: the time that the last byte of the command takes in command mode, µs, with the usual crystal and
-            without the conversion of digits.
-        description: the effect of the command, in words.
+        time_us: the time that the last byte of the command takes in command mode, µs, with the usual crystal, excluding
+            the conversion of digits.
+        description: text that describes the effect of the command.
         where: the section of the manual.
         program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
         code: the opcode in the program memory, or the command byte of a packet; by default the first letter.
-        stored: the command can be stored in a program.
-        motion: the command makes the motor step.
+        stored: True if the command can be stored in a program.
+        motion: True if the command makes the motor step.
         when: the states in which the command is executed immediately: "i" idle, "p" program entry, "r" program running.
-        flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" the
-            program ends.
-        role: the purpose of the command, a word of ROW_ROLES, which all parts share.
-        at_once: the effect of the command on a running motor, without waiting for the end of the motion, a word of
+        flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" if
+            the program ends.
+        role: the purpose of the command, a word from ROW_ROLES, which all parts share.
+        at_once: the effect of the command on a running motor, without waiting for the end of the motion, a word from
             AT_ONCE; a buffered command acts at the update.
-        starts: the command itself outputs no steps, but outside program entry it may start a program or a homing.
+        starts: True if the command itself outputs no steps, but outside program entry may start a program or a homing
+            run.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
 
     Raises:
@@ -216,7 +217,7 @@ class Row:
 
     @property
     def takes(self) -> str:
-        """The names of the arguments, in words."""
+        """Text that lists the names of the arguments."""
         return " and ".join(arg.name for arg in self.args) or "no argument"
 
     @property
@@ -241,12 +242,12 @@ class Row:
 
     @property
     def order(self) -> Order:
-        """The order of the bytes of a number: a program buffer holds the low byte first."""
+        """The byte order of a number: a program buffer holds the low byte first."""
         return "little"
 
     @property
     def handler(self) -> str:
-        """The name of the firmware method that performs the command: do_loop for LOOP."""
+        """The name of the firmware method that executes the command: do_loop for LOOP."""
         return "do_" + self.name.lower()
 
     def pack(self, values: Sequence[int]) -> bytes:
@@ -260,7 +261,7 @@ class Row:
         return bytes([code]) + data
 
     def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
-        """Return the values of arguments from their bytes; missing bytes count as 0.  `code`: the opcode as stored."""
+        """Return the argument values in some bytes; missing bytes count as 0.  `code` is the opcode as stored."""
         values, at = [], 0
         for arg in self.args:
             if arg.size:
@@ -285,7 +286,7 @@ class Row:
 
     @property
     def codes(self) -> range:
-        """The opcodes of the instruction: several where an argument is part of it."""
+        """The opcodes of the instruction: several if an argument is part of the opcode."""
         return range(self.code, self.code + next((arg.high + 1 for arg in self.args if not arg.size), 1))
 
 
@@ -298,10 +299,10 @@ class Register:
         name: the name in the manual, in lower case.
         bits: the number of bits.
         default: the value after power-up.
-        description: the meaning of the value, in words.
+        description: text that describes the meaning of the value.
         letter: the command that loads it.
         where: the section of the manual.
-        unit: the unit that it counts, such as "steps".
+        unit: the unit of the value, such as "steps".
     """
 
     name: str
@@ -321,7 +322,7 @@ class Timing:
     Attributes:
         us: the time, µs.
         mhz: the crystal for which it is stated, MHz.
-        description: the operation, in words.
+        description: text that describes the operation.
         where: the section of the manual.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
     """
@@ -341,26 +342,27 @@ class Timing:
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """A limit of the data sheet for the time between two edges.
+    """A data sheet limit for the time between two edges.
 
     An edge is a pin, or the data bus, and a change: "falls", "rises", "changes"; for a bus also "appears" and
-    "vanishes", when an output begins or ceases to drive it.  The time is measured from the last `start` to the first
+    "vanishes", when an output starts or stops driving it.  The time is measured from the last `start` to the first
     `end` after it: with two strobes in a selection, the first one ends a set-up time and the second one begins a hold
-    time.  A start and an end at one instant are 0 apart; but if only a typical time is given, the end counts as first.
+    time.  A start and an end at the same instant are 0 apart; but if only a typical time is given, the end is taken to
+    come first.
 
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".
         end: the edge at which it ends.
-        description: the purpose of the limit, in words.
+        description: text that describes the purpose of the limit.
         where: the section of the manual.
-        least: the minimum, ps; None: there is none.
-        typical: the typical time, ps; None: it is not given.
-        most: the maximum, ps; None: there is none.
+        least: the minimum, ps; None if there is none.
+        typical: the typical time, ps; None if none is given.
+        most: the maximum, ps; None if there is none.
         symbol: the symbol in the data sheet, such as "t14".
-        mhz: the crystal for which the limit is given, MHz; 0: it holds with every crystal.
+        mhz: the crystal for which the limit is given, MHz; 0 if it holds with every crystal.
         keeper: the side that must comply: the "part", or the "host" and any other driver of the inputs.
-        given: levels that pins must have at `end`, for the limit to apply.
-        before: levels that pins must have had at `start`, for the limit to apply.
+        given: the levels that pins must have at `end` for the limit to apply.
+        before: the levels that pins must have had at `start` for the limit to apply.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
     """
 
@@ -379,7 +381,7 @@ class Limit:
     trust: Trust = "stated"
 
     def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
-        """Return minimum, typical and maximum time with a crystal, in ps, rounded in favour of the keeper."""
+        """Return the minimum, typical and maximum times with a crystal, in ps, rounded in favour of the `keeper`."""
         if not self.mhz:
             return self.least, self.typical, self.most
         up, down = self.mhz * 10**6, crystal_hz
@@ -388,7 +390,7 @@ class Limit:
 
     @property
     def edges(self) -> str:
-        """The two edges, in words."""
+        """Text that names the two edges."""
         return f"{self.start} to {self.end}"
 
 
@@ -397,12 +399,12 @@ R = TypeVar("R", bound=Row)
 
 
 class Table(Sequence[R_co]):
-    """The command table of a part: a sequence of rows, also accessible by form, as in table["R"].
+    """The command table of a part: a sequence of rows, which are also accessible by form, as in table["R"].
 
     Attributes:
         rows: the rows.
-        by_form: the rows, by form.
-        by_code: the rows of commands with a code, by opcode or command byte.
+        by_form: the rows, keyed by form.
+        by_code: the rows of commands with a code, keyed by opcode or command byte.
 
     Raises:
         SheetError: two rows have the same form or opcode.
@@ -446,7 +448,7 @@ class Table(Sequence[R_co]):
         raise KeyError(name)
 
     def of(self, kind: type[R]) -> Table[R]:
-        """Return the table with the columns of a family; rows made without them have the defaults.
+        """Return the table with the columns of a family; rows created without them get the defaults.
 
         Raises:
             SheetError: a row is of another family.
@@ -459,7 +461,7 @@ class Table(Sequence[R_co]):
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Bits:
-    """A field of a stored word: `width` bits from bit `low` on; the field value 0 means `first`."""
+    """A field of a stored word: `width` bits, starting at bit `low`; the field value 0 means `first`."""
 
     name: str
     low: int
@@ -502,27 +504,28 @@ class Sheet:
         manual: the source of the facts.
         pins: the pin table.
         commands: the command table.
-        behaviour: a number that is increased when the same inputs lead to other outputs; a journal has that of its run.
-        crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a crystal to choose.
+        behaviour: a number that is increased whenever the same inputs lead to other outputs; a journal records that of
+            its run.
+        crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a selectable crystal.
         crystal_low_hz: the lowest crystal frequency allowed, Hz.
-        crystal_high_hz: the highest crystal frequency allowed, Hz; 0: there is no crystal to choose.
+        crystal_high_hz: the highest crystal frequency allowed, Hz; 0 if there is no selectable crystal.
         registers: the register table.
         options: the options for making the part.
         rates: the rate for each value of the rate parameter, steps/s, with the usual crystal.
-        times: the times that the part takes, by names of our own.
-        limits: the limits for times between edges.
-        buffer_bytes: the size of the program memory, in `memory_unit`.
-        buffer_where: the section of the manual that states it.
+        times: the times that the part takes, under names chosen for this project.
+        limits: the limits for the times between edges.
+        buffer_bytes: the size of the program memory, in units of `memory_unit`.
+        buffer_where: the section of the manual that states this size.
         labels: the letters that can be labels in a program.
         suffix: the file extension of programs.
-        notes: further text for `slewline describe`, by headings.
+        notes: further text for `slewline describe`, keyed by heading.
         dialect: how commands are written, sent and stored.
         channels: the channels over which a host can reach the part, the usual one first.
         axes: the number of motors.
-        wires: for a part in several packages, the pins that are connected with each other, by name.
+        wires: for a part in several packages, the names of pins that are connected to each other.
         foreign: commands of sister parts, which this part refuses as unknown.
-        slips: the remedy for characters that are often mistaken, by character.
-        sections: the sections of the manual to which the rules of the linter refer, by subject.
+        slips: the remedies for characters that are often used by mistake, keyed by character.
+        sections: the sections of the manual to which linter rules refer, keyed by subject.
         key: the abbreviation of the manual in `where`.
         memory_unit: the unit in which the manual states the size of the program memory.
     """
@@ -565,7 +568,7 @@ class Sheet:
 
     @property
     def keeps(self) -> bool:
-        """True if the part has non-volatile memory, in its option `store`."""
+        """True if the part has non-volatile memory, which its option `store` provides."""
         return any(row.name == "store" for row in self.options)
 
     @property
@@ -575,7 +578,7 @@ class Sheet:
 
     @property
     def enter(self) -> Row | None:
-        """The command that begins program entry; None: the part stores no program."""
+        """The command that begins program entry; None if the part stores no programs."""
         return next(iter(self.acting("enter")), None)
 
     @property
@@ -585,32 +588,32 @@ class Sheet:
 
     @property
     def takes_live(self) -> bool:
-        """True if the part takes commands while its program runs: a host may pull its pin of program entry low."""
+        """True if the part takes commands while its program runs: a host may pull its program entry pin low."""
         entry = self.role("program_entry")
         return entry is not None and entry.in_out == "both"
 
     @property
     def bus(self) -> str:
-        """The common beginning of the names of the data bus pins."""
+        """The common prefix of the data bus pin names."""
         data = self.role("data")
         return data.name.rstrip("0123456789") if data is not None else "db"
 
     @property
     def fastest(self) -> dict[str, int]:
-        """The straps of the highest rate of every channel."""
+        """The straps that select the highest rate of every channel."""
         return {pin: level for channel in self.channels for pin, level in channel.fastest.items()}
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps that switch off features that program files do not contain, of every channel."""
+        """The straps that, on every channel, switch off features that program files do not contain."""
         return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return how to set something that is not an option, such as a baud rate; empty: it cannot be set."""
+        """Return text on how to set something that is not an option, such as a baud rate; "" if it cannot be set."""
         return next((message for channel in self.channels if (message := channel.elsewhere(name, value))), "")
 
     def channel(self, kind: type[C]) -> C | None:
-        """Return the channel of a kind; None: the part has none."""
+        """Return the channel of a kind; None if the part has none."""
         return next((channel for channel in self.channels if isinstance(channel, kind)), None)
 
     def through(self, kind: type[C]) -> C:
@@ -638,7 +641,7 @@ class Sheet:
         return tuple(row for row in self.commands if row.role == role)
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
-        """Return the pin that has a role, on the given axis if the role belongs to one; None: there is none."""
+        """Return the pin that has a role, on the given axis if the role belongs to one; None if there is none."""
         return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
 
     def in_role(self, role: str) -> Pin:

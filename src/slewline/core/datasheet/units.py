@@ -1,13 +1,13 @@
-"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in the first unit of its row.
+"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in the first unit listed for the quantity.
 
     quantity("68 gcm2", "kg m2", "inertia")                       6.8e-06
     quantity(6.8e-6, "kg m2", "inertia")                          6.8e-06
     quantity("600 rpm", "steps/s", "rate", per_turn=200)          2000.0
     quantity("5 mH", "kg m2", "inertia")                          UsageError: ... mH is a unit of inductance ...
 
-A text is rounded once: "68 g cm2" is the same number as 6.8e-6.  A text must have a unit, unless it is 0 or an angle:
-68 for an inertia is unlikely to mean kg m2.  Spaces, dots, stars and dashes within a unit are ignored.  Turns become
-steps only where the steps per turn of a motor are known.
+Text is rounded only once, so "68 g cm2" is the same number as 6.8e-6.  Text must include a unit, unless it is 0 or an
+angle: 68 for an inertia is unlikely to mean kg m2.  Spaces, dots, stars and dashes within a unit are ignored.  Turns
+become steps only where the steps per turn of a motor are known.
 """
 
 from __future__ import annotations
@@ -69,13 +69,13 @@ SPELLED = str.maketrans(
 
 
 def measured(value: object, unit: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number of its first unit, which is the SI unit.
+    """Return a quantity as a number in its first unit, which is the SI unit.
 
     Args:
         per_turn: the steps per turn of the motor, if a rate may be in turns.
 
     Raises:
-        ValueError: the value is neither a finite number nor text with one and a unit of this quantity.
+        ValueError: the value is neither a finite number nor text that consists of one and a unit of this quantity.
     """
     if isinstance(value, str):
         return _of_text(value, unit, per_turn)
@@ -124,7 +124,7 @@ def other_kind(value: object, unit: str) -> str:
 
 
 def in_steps(text: str, per_turn: int) -> str:
-    """Return a text with its rates, accelerations and jerks in turns converted to steps: 600 rpm, 2000 steps/s.
+    """Return text with rates, accelerations and jerks converted from turns to steps: 600 rpm to 2000 steps/s.
 
     Args:
         per_turn: the steps per turn.
@@ -138,10 +138,10 @@ def in_steps(text: str, per_turn: int) -> str:
 
 
 def expected(unit: str, number: str = "", per_turn: int | None = None) -> str:
-    """Return the allowed form of a quantity, in words.
+    """Return a description of the allowed forms of a quantity.
 
     Args:
-        number: which numbers are allowed; by default all.
+        number: text that states which numbers are allowed; by default all.
         per_turn: as for `measured`.
     """
     units = [*UNITS[unit], *(TURNS if unit == "steps/s" and per_turn is not None else ())]
@@ -149,13 +149,13 @@ def expected(unit: str, number: str = "", per_turn: int | None = None) -> str:
 
 
 def quantity(value: object, unit: str, name: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number of its first unit, which is the SI unit.
+    """Return a quantity as a number in the first unit of its kind, which is the SI unit.
 
     Args:
         per_turn: as for `measured`.
 
     Raises:
-        UsageError: the value is not such a quantity; the message says which are allowed.
+        UsageError: the value is not such a quantity; the message states the allowed forms.
     """
     try:
         return measured(value, unit, per_turn)

@@ -1,1 +1,1 @@
-"""Non-volatile memories, and images of their content."""
+"""Non-volatile memories and memory images."""

@@ -1,10 +1,10 @@
-"""Images of a memory: its content from address 0 on, as bytes or as the text of an Intel HEX file.
+"""Memory images: the content from address 0 upwards, as bytes or as the text of an Intel HEX file.
 
 :10 0010 00 4E20310D2B0D470D4420323030300D4C 5F        count, address, type, data, checksum
 :00 0000 01 FF                                         the end
 
-A binary image is a dump: the bytes of the part, one after the other.  Bytes missing from a HEX file are FF, as in an
-erased part.  An image that is as long as a part of SIZES is treated as a dump of such a part.
+A binary image is a dump: the bytes of the part, one after another.  Bytes missing from a HEX file are FF, as in an
+erased part.  An image with the length of a part listed in SIZES is treated as a dump of that part.
 """
 
 from __future__ import annotations
@@ -34,31 +34,31 @@ def check_text(owner: str, image: object) -> None:
     """Check that an image is not text with a file extension.
 
     Raises:
-        UsageError: it is, so it is probably the name of a file.
+        UsageError: it is such text, so it is probably a file name.
     """
     if isinstance(image, str) and image.lower().endswith((".bin", *HEX)):
         raise named_file(owner, image)
 
 
 def size_of(image: bytes) -> int:
-    """Return the size of the part that an image is meant for: its own length if there is such a part, else 64K."""
+    """Return the size of the part for which an image is meant: the image's length if such a part exists, else 64K."""
     return len(image) if len(image) in SIZES else LARGEST
 
 
 def is_hex(data: bytes) -> bool:
-    """Return whether the content of a file is text in Intel HEX, judged by its first line."""
+    """Return whether the content of a file is Intel HEX, judging by its first line."""
     first = data.lstrip()[:44].replace(b"\r", b"\n").split(b"\n", 1)[0].strip()
     return first[:1] == b":" and all(byte in b"0123456789ABCDEFabcdef" for byte in first[1:])
 
 
 def from_file(data: bytes, where: str) -> bytes:
-    """Return the image in the content of a file: Intel HEX, else the bytes themselves.
+    """Return the image that a file contains, given its content: Intel HEX, or else the bytes themselves.
 
     Args:
         where: the file, for messages.
 
     Raises:
-        BenchFileError: more than 64K bytes, or a line that is not a record; the message has its number.
+        BenchFileError: more than 64K bytes, or a line that is not a record; the message states the line number.
     """
     if is_hex(data):
         return from_hex(data.decode("latin-1"), where)
@@ -68,13 +68,14 @@ def from_file(data: bytes, where: str) -> bytes:
 
 
 def from_hex(text: str, where: str) -> bytes:
-    """Return the image in a text in Intel HEX; missing bytes are FF.
+    """Return the image in an Intel HEX text; missing bytes are FF.
 
     Args:
         where: the file, for messages.
 
     Raises:
-        BenchFileError: a line that is not a record, an address beyond 64K, a byte with two different values, or no end.
+        BenchFileError: a line that is not a record, an address beyond 64K, a byte with two different values, or no end
+            record.
     """
     image, given, base = bytearray(), bytearray(), 0
     for number, line in enumerate(text.splitlines(), 1):
@@ -131,7 +132,7 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
 
 
 def to_hex(image: bytes) -> str:
-    """Return an image as text in Intel HEX, without rows that are completely erased, except the last one."""
+    """Return an image as Intel HEX text; rows that are completely erased, except the last one, are left out."""
     lines = []
     for address in range(0, len(image), ROW):
         row = image[address : address + ROW]

@@ -1,8 +1,8 @@
-"""Non-volatile memory of a part: the bench passes in a store, and the part knows nothing else of it.
+"""Non-volatile memory of a part: the bench passes in a store, which is all that the part knows of it.
 
 content   0 ........ 17 ........ 23            a store has bytes from address 0 on
           write: all of them
-append:             |new| at 17                some of them, or more after the last one
+append:             |new| at 17                some of them, or more bytes at the end
 pending             still writing              for a store that returns before it has written
 """
 
@@ -22,29 +22,29 @@ class Store(Protocol):
     """Non-volatile memory.  `read` and `write` raise OSError on a memory fault."""
 
     def read(self) -> bytes:
-        """Return the content; empty if none was ever written."""
+        """Return the content; empty if nothing was ever written."""
 
     def write(self, data: bytes) -> None:
         """Replace the content, completely or not at all."""
 
 
 class AppendStore(Store, Protocol):
-    """A store for a large memory, to which changes are appended.  Parts that do not append accept any store."""
+    """A store for a large memory that accepts partial writes.  Parts that do not need these accept any store."""
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content, all of them or none, at a cost that does not depend on its length.
+        """Write some bytes into the content, all of them or none, at a cost independent of the length of the content.
 
         Args:
-            data: replaces as many bytes from `at` on; bytes beyond the end make the content longer.
+            data: the bytes, which replace as many bytes starting at `at`; bytes beyond the end extend the content.
             at: address, 0 to the length of the content; by default its end.
 
         Raises:
-            UsageError: there would be a gap before `at`: the part must write the whole content of a new memory.
+            UsageError: there would be a gap before `at`; the part must first write the whole content of a new memory.
         """
 
 
 def is_pending(store: Store) -> bool:
-    """Return whether a store is still writing the last data; a store without `pending` has written it.
+    """Return whether a store is still writing the last data; a store without `pending` writes before it returns.
 
     Raises:
         OSError: the store could not write the data.
@@ -54,18 +54,18 @@ def is_pending(store: Store) -> bool:
 
 
 class Memory:
-    """Non-volatile memory that exists as long as the model."""
+    """Non-volatile memory that lasts as long as the model."""
 
     def __init__(self, data: bytes = b"") -> None:
         self._content = bytearray(data)
 
     @property
     def data(self) -> bytes:
-        """The content."""
+        """The content of the memory."""
         return bytes(self._content)
 
     def read(self) -> bytes:
-        """Return the content; empty if none was ever written."""
+        """Return the content; empty until data is written."""
         return bytes(self._content)
 
     def write(self, data: bytes) -> None:
@@ -73,7 +73,7 @@ class Memory:
         self._content = bytearray(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content from `at` on, by default after its end.
+        """Write some bytes into the content at address `at`, by default at its end.
 
         Raises:
             UsageError: there would be a gap before `at`.
@@ -82,7 +82,7 @@ class Memory:
 
 
 class JournaledStore:
-    """A store that reports its faults to a journal: failed calls, delays, and content other than the data written.
+    """A store that reports its faults to a journal: failed calls, delays, and content that differs from that written.
 
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
@@ -117,7 +117,7 @@ class JournaledStore:
         self._known.write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content of the store; a store without `append` gets the whole content."""
+        """Write some bytes into the content of the store; a store without `append` is given the whole content."""
         append = getattr(self.store, "append", None)
         if append is not None:
             self._reporting(lambda: append(data, at))
@@ -128,7 +128,7 @@ class JournaledStore:
             self.write(bytes(whole))
 
     def pending(self) -> bool:
-        """Return whether the store is still writing; a call in the numbering if it is, or if it could not write."""
+        """Return whether the store is still writing; the call is numbered if it is, or if it could not write."""
         try:
             pending = is_pending(self.store)
         except OSError as error:
@@ -144,14 +144,14 @@ class JournaledStore:
         return pending
 
     def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
-        """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
+        """Switch to keeping the content in the model, with the faults of a replay (see `ReplayedStore`)."""
         self.store = ReplayedStore(self._known.data, faults, self._calls)
 
     def attach(self, store: Store) -> None:
-        """Keep the content in another store from now on, which is written only if its content differs.
+        """Switch to keeping the content in another store, which is written only if its content differs.
 
         Raises:
-            OSError: the store could not be written; the content remains in the present one.
+            OSError: the store could not be written; the content remains in the present store.
         """
         if store.read() != self._known.data:
             store.write(self._known.data)
@@ -178,8 +178,8 @@ class ReplayedStore(Memory):
     """The memory of a replay, with the faults of the recorded store (see `JournaledStore`).
 
     Args:
-        faults: by the number of the call: its `error`, or the `content` that was found.
-        calls: the number of calls before; None: they are numbered from `begin` on.
+        faults: the fault of each call, keyed by its number: its `error`, or the `content` that was found.
+        calls: the number of earlier calls; None if calls are numbered from `begin`.
     """
 
     def __init__(self, data: bytes, faults: Mapping[int, Mapping[str, Any]], calls: int | None = None) -> None:
@@ -200,7 +200,7 @@ class ReplayedStore(Memory):
         super().write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content from `at` on, by default after its end."""
+        """Write some bytes into the content at an address, by default at its end."""
         self._call()
         super().append(data, at)
 
@@ -223,7 +223,7 @@ class ReplayedStore(Memory):
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
-    """Write some bytes into a content, as `AppendStore.append` does; return the address."""
+    """Write some bytes into a memory content, as `AppendStore.append` does; return the address."""
     address = len(content) if at is None else at
     if not 0 <= address <= len(content):
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
@@ -234,18 +234,18 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
 class BufferedStore:
     """A large memory with a write buffer: `put` changes `content` immediately, and `flush` writes it to the store.
 
-    Changed bytes close to each other are written as one piece, so a flush costs as much as a few bytes do.  While the
-    store is still writing, further changes wait for the next flush.
+    Changed bytes that are close to each other are written as one piece, so a flush costs about as much as writing a few
+    bytes.  While the store is still writing, further changes wait for the next flush.
 
     Args:
-        store: where the memory is kept; one without `append` gets all of it with every flush.
+        store: where the memory is kept; a store without `append` is given the whole content with every flush.
         content: the content if the store is empty; it is then written immediately.
 
     Raises:
         OSError: the store could not be written.
     """
 
-    CLOSE = 16  # bytes between two that are written together; a separate piece costs as much
+    CLOSE = 16  # bytes of the largest gap that is written, too; a separate piece costs as much
 
     def __init__(self, store: Store, content: bytes) -> None:
         found = store.read()
@@ -258,7 +258,7 @@ class BufferedStore:
             is_pending(store)
 
     def put(self, address: int, byte: int) -> None:
-        """Write a byte, 0 to 255, to an address."""
+        """Write a byte (0 to 255) to an address."""
         self.content[address] = byte
         self.unsaved.add(address)
         self._given.discard(address)

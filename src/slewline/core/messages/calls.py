@@ -18,13 +18,14 @@ R = TypeVar("R")
 def answering(
     name: str, also: str = "", options: type | None = None, defaults: Mapping[str, object] = {}
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator: calls with wrong arguments raise an error that lists the right ones.
+    """Return a decorator with which calls with wrong arguments raise an error that lists the right ones.
 
     Args:
         name: the name of the function in a message.
         also: further text for the message.
-        options: the `TypedDict` that is unpacked as `**options` of the function: its signature lists each of them.
-        defaults: of these options; the function receives all of them.
+        options: the `TypedDict` that is unpacked as `**options` of the function: the function's signature lists each of
+            them.
+        defaults: the defaults of these options; the function receives all options.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -73,7 +74,7 @@ def parameters_of(function: Callable[..., object]) -> list[str]:
 
 
 def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> str:
-    """Return why a function cannot be called with these arguments; empty: it can, or that is not known."""
+    """Return the reason why a function cannot be called with these arguments; "" if it can, or if that is unknown."""
     try:
         signature(function).bind(*args, **kwargs)
     except TypeError as error:
@@ -87,7 +88,7 @@ def level_of_caller(libraries: Collection[str] = ("slewline",)) -> int:
     """Return the `stacklevel` of a warning: the number of frames from the caller up to the user's code.
 
     Args:
-        libraries: packages that are not the user's.
+        libraries: packages that are not user code.
     """
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in libraries:

@@ -1,4 +1,4 @@
-"""Numbers with a decimal comma, or with commas between thousands, and their correct spelling."""
+"""Numbers with a decimal comma or thousands separators, and their correct spelling."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ DECIMALS = re.compile(r"\s*([+-]?\d*),(\d+)(?![\d,.])(.*)", re.DOTALL)
 
 
 def without_comma(text: object) -> str:
-    """Return "; write 0.5 s" for "0,5 s", and "; write 6000 steps/s" for "6,000 steps/s"; "" for all others."""
+    """Return "; write 0.5 s" for "0,5 s", and "; write 6000 steps/s" for "6,000 steps/s"; "" for all other text."""
     if not isinstance(text, str):
         return ""
     if found := THOUSANDS.fullmatch(text):

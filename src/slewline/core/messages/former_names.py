@@ -12,10 +12,10 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 def formerly(**names: str) -> Callable[[T], T]:
-    """Return a decorator that accepts former names too: of a class for its fields, of a function for its arguments.
+    """Return a decorator that also accepts former names: for the fields of a class or the arguments of a function.
 
     Args:
-        names: the former name of each.
+        names: the former name of each field or argument, keyed by its present name.
     """
     present = {former: name for name, former in names.items()}
 

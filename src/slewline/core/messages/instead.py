@@ -4,8 +4,8 @@
 
     x.send          NoSuchAttribute: x has no 'send'; write bench.host(x).send(...)
 
-A missing name is a descriptor of the class rather than the work of a `__getattr__`, which would slow down the access
-to existing names.  `hasattr` returns False, `dir` leaves it out, and an attribute of the instance comes first.
+Each missing name is a descriptor of the class; a `__getattr__` would slow down access to existing names.  `hasattr`
+returns False, `dir` omits the name, and an attribute of the instance takes precedence.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
 
 
 def called(one: object) -> str:
-    """Return the name of an object for a message: its own, or that of its class."""
+    """Return the name of an object for a message: its own name, or that of its class."""
     if isinstance(one, type):
         return one.__name__
     own = getattr(one, "__dict__", {})
@@ -55,7 +55,7 @@ NOTHING = Instead("", "")
 
 
 class Never(Instead):
-    """A name that a class does not have, and that cannot be set in its objects."""
+    """A name that a class does not have, and that cannot be set on its objects."""
 
     def __init__(self, name: str, remedy: str, to_set: str) -> None:
         super().__init__(name, remedy)
@@ -73,13 +73,13 @@ def _has(cls: type, name: str) -> bool:
 
 
 def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
-    """Set the remedies for names that a class does not have: the text to write, or a clause that ends in it.
+    """Set the remedies for names that a class does not have: the code to write instead, or a clause that ends with it.
 
     Names that the class has, or that its annotations list, are skipped.
 
     Args:
-        to_set: the remedy for setting such a name, "" for the same as for reading it; by default objects may have an
-            attribute of the name.
+        to_set: the remedy for setting such a name, "" for the same as for reading it; by default, objects may have an
+            attribute of that name.
     """
     if not any("__dir__" in vars(base) for base in cls.__mro__[:-1]):
         setattr(cls, "__dir__", _names_there_are)  # noqa: B010 (mypy knows no assignment to a method)
@@ -91,7 +91,7 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
 
 
 def _names_there_are(one: object) -> list[str]:
-    """Return the names for `dir` of an object, except names that only have a remedy."""
+    """Return the names that `dir` lists for an object, except names that only have a remedy."""
     return [name for name in object.__dir__(one) if not isinstance(getattr_static(one, name, None), Instead)]
 
 
@@ -106,7 +106,7 @@ def seal(cls: type) -> None:
 
 
 def names_for_users(one: object) -> list[str]:
-    """Return the names for `dir`: `_for_users` of the classes, and all public names of classes from outside."""
+    """Return the names for `dir`: `_for_users` of the classes, and all public names of classes in other packages."""
     found = {name for name in object.__dir__(one) if name.startswith("_")}
     for base in type(one).__mro__:
         own: dict[str, Any] = dict(vars(base))
@@ -117,7 +117,7 @@ def names_for_users(one: object) -> list[str]:
 
 
 def face(cls: type[C]) -> type[C]:
-    """Make `dir` list the names for users of a class, and its properties raise an error with a remedy when set."""
+    """Make `dir` list only the user-facing names of a class; setting its properties raises an error with a remedy."""
     seal(cls)
     setattr(cls, "__dir__", names_for_users)  # noqa: B010 (mypy knows no assignment to a method)
     return cls

@@ -1,9 +1,9 @@
-"""Items of an object by name: a dict that explains a missing name, and that users only read.
+"""Items of an object by name: a dict that explains a missing name, and that is read-only for users.
 
     x.registers["speed"]        UnknownName: x (its part) has no register 'speed'; its registers: rate, slope ...
     x.registers["rate"] = 5     NoSuchAttribute: ...
 
-Access to an existing name costs as much as in any dict; the help for a message is computed only when it is needed.
+Access to an existing name costs no more than in any dict; the help for a message is computed only when it is needed.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ T = TypeVar("T")
 
 
 class NameHelp(NamedTuple):
-    """The help about names in a message: their owner, the noun for one, the remedy for setting one, the names.
+    """The help on names in a message: their owner, the noun for an item, the remedy for setting one, and the names.
 
-    `others` are similar names of other things, with the one meant by each.
+    `others` are similar names of other things, each with the name that is probably meant.
     """
 
     owner: str

@@ -1,4 +1,4 @@
-"""Texts in plain ASCII, for files and for terminals that cannot show all letters, such as µ."""
+"""Plain ASCII text, for files and for terminals that cannot show all characters, such as µ."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ INSTEAD = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
 
 
 def ascii_of(text: str) -> str:
-    """Return a text in printable ASCII: "25 us" for "25 µs", and question marks for letters without such a spelling."""
+    """Return a text in printable ASCII: "25 us" for "25 µs", with question marks for characters without one."""
     return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(INSTEAD))

@@ -1,4 +1,4 @@
-"""Whole numbers from users, of Python or NumPy, and their form in messages."""
+"""Whole numbers from users, Python or NumPy, and their form in messages."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from numbers import Integral
 
 
 def whole(value: object) -> int | None:
-    """Return a whole number of Python or NumPy as an int; None for anything else, such as True and False."""
+    """Return a Python or NumPy whole number as an int; None for anything else, such as True and False."""
     if type(value) is int:
         return value
     return int(value) if isinstance(value, Integral) and not isinstance(value, bool) else None
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun, "1 step" or "2 steps"."""
+    """Return a number with its noun in the right form, "1 step" or "2 steps"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,4 +1,4 @@
-"""The position register of one axis, exact at every instant, and its whole past.
+"""The position register of one axis, which is exact at every instant, and its entire past.
 
 The past is a list of stretches, each following one train; undisturbed travel of any length is one stretch.
 """
@@ -32,7 +32,7 @@ class Step(NamedTuple):
     """One step.
 
     Attributes:
-        time_ps: when the step begins, ps.
+        time_ps: the instant at which the step begins, ps.
         direction: +1 clockwise, -1 counter-clockwise.
         position: the position register after the step.
     """
@@ -44,10 +44,10 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """The steps of an axis, in order of time; `steps[0]` is a `Step`, `steps[:10]` are the first ten.
+    """The steps of an axis, in chronological order; `steps[0]` is a `Step`, `steps[:10]` are the first ten.
 
     Attributes:
-        times_ps: when each step begins, (n,) int64 ps, ascending.
+        times_ps: the instant at which each step begins, (n,) int64 ps, ascending.
         directions: (n,) int8, +1 clockwise, -1 counter-clockwise.
         positions: the position register after each step, (n,) int64.
     """
@@ -98,7 +98,7 @@ class Steps:
         return f"<Steps: {len(self)}, {between}>"
 
     def _repr_html_(self) -> str:
-        """Return the view of the steps in a notebook: the first and the last ones, and a thumbnail of the positions."""
+        """Return the notebook view of the steps: the first and the last steps, and a thumbnail of the positions."""
         from ..notebook.steps_card import steps_card
 
         return steps_card(repr(self)[1:-1], self.times_ps, self.directions, self.positions)
@@ -115,11 +115,11 @@ missing(
 
 @dataclass(slots=True)
 class Segment:
-    """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
+    """A stretch of travel: starting at an instant, `playing` moves the axis from `travel` by `sign` with each step.
 
-    `count` is `travel` without the steps that the position register did not count; it counts `counts` a step.  `plan`
-    and `step` are set for a train that plays a plan from one of its steps on.  Where a motion is cut off, so is its
-    step in progress: from `halted` on the motor is at rest.
+    `count` is `travel` without the steps that the position register did not count; the register counts `counts` with
+    each step.  `plan` and `step` are set for a train that plays a plan, starting at one of its steps.  Where a motion
+    is cut off, so is its step in progress: the motor is at rest from the instant `halted`.
     """
 
     start: int
@@ -133,7 +133,7 @@ class Segment:
     halted: int | None = None
 
     def phases(self) -> Iterator[tuple[int, int, str]]:
-        """Yield the legs of the plan that are played: start and end in ps, and the name."""
+        """Yield the legs of the plan that are played: start and end in ps, and name."""
         if self.playing is None or self.plan is None:
             return
         train, until = self.playing.train, self.playing.until
@@ -161,7 +161,7 @@ class Axis:
         position: its value at time 0.
 
     Attributes:
-        on_change: hook, called without arguments when the axis follows another train, or the register was loaded.
+        on_change: hook, called without arguments when the axis follows another train, or the register is loaded.
         on_forget: hook, called with the instant (ps) before which the past is dropped.
         log: the motions and marks of the axis, which a chip reports.
     """
@@ -176,8 +176,8 @@ class Axis:
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
         self.kept = Kept()
         self.forgotten = 0  # steps of the dropped past
-        self.homing = 0  # the outward direction of a homing in progress; 0: there is none
-        self.sought: tuple[str, int] | None = None  # the pin that ends its present phase, and how
+        self.homing = 0  # the outward direction of the homing run in progress; 0 if none
+        self.sought: tuple[str, int] | None = None  # the pin that ends its current phase, and how
         self.log = Motions(kernel, self.where, self.halt)  # the motions that a chip reports
 
     def __repr__(self) -> str:
@@ -191,7 +191,7 @@ class Axis:
 
     @property
     def counted(self) -> int:
-        """Net steps counted by the position register (homing steps excluded), since time 0."""
+        """Net steps that the position register has counted since time 0, homing steps excluded."""
         now = self.past[-1]
         return now.count + (now.counts * now.playing.count(self.kernel.seen) if now.playing is not None else 0)
 
@@ -202,7 +202,7 @@ class Axis:
 
     @property
     def moving(self) -> bool:
-        """True while the train being followed has steps left."""
+        """True while the train that the axis follows has steps left."""
         now = self.past[-1].playing
         return now is not None and now.count(1 << 80) > now.count(self.kernel.seen)
 
@@ -223,12 +223,12 @@ class Axis:
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
     ) -> None:
-        """Follow a train from this instant on; the past is not changed.
+        """Follow a train, starting at this instant; the past is unchanged.
 
         Args:
-            playing: the train, and the instant up to which it is valid; None: the motor is at rest.
+            playing: the train, and the instant up to which it is valid; None if the motor is at rest.
             sign: 1 clockwise, -1 counter-clockwise.
-            counted: True: the position register counts these steps.
+            counted: True if the position register counts these steps.
             plan: the plan that the train plays.
             step: the step of the plan, counted from 0, that is the first step of the train.
         """
@@ -250,19 +250,19 @@ class Axis:
         return position, stretch.travel + stretch.sign * begun
 
     def halt(self) -> None:
-        """Cut off the step in progress, if there is one: the motor is at rest from now on."""
+        """Cut off the step in progress, if any; the motor is at rest from this instant."""
         if self.past[-1].halted is None:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """Return when the position register will reach a value, as promised at present (ps); None: it will not."""
+        """Return when the position register will reach a value, as presently promised (ps); None if it will not."""
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
             return None
         return time
 
     def would_arrive(self, position: int) -> int | None:
-        """Return when the present train reaches a position if nothing interferes (ps); None: it does not."""
+        """Return when the present train reaches a position if nothing interferes (ps); None if it does not."""
         now = self.past[-1]
         if now.playing is None or not now.counts:
             return None
@@ -274,12 +274,12 @@ class Axis:
 
     @property
     def since(self) -> int:
-        """The instant from which on the past is kept, ps."""
+        """The earliest instant of the past that is kept, ps."""
         first = self.past[0].start
         return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
 
     def check_kept(self, start: int) -> None:
-        """Check that the past is kept from an instant on (ps).
+        """Check that the past is kept back to an instant (ps).
 
         Raises:
             NotRecorded: the past is not kept that far back.
@@ -289,7 +289,7 @@ class Axis:
 
     @property
     def made(self) -> int:
-        """The number of steps of the motor since time 0."""
+        """The number of steps that the motor has made since time 0."""
         return self.forgotten + self.count(self.past[0].start, self.kernel.now)
 
     def forget(self, before: int) -> None:
@@ -304,12 +304,12 @@ class Axis:
         self.on_forget(before)
 
     def motions(self, start: int, stop: int) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop (ps)."""
+        """Return the motions that begin in start <= t <= stop (ps)."""
         self.check_kept(start)
         return self.log.starts(start, stop)
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return the events of the axis at start <= t <= stop (ps), other than starts of motions."""
+        """Return the events of the axis in start <= t <= stop (ps), other than motion starts."""
         self.check_kept(start)
         return self.log.marks(start, stop)
 
@@ -317,7 +317,7 @@ class Axis:
         """Return the legs of plans that are played between two instants (ps), cut off at both.
 
         Returns:
-            Start and end in ps, and the name; neighbours of the same name are joined.
+            Start and end in ps, and the name, of each leg; adjacent legs with the same name are joined.
         """
         self.check_kept(start)
         found: list[tuple[int, int, str]] = []
@@ -332,7 +332,7 @@ class Axis:
         return found
 
     def played(self, start: int, stop: int) -> Iterator[tuple[Segment, Train, int, int]]:
-        """Yield the stretches with steps at start <= t <= stop (ps), each with its train and its steps a ... b-1."""
+        """Yield the stretches with steps in start <= t <= stop (ps), each with its train and its steps a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
             if stretch.playing is not None:
@@ -342,15 +342,15 @@ class Axis:
                     yield stretch, train, a, b
 
     def count(self, start: int, stop: int) -> int:
-        """Return the number of steps at start <= t <= stop (ps)."""
+        """Return the number of steps in start <= t <= stop (ps)."""
         return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Return the instants at which the steps at start <= t <= stop begin: (n,) int64 ps, ascending.
+        """Return the instants at which the steps in start <= t <= stop begin: (n,) int64 ps, ascending.
 
         Args:
             start, stop: the window, ps.
-            out: an int64 buffer for the result, of n elements or more; the filled part is returned.
+            out: an int64 buffer for the result, with n elements or more; the filled part is returned.
         """
         import numpy as np
 
@@ -364,7 +364,7 @@ class Axis:
         return out
 
     def steps(self, start: int, stop: int) -> Steps:
-        """Return the steps at start <= t <= stop (ps)."""
+        """Return the steps in start <= t <= stop (ps)."""
         import numpy as np
 
         self.check_kept(start)
@@ -382,9 +382,9 @@ class Axis:
         return Steps(times, directions, positions)
 
     def position_at(self, ps: int) -> int:
-        """Return the position register at one instant of the past (ps)."""
+        """Return the position register at one past instant (ps)."""
         number = bisect_right(self.past, ps, key=_start)
-        if not number or self.kept.ps is not None:  # else it is kept
+        if not number or self.kept.ps is not None:  # otherwise the step is kept
             self.check_kept(ps)
         stretch = self.past[number - 1]
         playing = stretch.playing
@@ -406,11 +406,11 @@ class Axis:
         return at
 
     def positions_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the position register at many instants of the past (int64 ps): int64, shape as `times`."""
+        """Return the position register at many past instants (int64 ps): int64, same shape as `times`."""
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the register at many instants (int64 ps) without wrap-around, counted from its low end: int64."""
+        """Return the register's value at many instants (int64 ps) without wrap-around, from its low end: int64."""
         import numpy as np
 
         at = self._instants(times)
@@ -420,7 +420,7 @@ class Axis:
         instants = at.ravel()[order]
         since, offsets = np.array(self.offsets, np.int64).T
         found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
-        few = instants.tolist() if at.size < FEW * (last - first) else None  # per stretch: arrays cost more
+        few = instants.tolist() if at.size < FEW * (last - first) else None  # one stretch at a time: arrays cost more
         for number, group in _groups(instants, [stretch.start for stretch in self.past[first : last + 1]]):
             stretch = self.past[first + number]
             playing, count, counts = stretch.playing, stretch.count, stretch.counts
@@ -435,7 +435,7 @@ class Axis:
         return out.reshape(at.shape)
 
     def turns(self, start: int, stop: int) -> list[int]:
-        """Return the instants at start <= t <= stop (ps) at which another train begins, or the register is loaded.
+        """Return the instants in start <= t <= stop (ps) at which another train begins, or the register is loaded.
 
         Between two of them the register only rises, or only falls, apart from wrap-around.
         """
@@ -444,11 +444,11 @@ class Axis:
         return sorted(loads.union(stretch.start for stretch in self.past[first:last]))
 
     def loads(self, start: int, stop: int) -> list[int]:
-        """Return the instants at start < t <= stop (ps) at which the register was loaded."""
+        """Return the instants in start < t <= stop (ps) at which the register was loaded."""
         return [since for since, _ in self.offsets[1:] if start < since <= stop]
 
     def reached(self, unwrapped: int, ps: int) -> int:
-        """Return when the train in force at an instant (ps) brings the register to a value, as `unwrapped_at` counts.
+        """Return when the train in force at an instant (ps) brings the register to a value of `unwrapped_at`.
 
         The register must reach the value by counting, from another value.
         """
@@ -459,13 +459,13 @@ class Axis:
 
     # -------------------------------------------------------------------------------------------------------- velocity
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
-        """Return the trains that determine the velocity at start <= t <= stop (ps), in order of time.
+        """Return the trains that determine the velocity in start <= t <= stop (ps), in chronological order.
 
         A step in progress lasts until its end, or until the next train moves the axis; a step that is cut off does not:
-        from there on the direction is 0.
+        after the cut, the direction is 0.
 
         Returns:
-            For each train its first instant, the instant before which it ends (ps), direction, and the train.
+            For each train: its first instant, the instant before which it ends (ps), its direction, and the train.
         """
         self.check_kept(start)
         found: list[tuple[int, int, int, Playing]] = []
@@ -486,11 +486,11 @@ class Axis:
         return found[::-1]
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities at start <= t <= stop (ps).
+        """Return the velocities in start <= t <= stop (ps).
 
         Returns:
-            Instants of every change (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to
-                the next.
+            The instants of all changes, (n,) int64 ps, ascending, the first of which is `start`; and the velocity from
+            each to the next, (n,) float64 steps/s.
         """
         import numpy as np
 
@@ -502,11 +502,11 @@ class Axis:
         return staircase(np.concatenate(at), np.concatenate(what))
 
     def velocity_at(self, ps: int) -> float:
-        """Return the velocity at one instant of the past (ps), in steps/s."""
+        """Return the velocity at one past instant (ps), in steps/s."""
         return float(self.velocities(ps, ps)[1][-1])
 
     def velocities_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the velocities at many instants of the past (int64 ps): float64 steps/s, shape as `times`."""
+        """Return the velocities at many past instants (int64 ps): float64 steps/s, same shape as `times`."""
         import numpy as np
 
         at = self._instants(times)
@@ -527,7 +527,7 @@ class Axis:
 
 
 def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return only the changes: the last of equal instants, and the first of equal neighbours."""
+    """Return only the changes: the last value of equal instants, and the first of equal consecutive values."""
     import numpy as np
 
     last = np.append(times[1:] != times[:-1], True)

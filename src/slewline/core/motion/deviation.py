@@ -1,4 +1,4 @@
-"""The deviation of an axis from the ideal of its motion."""
+"""The deviation of an axis from its ideal motion."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return the greatest deviations of an axis from an ideal, from its start to its stop, or up to now."""
+    """Return the greatest deviations of an axis from an ideal, from the ideal's start to its stop, or up to now."""
     import numpy as np
 
     start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
     bends = ideal.bends[ideal.bends <= stop]
 
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Return the greatest difference: between these instants both are monotonic, so it is at one or just before."""
+        """Return the greatest difference: both are monotonic in between, so it is at or just before an instant."""
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]
         differ = of(at)
@@ -50,7 +50,7 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
         return np.asarray(real - turns * axis.modulus - law, np.float64)
 
     def velocities(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        in_progress = at < ideal.stop + ideal.interrupted  # when the ideal rests, the last step may still last
+        in_progress = at < ideal.stop + ideal.interrupted  # the last step may outlast the ideal
         return np.where(in_progress, axis.velocities_at(at) - ideal.velocities(at), 0.0)
 
     return Deviation(*worst(axis.times(start, stop), positions), *worst(axis.velocities(start, stop)[0], velocities))

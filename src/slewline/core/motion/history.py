@@ -2,10 +2,10 @@
 
     value      ______            ______         a history: each value holds until the next one
          _____|      |__________|
-         note  note   note       note           at, changes: exact, at any instant of the past
+         note  note   note       note           at, changes: exact at any past instant
 
 A part that is notified of every change records it in a history.  A part that can compute any instant of its past
-needs none: its quantity is made of two functions.
+needs no history: its quantity consists of two functions.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ if TYPE_CHECKING:
     Turns: TypeAlias = Callable[[int, int], list[int]]
 
 
-KEPT = 1 << 20  # changes, at least; up to twice as many are kept
+KEPT = 1 << 20  # minimum number of changes kept; up to twice as many may be
 LOOK_BACK_PS = 10**9  # for the last point of a line; farther when there is none
 
 
 class Staircase(Quantity):
-    """A quantity of a part that knows its past: each value holds until the next one.
+    """A quantity of a part that can compute its past: each value holds until the next one.
 
     Args:
         kernel: its last committed instant is the last one that can be queried.
         name, unit: as shown in pictures and waveform files.
-        values: a function that returns the values at instants of the past, in any order: float64, shape as its
-            argument, int64 ps.
-        changes: a function that returns every change at start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
-        from_zero: a picture includes the value 0.
-        turns: for a count, a function that returns the instants at start <= t <= stop where it may reverse or jump;
-            between two of them it only rises, or only falls, by 1 at a time.  A picture of a long time then needs only
-            few of its changes.
+        values: a function that returns the values at past instants (int64 ps), in any order: float64, same shape as its
+            argument.
+        changes: a function that returns every change in start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
+        from_zero: True if pictures include the value 0.
+        turns: for a count, a function that returns the instants in start <= t <= stop at which it may reverse or jump;
+            between two of them the count only rises or only falls, by 1 at a time.  A picture of a long time then needs
+            only a few of its changes.
     """
 
     is_staircase = True
@@ -67,14 +67,14 @@ class Staircase(Quantity):
         self._values, self._changes, self._turns = values, changes, turns
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
+        """Return the values at past instants (ps), in any order: float64, same shape as `times_ps`."""
         last = int(times_ps.max(initial=0))
         if last > self.kernel.now:
             raise UsageError(f"{self.name}: {readable(last)} is in the future; the time is {readable(self.kernel.now)}")
         return self._values(times_ps)
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        """Return the value at `start`, followed by every change in start < t <= stop (ps)."""
         import numpy as np
 
         times, values = self._changes(start, min(stop, self.kernel.now))
@@ -99,10 +99,10 @@ class Staircase(Quantity):
 
 
 class Polyline(Staircase):
-    """A quantity that is linear from point to point: one that a part integrates.
+    """A quantity that is linear between points, such as one that a part integrates.
 
-    `changes` are the points at which the lines bend; a jump is two points at one instant.  In a waveform file, which
-    has no lines, each value holds until the next point.
+    `changes` returns the points at which the lines bend; a jump is two points at the same instant.  In a waveform file,
+    which cannot represent sloping lines, each value holds until the next point.
     """
 
     is_staircase = False
@@ -117,14 +117,14 @@ class Polyline(Staircase):
         return Outline(times, values)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return every point at start < t <= stop (ps), each value held until the next one."""
+        """Return every point in start < t <= stop (ps), each value held until the next one."""
         import numpy as np
 
         times, values = self._changes(start, min(stop, self.kernel.now))
         return Outline(np.append(start, times), np.append(self._point_before(start), values))
 
     def _point_before(self, ps: int) -> float:
-        """Return the value at the last point up to an instant."""
+        """Return the value at the last point at or before an instant."""
         import numpy as np
 
         back = LOOK_BACK_PS
@@ -136,7 +136,7 @@ class Polyline(Staircase):
 
 
 class History:
-    """Values as they change, 16 bytes each: at least the latest `KEPT`, so that an endless run has bounded memory.
+    """Recorded changes of a value, 16 bytes each: at least the latest `KEPT`, so that memory remains bounded.
 
     Values before the kept ones are NaN.
 
@@ -153,7 +153,7 @@ class History:
         return len(self._times)
 
     def __iter__(self) -> Iterator[tuple[int, float]]:
-        """Yield the kept values in order, each with the instant from which on it holds (ps)."""
+        """Yield the kept values in order, each with the instant (ps) from which it holds."""
         return zip(self._times, self._values, strict=True)
 
     @property
@@ -162,7 +162,7 @@ class History:
         return self._values[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Record the value from an instant on (ps), not earlier than the last one; the last at an instant counts."""
+        """Record a value as of an instant (ps), not earlier than the last one; the last value at an instant counts."""
         times, values = self._times, self._values
         if times[-1] == ps:
             values[-1] = value
@@ -174,7 +174,7 @@ class History:
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
-        """Record many values: ascending instants in ps, all later than the last one; two lists, or two arrays."""
+        """Record many values at ascending instants (ps), all later than the last one: two lists, or two arrays."""
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
             self._values.extend(values)
@@ -196,7 +196,7 @@ class History:
         return self._values[max(bisect_right(self._times, ps) - 1, 0)]
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants in any order: float64, shape as `times_ps`; NaN before the kept values."""
+        """Return the values at instants in any order: float64, same shape as `times_ps`; NaN before the kept values."""
         import numpy as np
 
         times, values = np.array(self._times), np.array(self._values)
@@ -205,7 +205,7 @@ class History:
         return found
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the kept changes at start < t <= stop: (n,) int64 ps, and (n,) float64 values from there on.
+        """Return the kept changes in start < t <= stop: instants, (n,) int64 ps, and the new values, (n,) float64.
 
         The first kept value counts as a change.
         """
@@ -216,7 +216,7 @@ class History:
         return np.array(self._times[part], np.int64), np.array(self._values[part], np.float64)
 
     def forget(self, before: int) -> None:
-        """Drop the values before an instant, except the one that holds there."""
+        """Drop the values before an instant, except the one in force at that instant."""
         first = max(bisect_right(self._times, before) - 1, 0)
         if first:
             del self._times[:first], self._values[:first]

@@ -1,8 +1,8 @@
-r"""The ideal of a motion: the law of a part over continuous time, without the rounding to steps, clocks or cycles.
+r"""The ideal of a motion: a part's law in continuous time, without rounding to steps, clocks or cycles.
 
 velocity   ______
-          /|    |\        pieces in which the jerk is constant: a trapezoid has three, an S-curve seven, a table of
-        _/ |    | \_      rates one between each pair of entries
+          /|    |\        pieces in which the jerk is constant: a trapezoid has three, an S-curve seven, a rate table
+        _/ |    | \_      one between each pair of entries
   piece 0  | 1  |  2
 """
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class IdealPiece(NamedTuple):
-    """A time of constant jerk, with the velocity and acceleration at its start, in seconds and steps.
+    """A period of constant jerk, with the velocity and acceleration at its start, in units of seconds and steps.
 
-    The position continues from the piece before; the velocity may jump.
+    The position continues from the previous piece; the velocity may jump.
     """
 
     seconds: float
@@ -32,17 +32,17 @@ class IdealPiece(NamedTuple):
 
 
 class Ideal:
-    """The law of a motion in continuous time, without rounding to steps; before `start` and after `stop` it is at rest.
+    """The law of a motion in continuous time, without rounding to steps; at rest before `start` and after `stop`.
 
     Args:
         start: when the motion begins, ps.
         position: the position at `start`, in steps, clockwise positive, without wrap-around.
-        pieces: pieces of constant jerk, at least one, in order of time.
+        pieces: pieces of constant jerk, at least one, in chronological order.
         sign: the direction of positive velocities in `pieces`: 1 clockwise, -1 counter-clockwise.
 
     Attributes:
         start: when the motion begins, ps.
-        stop: when the ideal ends, ps.
+        stop: the instant at which the ideal ends, ps.
         interrupted: True if the motion ceased to follow the ideal at `stop`, before its own end.
     """
 
@@ -64,7 +64,7 @@ class Ideal:
         return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
-        """Return the ideal of a motion that was interrupted at an instant; unchanged if it has ended by then."""
+        """Return the ideal of a motion that was interrupted at an instant; unchanged if the motion ended earlier."""
         if stop >= self.stop:
             return self
         cut: Ideal = object.__new__(type(self))
@@ -81,7 +81,7 @@ class Ideal:
         return np.append(at[at < self.stop], self.stop)
 
     def _pieces(self, times_ps: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Return the piece of each instant, and the time since the start of the piece, in seconds."""
+        """Return the number of the piece at each instant, and the time since the start of that piece, in seconds."""
         import numpy as np
 
         seconds = (np.clip(np.asarray(times_ps, np.int64), self.start, self.stop) - self.start) / PS_PER_S
@@ -90,7 +90,7 @@ class Ideal:
         return which, np.minimum(seconds - self._begins[which], self._lasts[which])
 
     def positions(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the positions at instants (int64 ps, in any order), in steps: float64, shape as `times_ps`."""
+        """Return the positions at instants (int64 ps, in any order), in steps: float64, same shape as `times_ps`."""
         import numpy as np
 
         which, t = self._pieces(times_ps)
@@ -98,7 +98,7 @@ class Ideal:
         return np.asarray(self._x[which] + (bent + self._v[which]) * t, np.float64)
 
     def velocities(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the velocities at instants (int64 ps, in any order), in steps/s: float64, shape as `times_ps`.
+        """Return the velocities at instants (int64 ps, in any order), in steps/s: float64, same shape as `times_ps`.
 
         Outside the motion they are 0.
         """
@@ -127,12 +127,12 @@ def travelled(pieces: Iterable[IdealPiece]) -> float:
 
 
 def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
-    """Return the same pieces backwards in time: the deceleration for an acceleration."""
+    """Return the same pieces reversed in time: the deceleration that mirrors an acceleration."""
     return [IdealPiece(t, (j * t / 2 + a) * t + v, -(a + j * t), j) for t, v, a, j in reversed(pieces)]
 
 
 def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
-    """Return the pieces up to a distance; they must have no jerk and not decelerate."""
+    """Return the pieces up to a distance; the pieces must have no jerk and must not decelerate."""
     found = []
     for piece in pieces:
         covered = travelled([piece])
@@ -149,7 +149,7 @@ def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
 def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
     """Return an acceleration, the rest of a distance at `top` (steps/s), and the mirrored deceleration.
 
-    For a short distance the acceleration ends at half of it.
+    If the distance is short, the acceleration ends halfway.
     """
     rest = distance - 2 * travelled(up)
     if rest < 0:

@@ -1,6 +1,6 @@
-"""How much of the past of an axis or a part is kept: the last hours, a number of stretches, or all of it.
+"""The amount of an axis's or part's past that is kept: the last hours, a number of stretches, or all of it.
 
-Older data is dropped when the list has doubled since the last time, but cannot be queried before that either.
+Older data is dropped when the list has doubled since it was last trimmed, but it cannot be queried even before that.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..messages.calls import level_of_caller
 from ..time.timebase import readable
 
 FEWEST = 1024  # stretches; less than that is not worth dropping
-MANY = 100_000  # stretches, two per move: with all their data 50 to 200 MB
+MANY = 100_000  # stretches, two per move: 50 to 200 MB with all their data
 
 
 class Kept:
@@ -38,7 +38,7 @@ class Kept:
         return self.ps is None and self.stretches is None
 
     def warn(self) -> None:
-        """Warn, once, that all is kept, and how to keep less."""
+        """Warn once that everything is kept, and explain how to keep less."""
         self.full = sys.maxsize
         warnings.warn(
             f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be, too; "
@@ -48,7 +48,7 @@ class Kept:
         )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
-        """Keep the last `ps`, and at most `stretches` stretches, from now on; None: unchanged."""
+        """Start keeping only the last `ps`, and at most `stretches` stretches; None leaves a limit unchanged."""
         self.name = name
         self.ps = self.ps if ps is None else ps
         self.stretches = self.stretches if stretches is None else stretches

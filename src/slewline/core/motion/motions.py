@@ -1,4 +1,4 @@
-"""The motions of an axis: start, command, rates and end of each, the reason for the end, and other events.
+"""The motions of an axis, each with its start, command, rates, end and the reason for the end; and other events.
 
     command      MotionStart               Mark            MotionEnd        MotionStart
        |             |                       |                |                  |
@@ -7,7 +7,7 @@
                      |<-- ideal, from the first step on -->|
                                              departs: the motion no longer follows its ideal
 
-Recording costs an append: names, rates and ideals are computed on request.
+Recording an event costs only a list append: names, rates and ideals are computed on request.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class MotionEnd:
     """The end of a motion of an axis.
 
     Attributes:
-        time_ps: when the motion ended, ps.
-        position: the position register then.
+        time_ps: the instant at which the motion ended, ps.
+        position: the position register at that instant.
         steps: the net steps of this motion, negative counter-clockwise.
-        why: "done": the motion was completed; "stopped": it was ended early by a command or an input (ABORT, Z, STOP,
-            another profile mode ...); "limit": a limit switch or the end of the position counter ended it; "changed":
-            another motion replaced it without a rest; "cut": it was cut off immediately, even within a step (K, reset,
-            or motor or supply switched off).
+        why: the reason: "done": the motion was completed; "stopped": it was ended early by a command or an input
+            (ABORT, Z, STOP, another profile mode ...); "limit": a limit switch or the end of the position counter ended
+            it; "changed": another motion replaced it without a rest in between; "cut": it was cut off immediately, even
+            within a step (K, reset, or motor or supply switched off).
     """
 
     time_ps: int
@@ -50,14 +50,14 @@ class MotionEnd:
 
 @dataclass(frozen=True, slots=True)
 class MotionStart:
-    """A motion of an axis, from its start on.
+    """A motion of an axis, available from its start.
 
     Attributes:
-        time_ps: when the motion began, ps.
+        time_ps: the instant at which the motion began, ps.
         text: the command that began it, in the words of the manual: "G", "UPDATE".
-        rates: the rates in force at its start, by name, in steps/s ("R = 80" -> 5978.0).
-        notes: further parameters, by name ("S" -> 200).
-        changes: later changes of the rates: the instant of each, ps, and all rates in force from then on.
+        rates: the rates in force at its start, keyed by name, in steps/s ("R = 80" -> 5978.0).
+        notes: further parameters, keyed by name ("S" -> 200).
+        changes: later rate changes: the instant of each, ps, and all rates in force after it.
         position: the position register at its start.
         direction: 1 clockwise, -1 counter-clockwise, 0 if the command does not determine it.
         end: the end of the motion; None while it is in progress.
@@ -76,7 +76,7 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal of this motion, up to where the motion left it; None: it has none, or no step has begun."""
+        """The ideal of this motion, up to where the motion left it; None if it has none, or no step has begun."""
         # computed on request: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 
@@ -94,9 +94,9 @@ class Mark:
     """An event on an axis, other than the start or the end of a motion.
 
     Attributes:
-        time_ps: when it happened, ps.
+        time_ps: the instant of the event, ps.
         kind: "command", "limit", "home" or "event".
-        text: what happened, in the words of the manual.
+        text: the event, in the manual's words.
     """
 
     time_ps: int
@@ -108,8 +108,8 @@ class MotionParameters(NamedTuple):
     """The parameters of a motion.
 
     Attributes:
-        rates: the rates, by name, in steps/s ("R = 80" -> 5978.0).
-        notes: further parameters, by name ("S" -> 200).
+        rates: the rates, keyed by name, in steps/s ("R = 80" -> 5978.0).
+        notes: further parameters, keyed by name ("S" -> 200).
     """
 
     rates: Mapping[str, float] = {}
@@ -118,7 +118,7 @@ class MotionParameters(NamedTuple):
 
 @dataclass(slots=True)
 class _Started:
-    """A motion in storage: its parameters and its ideal are computed on request."""
+    """A motion as stored; its parameters and its ideal are computed on request."""
 
     time_ps: int
     text: str
@@ -133,7 +133,7 @@ class _Started:
     end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
-        """Return the ideal, up to where the motion left it."""
+        """Return the ideal, up to where the motion departed from it."""
         ideal = self.ideal() if self.ideal is not None else None
         return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
 
@@ -142,12 +142,12 @@ _time = attrgetter("time_ps")
 
 
 class Motions:
-    """The motions and marks of one axis, in order of time.
+    """The motions and marks of one axis, in chronological order.
 
     `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
 
     Args:
-        where: a function that returns the present position register, and the travel, in steps.
+        where: a function that returns the current position register and the travel, in steps.
         halt: a function that cuts off the step in progress.
     """
 
@@ -162,7 +162,7 @@ class Motions:
 
     # ----------------------------------------------------------------------------------------------- reports of a chip
     def begin(self, text: str, parameters: Callable[[], MotionParameters], direction: int = 0) -> None:
-        """Begin a motion now, and end one in progress; `parameters` is called later and returns its parameters."""
+        """Begin a motion now, ending one in progress; `parameters` is called later and returns its parameters."""
         self.end("changed")
         self.depart()
         position, travel = self._where()
@@ -176,7 +176,7 @@ class Motions:
         return bool(self._started) and self._started[-1].end is None
 
     def stop(self) -> None:
-        """Record that the motion in progress is ordered to end early; it ends when the motor is at rest."""
+        """Record that the motion in progress has been ordered to end early; it ends when the motor is at rest."""
         if self._started:
             self._started[-1].asked_to_stop = True
 
@@ -195,17 +195,17 @@ class Motions:
             self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:
-        """Set the ideal of the last motion; `ideal` is called later to compute it."""
+        """Set the ideal of the latest motion; `ideal` is called later to compute it."""
         if self._started:
             self._started[-1].ideal = ideal
 
     def depart(self) -> None:
-        """Record that from now on the last motion no longer follows its ideal."""
+        """Record that the latest motion no longer follows its ideal as of now."""
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """Record that the last motion has other rates from now on; `rates` returns them later, in steps/s."""
+        """Record that the rates of the latest motion change now; `rates` returns the new ones later, in steps/s."""
         if self._started:
             self._started[-1].changes += ((self.kernel.now, rates),)
 
@@ -215,7 +215,7 @@ class Motions:
 
     # ---------------------------------------------------------------------------------------------------------- queries
     def starts(self, start: int, stop: int) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop."""
+        """Return the motions that begin in start <= t <= stop."""
         first = bisect_left(self._started, start, key=_time)
         return [
             self._motion_start(started)
@@ -227,7 +227,7 @@ class Motions:
         return self._motion_start(self._started[-1]) if self._started else None
 
     def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return the motions in progress at start <= t <= stop: the start of each, and the command that began it."""
+        """Return the motions in progress in start <= t <= stop: for each, its start and the command that began it."""
         found: list[tuple[int, str]] = []
         first = max(bisect_left(self._started, start, key=_time) - 1, 0)
         for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
@@ -237,7 +237,7 @@ class Motions:
         return [entry for entry in found if start <= entry[0] <= stop]
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return the events at start <= t <= stop."""
+        """Return the events in start <= t <= stop."""
         first = bisect_left(self._marks, start, key=_time)
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 
@@ -257,6 +257,6 @@ class Motions:
         )
 
     def forget(self, before: int) -> None:
-        """Drop motions and marks before an instant, except a motion that is in progress there."""
+        """Drop motions and marks before an instant, except a motion in progress at that instant."""
         del self._started[: max(bisect_right(self._started, before, key=_time) - 1, 0)]
         del self._marks[: bisect_left(self._marks, before, key=_time)]

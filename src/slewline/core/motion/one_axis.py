@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class ReachesCondition(Condition):
-    """Condition: the position register of an axis has a value."""
+    """The condition that the position register of an axis has a certain value."""
 
     def __init__(self, of: OneAxis, position: int) -> None:
         allowed, number = of.motor.positions, whole(position)
@@ -69,7 +69,7 @@ class OneAxis:
 
     @property
     def position(self) -> int:
-        """The position register now, in steps, exact during a move as well; clockwise counts up."""
+        """The position register now, in steps, exact even during a move; clockwise counts up."""
         return self.motor.position
 
     @property
@@ -78,7 +78,7 @@ class OneAxis:
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; by default from the start of the kept past up to now.
+        """Return the steps in start <= t <= stop; by default all that are kept, up to now.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -87,7 +87,7 @@ class OneAxis:
         return self.motor.steps(*self._window(start, stop))
 
     def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
-        """Return the position register, in steps, at one or several instants of the past.
+        """Return the position register, in steps, at one or several past instants.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
@@ -96,7 +96,7 @@ class OneAxis:
             An int for one instant; int64 for several, (n,) for a list, the shape of the array for an array.
 
         Raises:
-            TimeError: not a time.
+            TimeError: an instant is not a time.
             UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
@@ -104,9 +104,9 @@ class OneAxis:
         return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
 
     def velocity_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64] | float:
-        """Return the velocity at one or several instants of the past, in steps/s, negative counter-clockwise.
+        """Return the velocity at one or several past instants, in steps/s, negative counter-clockwise.
 
-        It is the rate at which the chip issues its steps: 1/interval of the step in progress, and 0 at rest.
+        This is the rate at which the chip outputs its steps: 1/interval of the step in progress, and 0 at rest.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
@@ -115,7 +115,7 @@ class OneAxis:
             A float for one instant; float64 for several, (n,) for a list, the shape of the array for an array.
 
         Raises:
-            TimeError: not a time.
+            TimeError: an instant is not a time.
             UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
@@ -130,26 +130,27 @@ class OneAxis:
         return instants
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities of this axis for pictures: velocity, position, and others of the part."""
+        """Return the quantities of this axis for pictures: velocity, position, and others that the part defines."""
         return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
         """Return a condition that is met when the position register has a value.
 
         Raises:
-            UsageError: the register cannot hold this value; the message gives its range.
+            UsageError: the register cannot hold this value; the message states its range.
         """
         return ReachesCondition(self, position)
 
     @property
     def registers(self) -> dict[str, int]:
-        """The values of the registers, by their names in the manual, in lower case."""
+        """The values of the registers, keyed by their names in the manual, in lower case."""
         return {}
 
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop; by default all that are kept.
+        """Return the motions that begin in start <= t <= stop; by default all that are kept.
 
-        Each has the command that began it, the rates in force in steps/s, its end, and its ideal if the part has one.
+        Each motion has the command that began it, the rates in force in steps/s, its end, and its ideal if the part
+        defines one.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -167,9 +168,9 @@ class OneAxis:
         return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
-        """Return other events of this axis at start <= t <= stop: commands during a motion, limits, home.
+        """Return other events of this axis in start <= t <= stop: commands during a motion, limits, home.
 
-        By default all that are kept.
+        By default, all events that are kept are returned.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -177,7 +178,7 @@ class OneAxis:
         return self.motor.marks(*self._window(start, stop))
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of the motions within start <= t <= stop, by default of all that are kept.
+        """Return the phases of the motions within start <= t <= stop, by default of all motions that are kept.
 
         Returns:
             For each phase its start and its end, ps, and its name: "up", "slew", "down" ...
@@ -193,7 +194,7 @@ class OneAxis:
         """Return the greatest deviations of the axis from the ideal of a motion, from its start to its end, or to now.
 
         Raises:
-            UsageError: not a motion, or one without an ideal.
+            UsageError: the argument is not a motion, or the motion has no ideal.
         """
         from .deviation import deviation
 

@@ -1,10 +1,10 @@
-r"""A move before it is played: legs of runs of equal intervals, in ticks of a clock.
+r"""A move before it is played: legs that consist of runs of equal intervals, in clock ticks.
 
 rate
        _______________
       /|              |\
     _/ |              | \_
-   | up|     slew     |down|       legs follow each other step by step; a leg is a few runs (interval, count)
+   | up|     slew     |down|       legs follow each other step by step; a leg has a few runs (interval, count)
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ Runs = tuple[tuple[int, int], ...]  # (interval in clocks, count)
 
 
 def mirrored(runs: Runs) -> Runs:
-    """Return the runs backwards: the deceleration for an acceleration."""
+    """Return the runs in reverse order: the deceleration that mirrors an acceleration."""
     return runs[::-1]
 
 
 def steps(runs: Sequence[tuple[int, int]]) -> int:
     """Return the number of steps in some runs."""
-    return sum([count for _, count in runs])  # for a hundred runs twice as fast as without the list
+    return sum([count for _, count in runs])  # for a hundred runs, the list makes this twice as fast
 
 
 def head(runs: Runs, count: int) -> Runs:
@@ -40,7 +40,7 @@ def head(runs: Runs, count: int) -> Runs:
 
 
 def tail(runs: Runs, first: int) -> Runs:
-    """Return the runs from step `first` on, counted from 0."""
+    """Return the runs starting at step `first`, counted from 0."""
     out = []
     for interval, n in runs:
         if first < n:
@@ -76,7 +76,7 @@ class Plan:
     """A planned motion: legs that follow one another.
 
     Attributes:
-        legs: the legs, in order of time.
+        legs: the legs, in chronological order.
         shortest: the shortest interval allowed, in clocks.
     """
 
@@ -111,11 +111,11 @@ class Plan:
         """Check the plan, and return it.
 
         Args:
-            number: the number of steps that the plan must have; None: any.
+            number: the number of steps that the plan must have; None for any number.
 
         Raises:
             PlanError: legs that do not follow one another, an interval shorter than allowed, or another number of
-                steps: an error in a planner, never of a user.
+                steps: a fault in a planner, never a user error.
         """
         at = 0
         for leg in self.legs:

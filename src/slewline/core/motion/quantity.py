@@ -6,13 +6,13 @@
     ___|              |____   the train says          ____|
        first step     rest: 0
 
-The velocity is that of the train being played: 1/interval of the step in progress in a train of steps, the
-displacement per cycle in a train of cycles.  A step lasts as long as its train states, including a read-out that
-lengthens it; if the next one has to wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and
-the velocity is 0.  It is never derived from the distance between steps.
+The velocity is that of the train being played: in a train of steps, 1/interval of the step in progress; in a train of
+cycles, the displacement per cycle.  A step lasts as long as its train states, including a read-out that lengthens it;
+if the next step has to wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and the velocity
+is 0.  The velocity is never derived from the distance between steps.
 
 An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first, lowest, highest
-and last one of the column.
+and last point in the column.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ POINTS = 4  # per column: first, lowest, highest, last
 
 
 class Outline(NamedTuple):
-    """A quantity over a window: each value holds, or begins a line, from its instant to the next.
+    """A quantity over a window: each value holds, or starts a line, from its instant to the next.
 
     A break is a pair of points at one instant: NaN (nothing is drawn up to here), then the new value.
     """
@@ -50,10 +50,11 @@ class Quantity:
     Attributes:
         name: "velocity", "position", "current" ...
         unit: the unit of its values: "steps/s", "A" ...
-        is_staircase: True: each value holds until the next one, as in a staircase; False: values between are
+        is_staircase: True if each value holds until the next one, as in a staircase; False if intermediate values are
             interpolated linearly.
-        from_zero: True: a picture includes the value 0, as for a velocity; False: any range, as for a position.
-        check_kept: a function that raises NotRecorded for an instant (ps) that is no longer kept; None: all is kept.
+        from_zero: True if pictures include the value 0, as for a velocity; False for any range, as for a position.
+        check_kept: a function that raises NotRecorded for an instant (ps) that is no longer kept; None if everything is
+            kept.
     """
 
     name: str
@@ -70,13 +71,13 @@ class Quantity:
     @overload
     def at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]: ...
     def at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> float | NDArray[np.float64]:
-        """Return the value at one instant of the past, or the values at several: float64, shape as `times`.
+        """Return the value at one past instant, or the values at several: float64, same shape as `times`.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds, in any order.
 
         Raises:
-            TimeError: not a time.
+            TimeError: an instant is not a time.
             UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
@@ -90,22 +91,22 @@ class Quantity:
         return self.values_at(instants)
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants of the past, in any order: float64, shape as `times_ps` (int64 ps)."""
+        """Return the values at past instants (int64 ps), in any order: float64, same shape as `times_ps`."""
         raise NotImplementedError
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return the value at `start`, and every change at start < t <= stop (ps)."""
+        """Return the value at `start`, and every change in start < t <= stop (ps)."""
         raise NotImplementedError
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the value at `start`, and every change at start < t <= stop (ps), each value held until the next.
+        """Return the value at `start`, and every change in start < t <= stop (ps); each value holds until the next.
 
         A quantity that changes linearly becomes a series of small steps, the same for every window.
         """
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the outline of the window (ps) for a picture of `columns` columns: about 4 points a column at most."""
+        """Return the outline of the window (ps) for a picture of `columns` columns: at most about 4 points each."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
@@ -118,11 +119,11 @@ class Velocity(Quantity):
         self.axis = axis
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
+        """Return the velocities at past instants (ps), in any order: float64 steps/s, same shape as `times_ps`."""
         return self.axis.velocities_at(times_ps)
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        """Return the velocity at `start`, followed by every change in start < t <= stop (ps)."""
         return Outline(*self.axis.velocities(start, stop))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
@@ -145,7 +146,7 @@ class Velocity(Quantity):
 
 
 class Position(Quantity):
-    """The position register of an axis.  There is a break where it is loaded, or wraps around."""
+    """The position register of an axis.  Its curve has a break where the register is loaded or wraps around."""
 
     name, unit, is_staircase, from_zero = "position", "steps", True, False
 
@@ -153,13 +154,13 @@ class Position(Quantity):
         self.axis = axis
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
+        """Return the positions at past instants (ps), in any order: float64, same shape as `times_ps`."""
         import numpy as np
 
         return self.axis.positions_at(times_ps).astype(np.float64)
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        """Return the position at `start`, followed by every change in start < t <= stop (ps)."""
         import numpy as np
 
         axis = self.axis
@@ -188,7 +189,7 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the first wrap between each two instants, which include all turns, at both ends of the register."""
+        """Return the first wrap-around between each two instants, which include all turns, at either register end."""
         import numpy as np
 
         axis = self.axis
@@ -204,7 +205,7 @@ class Position(Quantity):
     def _broken(
         self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
     ) -> Outline:
-        """Return the changes of the register at ascending instants, with breaks where it is loaded, or wraps at a step.
+        """Return the changes of the register at ascending instants, with breaks where it is loaded or wraps at a step.
 
         Each of `steps` follows an instant just before it.
         """
@@ -222,12 +223,12 @@ class Position(Quantity):
 
 
 def exceeds(counts: Iterable[int], limit: int) -> bool:
-    """Return whether some counts add up to more than a limit; iterates only as far as necessary."""
+    """Return whether some counts add up to more than a limit; iterate only as far as necessary."""
     return any(total > limit for total in accumulate(counts))
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
-    """Return points that look the same in a picture of the window: first, lowest, highest and last of each column."""
+    """Return points that look the same in a picture of the window: the first, lowest, highest and last per column."""
     import numpy as np
 
     times, values = outline

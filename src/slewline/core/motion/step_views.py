@@ -1,4 +1,4 @@
-"""The outputs of a motor that show a train: the promises of its nets.
+"""The motor outputs that show a train: the promises on its nets.
 
 begin k                begin k+1
   |______________      ___|______
@@ -8,9 +8,9 @@ __       _________________          _
   |_____|                 |________|    StrobeView: low for the first `low` ticks of each step
   |<--->| low
 __ _______________________ __________
-__X_______________________X__________   PatternView: the next phase from the start of each step
+__X_______________________X__________   PatternView: changes to the next phase at the start of each step
 __           _____________           _
-  |_________|             |_________|   SquareView: high in the second half of each step, of a train of cycles
+  |_________|             |_________|   SquareView: high in the second half of each step, for a train of cycles
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 class TrainView:
-    """The waveform of an output that shows a played train."""
+    """The waveform of an output that shows the train being played."""
 
     __slots__ = ("of",)
     of: Playing
 
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds (ps); None: forever."""
+        """The instant before which the promise holds (ps); None if it holds forever."""
         return self.of.until
 
     @property
@@ -47,7 +47,7 @@ class TrainView:
 
 
 class StepView(TrainView):
-    """An output that shows each step of a played train: low from the start of the step until it rises, else high."""
+    """An output that shows each step of the train being played: low from the step's start until its rise, else high."""
 
     __slots__ = ()
 
@@ -65,14 +65,14 @@ class StepView(TrainView):
         raise NotImplementedError
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         train = self.of.train
         tick = train.clock.ticks_until(self.of.within(ps))
         k = train.step_at(tick)
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.step_at(tick)
@@ -97,7 +97,7 @@ class Rises(Events):
         return k - 1 if k and tick < self.view.rise(k - 1) else k
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None: the train has fewer, or is cut off earlier."""
+        """Return the instant of rise k (ps); None if the train has fewer, or is cut off earlier."""
         of = self.view.of
         return before(self.clock.ps(self.view.rise(k - 1)), of.until) if k <= of.train.steps else None
 
@@ -126,7 +126,7 @@ class PulseView(StepView):
         return (np.append(ends, train.length) if last >= train.steps else ends) - self.high
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges in start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         train, clock = self.of.train, self.of.train.clock
@@ -140,7 +140,7 @@ class PulseView(StepView):
         rises = rises[(rises > start) & (rises <= stop)]
         times = np.empty(len(falls) + len(rises), np.int64)
         levels = np.empty(len(times), np.int8)
-        rise_first = int(len(rises) > 0 and (len(falls) == 0 or rises[0] < falls[0]))  # from there on they alternate
+        rise_first = int(len(rises) > 0 and (len(falls) == 0 or rises[0] < falls[0]))  # after that, they alternate
         times[1 - rise_first :: 2], times[rise_first::2] = rises, falls
         levels[1 - rise_first :: 2], levels[rise_first::2] = 1, 0
         return times, levels
@@ -161,7 +161,7 @@ class StrobeView(StepView):
         return self.of.train.ends(first, last) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges in start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         train, stop = self.of.train, self.of.within(stop)
@@ -184,7 +184,7 @@ class PatternView(TrainView):
         of: the train that is played.
         levels: the levels of the phase in one cycle of the step pattern, 0 or 1.
         index: the index in `levels` before the first step.
-        sign: 1 forwards through `levels`, -1 backwards.
+        sign: 1 to step forwards through `levels`, -1 to step backwards.
         before: the level until the first step begins.
     """
 
@@ -197,11 +197,11 @@ class PatternView(TrainView):
         return self.levels[(self.index + self.sign * k) % len(self.levels)] if k else self.before
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         return self._after_steps(self.of.count(ps))
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
         train = self.of.train
         k = train.count(ps)
         here = self._after_steps(k)
@@ -211,7 +211,7 @@ class PatternView(TrainView):
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges in start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
         train = self.of.train

@@ -1,7 +1,7 @@
-"""Step trains: runs of equal intervals, queried rather than expanded.
+"""Step trains: runs of equal intervals, which are queried rather than expanded.
 
-A move of a hundred thousand steps is a few hundred runs.  The number of steps by an instant is found by bisection and
-a division; arrays are made only for the window requested.
+A move of a hundred thousand steps consists of a few hundred runs.  The number of steps made by an instant is found by
+bisection and a division; arrays are made only for the window requested.
 
     end k-1                  end k
       |<----- interval ------>|
@@ -9,7 +9,7 @@ a division; arrays are made only for the window requested.
     __|              |____|          PULSE is low from the start of a step to `high` before its end
                      |<-->| high
 
-The outputs of a motor that show a train are in step_views.py.
+The motor outputs that show a train are in step_views.py.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
 class Train(Events):
-    """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, `length` ticks long in total."""
+    """Steps that begin at clock ticks: `steps` of them, starting at tick `origin`, `length` ticks long in total."""
 
     __slots__ = ("_recent", "clock", "length", "origin", "steps")
     steps: int
@@ -45,37 +45,38 @@ class Train(Events):
 
     # ------------------------------------------------------------------- to be implemented by a kind of train, in ticks
     def end(self, k: int) -> int:
-        """Return the tick at which step k ends and the next one begins; for k = 0, the start of the first one."""
+        """Return the tick at which step k ends and the next one begins; for k = 0, the start of the first step."""
         raise NotImplementedError
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return `end` of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        """Return the ends of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
         raise NotImplementedError
 
     def step_at(self, tick: int) -> int:
-        """Return the step in progress at a tick, or the last one: the number of steps that have begun by then."""
+        """Return the step in progress at a tick, or the last step: the number of steps that have begun by then."""
         raise NotImplementedError
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return `step_at` for ticks since `origin`, any order: (n,) int64."""
+        """Return `step_at` for ticks since `origin`, in any order: (n,) int64."""
         raise NotImplementedError
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the velocities from tick `since` to before tick `to`, both since `origin`, 0 <= since < to <= length.
 
         Returns:
-            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+            Ticks since `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from each to
+            the next, (n,) float64 steps/s.
         """
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return the first, a lowest, a highest and the last of the velocities: ticks since `origin`, and steps/s."""
+        """Return the first, one lowest, one highest, and the last velocity: ticks since `origin`, and steps/s."""
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
 
     def pieces(self, since: int, to: int) -> int:
-        """Return the number of velocities between two ticks since `origin`, correct within one."""
+        """Return the number of velocities between two ticks since `origin`, correct to within one."""
         raise NotImplementedError
 
     def rests(self, until: int) -> int:
@@ -84,15 +85,15 @@ class Train(Events):
 
     # ----------------------------------------------------------------------------------------------- derived from these
     def count(self, ps: int) -> int:
-        """Return the number of steps that have begun by an instant (ps), that instant included."""
+        """Return the number of steps that have begun by an instant (ps), including that instant."""
         return self.step_at(self.clock.ticks_until(ps))
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of steps that have begun by each of many instants (int64 ps, any order): (n,) int64."""
+        """Return the number of steps that have begun by each of many instants (int64 ps, in any order): (n,) int64."""
         return self.steps_at(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def time(self, k: int) -> When:
-        """Return the instant at which step k begins (ps); None: the train has fewer."""
+        """Return the instant at which step k begins (ps); None if the train has fewer."""
         return self.clock.ps(self.end(k - 1)) if k <= self.steps else None
 
     def times(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
@@ -114,13 +115,16 @@ class Train(Events):
         return self._recent[2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants at which some steps begin (ps), ascending; the steps must all exist."""
+        """Return the instants at which some steps begin (ps), ascending; all these steps must exist."""
         return self.clock.ps_list([self.end(k - 1) for k in numbers])
 
 
 @dataclass(frozen=True)
 class RunTable:
-    """Consecutive runs, in ticks: start, number of steps before, and end of each.  Trains of equal runs share it."""
+    """Consecutive runs, in ticks: the start of each, the number of steps before it, and its end.
+
+    Trains with equal runs share a table.
+    """
 
     starts: list[int]
     intervals: list[int]
@@ -131,13 +135,13 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The first, a slowest, a fastest and the last run, for pictures."""
+        """The first, one slowest, one fastest, and the last run, for pictures."""
         return shown(self.intervals)
 
 
 @lru_cache(maxsize=64)
 def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
-    """Return the table of consecutive runs (interval, count), cached: a program in a loop repeats the same moves."""
+    """Return the table of consecutive runs (interval, count), cached, as a program in a loop repeats the same moves."""
     starts, intervals, counts, firsts = [], [], [], []
     start = first = 0
     for interval, count in runs:
@@ -154,15 +158,15 @@ def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
 
 
 def shown(intervals: list[int]) -> list[int]:
-    """Return the indices of the first, a longest, a shortest and the last one of some intervals, ascending."""
+    """Return the indices of the first, one longest, one shortest, and the last of some intervals, ascending."""
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
 
 class StepTrain(Train):
-    """A step train: runs of steps at equal intervals, in ticks of a clock; the first begins at tick `origin`.
+    """A step train: runs of steps at equal intervals, in clock ticks; the first step begins at tick `origin`.
 
-    `runs` are (interval in ticks, number of steps); if the last number is OPEN, the train does not end.  `steps` is the
-    total number.
+    `runs` holds pairs (interval in ticks, number of steps); if the last number is OPEN, the train does not end.
+    `steps` is the total number.
     """
 
     __slots__ = ("counts", "firsts", "intervals", "starts", "table")
@@ -210,7 +214,8 @@ class StepTrain(Train):
         """Return the velocities from tick `since` to before tick `to`, both counted from `origin`.
 
         Returns:
-            Ticks from `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+            Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from
+            each to the next, (n,) float64 steps/s.
         """
         import numpy as np
 
@@ -233,7 +238,7 @@ class StepTrain(Train):
             return np.empty(0, np.int64)
         i, j = bisect_right(self.firsts, first) - 1, bisect_right(self.firsts, last - 1)
         out = np.empty(last - first, np.int64)
-        short = i  # runs from here to n are short: they are cumulated together; a long one is filled at once
+        short = i  # runs from here to n are short: they are cumulated together; a long one is filled in one go
         for n in [n for n, count in enumerate(self.counts[i:j], i) if count >= LONG]:
             self._cumulate(out, short, n, first, last)
             a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
@@ -260,7 +265,7 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with equal intervals, doubling the filled part each time; a second array would cost more."""
+    """Fill an array with equal intervals, doubling the filled part each time; a second array would take longer."""
     import numpy as np
 
     done = min(LONG, len(out))
@@ -281,7 +286,7 @@ class Playing(Until):
         self.train = train
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of steps that have begun by each of many instants (int64 ps, any order): (n,) int64."""
+        """Return the number of steps that have begun by each of many instants (int64 ps, in any order): (n,) int64."""
         import numpy as np
 
         if len(ps) < FEW:
@@ -290,7 +295,7 @@ class Playing(Until):
 
     @property
     def moves(self) -> int | None:
-        """The instant from which on the train determines the velocity; None: it was withdrawn before."""
+        """The instant at which the train starts to determine the velocity; None if it was withdrawn earlier."""
         first = self.train.clock.ps(self.train.origin)
         return first if self.until is None or first < self.until else None
 
@@ -298,7 +303,8 @@ class Playing(Until):
         """Return the window start <= t <= stop (ps) as ticks of the train; `moves` must be before its end.
 
         Returns:
-            The first tick, the tick before which the window ends, and whether the train has come to rest before that.
+            The first tick, the tick before which the window ends, and whether the train comes to rest before the window
+            ends.
         """
         train, clock = self.train, self.train.clock
         since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
@@ -306,10 +312,11 @@ class Playing(Until):
         return since, min(to, rest), rest < to
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities at start <= t <= stop (ps); `moves` must be before `stop`.
+        """Return the velocities in start <= t <= stop (ps); `moves` must be before `stop`.
 
         Returns:
-            Instants (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to the next.
+            Instants, (n,) int64 ps, ascending, the first of which is `start`; and the velocity from each to the next,
+            (n,) float64 steps/s.
         """
         import numpy as np
 
@@ -324,12 +331,12 @@ class Playing(Until):
         return times, speeds
 
     def pieces(self, start: int, stop: int) -> int:
-        """Return the number of velocities at start <= t <= stop (ps), correct within two."""
+        """Return the number of velocities in start <= t <= stop (ps), correct to within two."""
         since, to, _ = self._ticks(start, stop)
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return the first, a lowest, a highest and the last of the velocities: instants (ps) and steps/s."""
+        """Return the first velocity, one lowest, one highest, and the last: instants (ps) and steps/s."""
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

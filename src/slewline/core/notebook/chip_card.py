@@ -1,4 +1,4 @@
-"""The view of a chip in a notebook: package and levels, registers, the current part of the program, latest findings."""
+"""The notebook view of a chip: package and pin levels, registers, current part of the program, and latest findings."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class ChipCard:
     """A chip at an instant.
 
     Args:
-        description: its name, part and state, in a line.
-        levels: of its pins that carry a signal; None: floating.
-        registers: by name, for each axis.
+        description: its name, part number and state, in one line.
+        levels: the levels of its signal pins; None for a floating pin.
+        registers: the registers of each axis, keyed by name.
         rows: the stored program.
-        counter: the address of the current instruction; None: no program runs.
-        findings: in words, in order of time.
+        counter: the address of the current instruction; None if no program runs.
+        findings: the findings as text, in chronological order.
     """
 
     description: str

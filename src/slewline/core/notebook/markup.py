@@ -1,9 +1,10 @@
-"""Elements of HTML and SVG, and the card that a notebook shows; text in them is escaped.
+"""HTML and SVG elements, and the card that a notebook shows; the text in them is escaped.
 
     element("td", "a < b", class_="name")      <td class="name">a &lt; b</td>
 
-Only results of `element` are markup; a journal, a program or a sheet may come from anybody.  A card has no script and
-loads nothing.  It uses the text colour of the page, light or dark, and two colours that are visible on both.
+Only results of `element` count as markup, since a journal, a program or a sheet may come from anybody.  A card has no
+scripts and loads nothing.  It uses the text colour of the page, light or dark, and two colours that are visible on
+both.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ MONO = "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 
 
 class Markup(str):
-    """Text that is markup already."""
+    """Text that is already markup."""
 
     __slots__ = ()
 
@@ -46,8 +47,9 @@ def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -
     """Return an element.
 
     Args:
-        children: texts, which are escaped, and markup; or lists of them.
-        attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; None: no such attribute.
+        children: strings, which are escaped, and markup; or lists of these.
+        attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; an attribute that is None is left
+            out.
     """
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_escaped(str(value))}"'
@@ -63,12 +65,12 @@ def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -
 
 
 def _escaped(text: str) -> str:
-    """Return a text with markup escaped, and without characters that files cannot contain."""
+    """Return text with markup escaped, and without characters that files cannot contain."""
     return escape(text.encode("utf-8", "replace").decode("utf-8"))
 
 
 def card(caption: str, *pieces: str) -> Markup:
-    """Return a card for a notebook: a line of text, and pieces below it, next to each other as space permits."""
+    """Return a card for a notebook: a line of text with pieces below it, placed side by side as space permits."""
     return element("div", element("style", STYLE), element("b", caption, class_="says"), pieces, class_="slewline")
 
 
@@ -78,8 +80,8 @@ def table(
     """Return a table.
 
     Args:
-        head: the names of the columns; empty: no head.
-        right: columns that are aligned right, as for numbers.
+        head: the column names; empty for no header.
+        right: the columns that are right-aligned, as for numbers.
         now: the number of the highlighted row.
     """
 

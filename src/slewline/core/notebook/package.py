@@ -26,9 +26,9 @@ def package_drawing(package: Package, part: str, pins: Mapping[str, Pin], levels
     """Return a package as SVG.
 
     Args:
-        part: the text printed on it.
+        part: the text printed on the package.
         pins: its pins, by name.
-        levels: of the pins that carry a signal; None: floating.
+        levels: the levels of the signal pins; None for a floating pin.
     """
     named = [name for name in chain(*package.sides) if isinstance(name, str)]
     around = NAME + CHARACTER * max(map(len, named), default=0) + MARGIN
@@ -91,7 +91,7 @@ def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
 
 
 def _mark(level: int | None, x: float, y: float) -> list[Markup]:
-    """Return a level: 1 is filled, floating is dashed, so that they can be distinguished without colour."""
+    """Return the mark of a level: 1 is filled, floating is dashed, so they can be distinguished without colour."""
     fill, line, ink = (HIGH, HIGH, "#14100a") if level == 1 else ("none", "currentColor", "currentColor")
     box = {"x": x - MARK / 2, "y": y - MARK / 2, "width": MARK, "height": MARK, "rx": 2}
     return [

@@ -1,7 +1,7 @@
 """A shaft on the face of its motor, animated with its recorded movement.
 
-The animation is CSS: positions at equal intervals of time, repeated.  If the reader prefers no motion, the shaft stays
-at the last one.
+The animation is CSS: positions at equal time intervals, repeated.  If the reader prefers no motion, the shaft is shown
+at its last position.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ PAUSE_S = 1.0  # pause at the end
 
 
 def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
-    """Return the face and the shaft as SVG.
+    """Return the motor face and the shaft as SVG.
 
     Args:
-        turns: the angle of the shaft, in turns clockwise, at equal intervals of time; only one if it has not turned.
+        turns: the angle of the shaft, in turns clockwise, at equal time intervals; a single value if it has not turned.
         play_s: the duration of the animation, in seconds.
     """
     drawn = [*_face()]
@@ -38,7 +38,7 @@ def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
 
 
 def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
-    """Return the animation, as CSS without any text from outside."""
+    """Return the animation, as CSS without any external text."""
     moving = 100 * play_s / (play_s + PAUSE_S)
     first = turns[0] // 1
     frames = "".join(

@@ -1,4 +1,4 @@
-"""The view of steps in a notebook: a table of the first and the last ones, and a thumbnail of the positions."""
+"""The notebook view of steps: a table of the first and the last steps, and a thumbnail of the positions."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def steps_card(
     """Return steps as HTML.
 
     Args:
-        caption: their number, in words.
-        times_ps, directions, positions: (n,), for each step.
+        caption: the number of steps, as text.
+        times_ps, directions, positions: the values for each step, (n,).
     """
     count = len(times_ps)
     if not count:

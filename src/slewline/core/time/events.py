@@ -1,20 +1,21 @@
-"""Events in time, by number and by instant: steps, edges of a wire, marks passed by a shaft, recorded events.
+"""Events in time, by number and by instant: steps, edges on a wire, marks passed by a shaft, recorded events.
 
     instant      0         a         b    c                d
     events       ----------|---------|----|----------------|------
     number                 1         2    3                4
 
-    count(ps)            how many by an instant            count(c) = 3
-    time(k)              when number k comes               time(3) = c
-    times(first, last)   all of some numbers, an array     times(2, 3) = [b, c]
+    count(ps)            number of events by an instant    count(c) = 3
+    time(k)              instant of event k                time(3) = c
+    times(first, last)   instants of several, an array     times(2, 3) = [b, c]
 
-All recurring events have this interface.  A source of events is a value: a train of steps computes them by arithmetic,
-a wire is searched, a list is looked up, and a caller cannot distinguish them.  Events made of events are events again:
-shifted by a constant (`Later`), up to an instant (`Until`), numbered from an instant on (`Since`).
+All recurring events have this interface.  A source of events is a value: a step train computes its events by
+arithmetic, a wire is searched, a list is looked up, and the caller cannot tell them apart.  Events derived from events
+have the same interface: shifted by a constant (`Later`), limited to an instant (`Until`), or numbered from an instant
+(`Since`).
 
 The time of an event is a `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to query
 again, before which there is no event; or None: no event is foreseen.  NotYet is not a number, so a type checker finds
-code that takes it for an instant; code that only needs a time to wake up calls `ask_at`.
+code that mistakes it for an instant; code that only needs a wake-up time calls `ask_at`.
 
 Rules of this file: events are numbered from 1; an event at an instant counts at that instant; queries have no effect.
 The levels of a wire between its events are a wave (core/wires/wave.py).
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class NotYet:
-    """No event is known, and there is none before an instant: query again then (`at`, ps)."""
+    """No event is known yet, and there is none before the instant `at` (ps), when the query can be repeated."""
 
     at: int
 
@@ -45,12 +46,12 @@ When: TypeAlias = "int | NotYet | None"
 
 
 def ask_at(when: When) -> int | None:
-    """Return when to query again (ps): at the event, or when a search continues; None: no event is foreseen."""
+    """Return when to query again (ps): at the event, or when a search continues; None if no event is foreseen."""
     return when.at if isinstance(when, NotYet) else when
 
 
 def earliest(whens: Sequence[When]) -> int | None:
-    """Return when to query again for the first of some events (ps); None: none of them is foreseen."""
+    """Return when to query again for the earliest of some events (ps); None if none of them is foreseen."""
     return min((at for when in whens if (at := ask_at(when)) is not None), default=None)
 
 
@@ -62,7 +63,7 @@ def later(when: When, lag_ps: int) -> When:
 
 
 def before(when: When, until: int | None) -> When:
-    """Return the time of an event if it is before an instant (ps), else None; None as the instant: no limit."""
+    """Return the time of an event if it is before an instant (ps), else None; None as the instant sets no limit."""
     if until is None or when is None:
         return when
     at = when.at if isinstance(when, NotYet) else when
@@ -73,16 +74,16 @@ class Events(Protocol):
     """Events in time, numbered from 1."""
 
     def count(self, ps: int) -> int:
-        """Return the number of events by an instant (ps), that instant included."""
+        """Return the number of events by an instant (ps), including that instant."""
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
+        """Return the instant of event k (ps), NotYet, or None if it is not foreseen."""
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of events first ... last, which must all exist: (n,) int64 ps, ascending."""
+        """Return the instants of events first ... last, all of which must exist: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, which must all exist; faster than an array."""
+        """Return the instants of a few events (ps), ascending, all of which must exist; faster than an array."""
         return [at for k in numbers if isinstance(at := self.time(k), int)]
 
 
@@ -96,7 +97,7 @@ class Listed(Events):
         return bisect_right(self.instants, ps)
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps); None: it is not in the list."""
+        """Return the instant of event k (ps); None if it is not in the list."""
         return self.instants[k - 1] if k <= len(self.instants) else None
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
@@ -106,14 +107,14 @@ class Listed(Events):
 
 
 class NoEvents(Listed):
-    """No events: a constant level."""
+    """A source without events: a constant level."""
 
     def __init__(self) -> None:
         super().__init__(())
 
 
 class Even(Events):
-    """Events at a constant rate (1/s), the first one a period after `since`."""
+    """Events at a constant rate (1/s), the first of which occurs one period after `since`."""
 
     def __init__(self, since: int, rate: int) -> None:
         self.since, self.clock = since, Clock(rate)
@@ -133,7 +134,7 @@ class Even(Events):
 
 
 class Until(Events):
-    """Events before an instant, `until`; None: all of them."""
+    """Events before the instant `until`, or all of them (None)."""
 
     until: int | None
 
@@ -141,11 +142,11 @@ class Until(Events):
         self.of, self.until = of, until
 
     def cut(self, ps: int) -> None:
-        """Count only events up to an instant (ps), that instant included."""
+        """Count only events up to an instant (ps), including that instant."""
         self.until = ps + 1
 
     def within(self, ps: int) -> int:
-        """Return an instant (ps), or the last one before `until` if that is earlier."""
+        """Return an instant (ps), or the last instant before `until` if that is earlier."""
         until = self.until
         return ps if until is None or ps < until else until - 1
 
@@ -153,14 +154,14 @@ class Until(Events):
         return self.of.count(self.within(ps))
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None from `until` on."""
+        """Return the instant of event k (ps), NotYet, or None if it is not before `until`."""
         return before(self.of.time(k), self.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.times(first, last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, which must all exist."""
+        """Return the instants of a few events (ps), ascending, all of which must exist."""
         return self.of.few(numbers)
 
 
@@ -180,7 +181,7 @@ class Later(Events):
         return self.of.times(first, last) + self.lag_ps
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, which must all exist."""
+        """Return the instants of a few events (ps), ascending, all of which must exist."""
         return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
@@ -200,6 +201,6 @@ class Since(Events):
         return self.of.times(self.first + first, self.first + last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, which must all exist."""
+        """Return the instants of a few events (ps), ascending, all of which must exist."""
         first = self.first
         return self.of.few([first + k for k in numbers])

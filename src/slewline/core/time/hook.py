@@ -17,8 +17,9 @@ FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
 class Hook(Generic[P]):
     """A list of listeners, functions that are called in the order in which they were added.
 
-    A listener may add and remove listeners, itself included, while it is called: a removed one is no longer called, an
-    added one is called from the next event on.  A hook is true if it has listeners: `if hook: hook(...)`.
+    A listener may add and remove listeners, itself included, while it is called: a removed listener is no longer
+    called, and an added one is called starting with the next event.  A hook is true if it has listeners:
+    `if hook: hook(...)`.
     """
 
     __slots__ = ("listeners",)
@@ -38,7 +39,7 @@ class Hook(Generic[P]):
         return listener
 
     def remove(self, listener: Callable[P, object]) -> None:
-        """Remove a listener; one that was added twice remains once.
+        """Remove a listener; a listener that was added twice remains once.
 
         Raises:
             UsageError: `listener` was not added, or has been removed.

@@ -1,10 +1,10 @@
-"""The methods by which a user acts on a chip or a part.
+"""The methods with which a user operates a chip or a part.
 
     @from_outside
     def press(self, key: str) -> None:
-        self.input("press", key)        reported to the outside of the run: a journal records it, and a replay calls it
+        self.input("press", key)        reported outside the run: a journal records it, and a replay calls it again
 
-A journal may come from anywhere: it calls no methods except those declared here.
+A journal may come from anywhere; its replay calls only methods that are declared in this way.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def from_outside(method: F) -> F:
-    """Declare a method of a chip or a part as an input from outside, which a journal keeps.
+    """Declare a method of a chip or a part as an external input, which journals record.
 
     The method must report each call with `input`.
     """

@@ -2,8 +2,8 @@
 
 Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; all levels are still those before T.
 Then the edges that were promised for T and the changes made in round 1 commit together, listeners are notified, and
-reactions run in rounds 2 and on, until the instant is quiet.  So a sampling point (a timer wake at which firmware reads
-a level) sees the level from before the instant, and the order of tasks inside a round cannot matter.
+reactions run in round 2 and later rounds, until the instant is quiet.  So a sampling point (a timer wake-up at which
+firmware reads a level) sees the level from before the instant, and the order of tasks within a round cannot matter.
 
 Rules of this file: no wall clock; no global state; a heap entry is (time, order, who, token) and is stale, hence
 dropped, when `who.token` has been incremented.  The heap is never searched.
@@ -22,21 +22,21 @@ from .hook import Hook
 from .outside import Outside
 from .timebase import readable
 
-ROUNDS_LIMIT = 100_000  # about a second, and a hundred times as long as a chain of a thousand gates takes
+ROUNDS_LIMIT = 100_000  # about a second, a hundred times what a chain of a thousand gates takes
 Args = TypeVarTuple("Args")
 
 
 class Shuffler(Protocol):
-    """A source of randomness from outside, for example random.Random(1)."""
+    """An external source of randomness, for example random.Random(1)."""
 
     def shuffle(self, ready: list[Any], /) -> None:
         """Put a list into another order, in place."""
 
 
 class Task:
-    """A coroutine on the kernel; `value` is the result of its wait: the net that woke it, None for a time.
+    """A coroutine on the kernel; `value` is the result of its wait: the net that woke it, or None after a timed wait.
 
-    The coroutine is created when its first lines run: Python warns about one that is created and never run.
+    The coroutine is only created when it starts to run, as Python warns about coroutines that are never run.
     """
 
     __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
@@ -55,7 +55,7 @@ class Task:
         self.send(None)
 
     def kill(self) -> None:
-        """End the task at its wait; its `finally` blocks run."""
+        """End the task at the point where it waits; its `finally` blocks run."""
         self.token += 1
         self.alive = False
         if self.coroutine is not None:
@@ -74,7 +74,7 @@ class Call:
         self.function, self.token, self.value, self.alive, self.is_net = function, 0, None, True, False
 
     def send(self, _value: None) -> None:
-        """Call the function (the kernel resumes it as it does a task)."""
+        """Call the function; the kernel resumes it like a task."""
         self.function()
 
     def __repr__(self) -> str:
@@ -84,8 +84,8 @@ class Call:
 class CommitHook(Hook[[int]]):
     """The hook of committed time.
 
-    A run checks once for listeners; if the first one is added during the run, it leaves a mark in the heap, so that
-    instants cost nothing extra without listeners.
+    A run checks once for listeners; if the first listener is added during the run, it leaves a mark in the heap; so,
+    without listeners, instants cost nothing extra.
     """
 
     __slots__ = ("kernel", "mark")
@@ -96,7 +96,7 @@ class CommitHook(Hook[[int]]):
         self.mark.token = 1  # an entry with another token is stale: it is dropped without a call
 
     def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
-        """Call a function with every committed instant (ps) from now on; return it, for `remove`."""
+        """Register a function that is called with every later committed instant (ps); return it, for `remove`."""
         kernel = self.kernel
         if kernel.running and not self.listeners:
             heappush(kernel.heap, (kernel.now, next(kernel.order), self.mark, 0))
@@ -109,8 +109,8 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when all its rounds have been run, or a run ends at it.  All before
-            it is final; at the instant itself an input from outside may follow, and then the hook is called again.
+        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.  All before it
+            is final; at the instant itself, an external input may follow, after which the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -126,14 +126,14 @@ class Kernel:
         self.running = False
         self.sole = False  # the running task is alone in its round, with nothing to commit
         self.over: Callable[[], bool] | None = None  # the end of the run in progress
-        self.ended = False  # it has been reached
+        self.ended = False  # this end has been reached
         self.horizon = -1  # the latest instant to which a task may advance time (ps)
         self.outside = Outside()
         self.on_commit: Hook[[int]] = CommitHook(self)
 
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, function: Callable[[*Args], Coroutine[Any, Any, None]], *args: *Args, name: str) -> Task:
-        """Start a task, which runs a coroutine function from the next round on; return the task.
+        """Start a task, which runs a coroutine function beginning in the next round; return the task.
 
         Args:
             function: the coroutine function, called with `args`.
@@ -154,11 +154,11 @@ class Kernel:
         return call
 
     def wake_at(self, ps: int, task: Task) -> None:
-        """Wake a task that waits, at an instant, unless something else has woken it by then."""
+        """Wake a waiting task at an instant, unless something else has woken it by then."""
         heappush(self.heap, (ps, next(self.order), task, task.token))
 
     def next_time(self) -> int | None:
-        """Return the instant of the next event if nothing interferes (ps); None: there is none."""
+        """Return the instant of the next event if nothing interferes (ps); None if there is none."""
         heap = self.heap
         while heap and heap[0][2].token != heap[0][3]:
             heappop(heap)
@@ -189,7 +189,7 @@ class Kernel:
 
     # ---------------------------------------------------------------------------------------------------- running
     def settle(self) -> None:
-        """Run rounds of the present instant until it is quiet: levels driven from outside take effect."""
+        """Run rounds of the current instant until it is quiet, so that externally driven levels take effect."""
         if not self.running and (self.woken or self.pending):
             self.running = True
             try:
@@ -200,7 +200,7 @@ class Kernel:
                 self._rest()
 
     def run(self, until: int) -> None:
-        """Run everything up to and including an instant (ps), which is then the present one."""
+        """Run everything up to and including an instant (ps), which then is the current one."""
         self.run_while(None, until)
         if until > self.now:
             self.now = self.seen = until
@@ -212,10 +212,10 @@ class Kernel:
                     self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run whole instants up to `until` (ps) until `over` returns true; return False if it does.
+        """Run complete instants up to `until` (ps), or until `over` returns true; in that case, return False.
 
         Raises:
-            UsageError: the call comes from within a run.
+            UsageError: the call is made from within a run.
         """
         if self.running:
             raise UsageError(
@@ -265,7 +265,7 @@ class Kernel:
             self._rest()
 
     def _instant(self, time: int, who: Any) -> None:
-        """Run an instant with several causes.  Round 1: the tasks whose timers have expired; levels are still old."""
+        """Run an instant with several causes: in round 1, the tasks with expired timers, at the old levels."""
         heap = self.heap
         ready: list[Any] = []
         edges: list[Any] = []
@@ -289,7 +289,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Report the end of this instant; inputs of listeners still belong to it, and then it is reported again."""
+        """Report the end of this instant; inputs made by listeners still belong to it, and it is reported again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
@@ -307,7 +307,7 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, notify, and run the woken tasks, repeatedly, until the instant is quiet: this one, or a later one."""
+        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet: this one, or a later instant."""
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1
@@ -331,7 +331,7 @@ class Kernel:
         )
 
     def _resume(self, ready: list[Any]) -> None:
-        """Resume tasks; an exception ends its task, and is raised after the others have run."""
+        """Resume tasks; an exception ends its task, and is raised after the other tasks have run."""
         if self.shuffle is not None:
             self.shuffle.shuffle(ready)
         failure: Exception | None = None

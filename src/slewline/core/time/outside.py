@@ -1,9 +1,9 @@
-"""The outside of a run: its inputs, and how time passes for a user.
+"""The outside of a run: its inputs, and the passage of time for a user.
 
-    outside.tell("drive", pin="x.abort", level=0)     an input of a pin, a chip or a part
-    outside.wait(met, "an answer", "5 s")             a call of a host lets time pass until it is over
+    outside.tell("drive", pin="x.abort", level=0)     an input to a pin, a chip or a part
+    outside.wait(met, "an answer", "5 s")             a call to a host lets time pass until it is complete
     with outside.nested(): ...                        consequences of a reported input: a line of a script
-    with outside.queued(): ...                        calls of hosts only queue; their caller lets time pass
+    with outside.queued(): ...                        calls to hosts only queue; their caller lets time pass
 
 Every kernel has one, so that pins and parts have access to it with or without a bench.
 """
@@ -21,12 +21,12 @@ LetPass = Callable[[Callable[[], bool], str, Time], None]
 
 
 class Outside:
-    """The side of a user, a server or a replay.
+    """The outside of a run: a user, a server or a replay.
 
-    `on_input` is called with every input from outside: the verb and its arguments, as plain data that can be recorded
+    `on_input` is called with every external input: the verb and its arguments, as plain data that can be recorded
     and repeated.  `write` is called last, just before the input takes effect: inputs that a listener makes, or time
     that it lets pass, are recorded before the input itself.  `let_pass` lets time pass until a condition is met, or
-    raises Timeout; None: time cannot pass.
+    raises Timeout; None means that time cannot pass.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")
@@ -52,7 +52,7 @@ class Outside:
             self.write(do, what)
 
     def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
-        """Let time pass until `met` returns true; return False, immediately, where calls only queue.
+        """Let time pass until `met` returns true; return False immediately where calls only queue.
 
         Raises:
             Timeout: the condition is not met in time.
@@ -64,7 +64,10 @@ class Outside:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Report no inputs made in this block, as they follow from a reported one.  Calls of hosts only queue."""
+        """Report no inputs made in this block, as they follow from a reported one.
+
+        Calls to hosts only queue actions.
+        """
         self._inside += 1
         try:
             with self.queued():
@@ -74,7 +77,7 @@ class Outside:
 
     @contextmanager
     def queued(self) -> Iterator[None]:
-        """Let calls of hosts only queue: no time passes in here."""
+        """Let calls to hosts only queue actions: no time passes in this block."""
         self._queueing += 1
         try:
             yield
@@ -82,7 +85,7 @@ class Outside:
             self._queueing -= 1
 
     def later(self, function: Callable[[], object]) -> Callable[[], object]:
-        """Return a function for a later instant that is nested if the present call is: the second half of a pulse."""
+        """Return a function for a later instant, such as the end of a pulse, that is nested if the current call is."""
         if not self._inside:
             return function
 

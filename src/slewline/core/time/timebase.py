@@ -1,9 +1,9 @@
 """Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
 
-Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused, because it is rounded already; except
-`bench.now`, a float that knows its picoseconds (`Seconds`).
-For times to wait and instants to act (`picoseconds`), an int from 1 to 999 is refused, too: it was probably meant in
-another unit, and "5 ps" can be written.  For queries about the past (`moment`) any int is accepted.
+Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused, because it is already rounded; the
+exception is `bench.now`, a float that stores its picoseconds (`Seconds`).  For waiting times and instants of actions
+(`picoseconds`), an int from 1 to 999 is refused, too: it was probably meant in another unit, and "5 ps" can be written
+instead.  For queries about the past (`moment`) any int is accepted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PS_PER_S = 10**12
-MIN_PS = 1000  # the least plain number, except 0
+MIN_PS = 1000  # the lowest plain number allowed, except 0
 UNITS = {
     "ps": 1,
     "ns": 10**3,
@@ -77,7 +77,7 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     return -value if match[1] == "-" else value
 
 
-@lru_cache(maxsize=256)  # a program uses a handful of times
+@lru_cache(maxsize=256)  # a program uses only a few different times
 def _in_ps(text: str) -> int:
     return _scaled(text, UNITS, "time", "25 us")
 
@@ -108,8 +108,8 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
         negative: allow a negative time.
 
     Raises:
-        TimeError: another float, an unknown unit, a fraction of a picosecond, a negative time, or an int from 1 to 999,
-            which lacks its unit.
+        TimeError: a float other than `bench.now`, an unknown unit, a fraction of a picosecond, a negative time, or an
+            int from 1 to 999, which lacks its unit.
     """
     ps = _whole(time, negative)
     if 0 < abs(ps) < MIN_PS and not isinstance(time, str | Seconds):
@@ -125,16 +125,16 @@ def moment(time: Time, *, negative: bool = False) -> int:
         negative: allow a negative time.
 
     Raises:
-        TimeError: another float, an unknown unit, a fraction of a picosecond, or a negative time.
+        TimeError: a float other than `bench.now`, an unknown unit, a fraction of a picosecond, or a negative time.
     """
     return _whole(time, negative)
 
 
 def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[np.int64]:
-    """Return the picoseconds of one instant of the past as an int, of many as int64 of the shape of `times`.
+    """Return one past instant in picoseconds as an int, or many as int64 with the shape of `times`.
 
     Raises:
-        TimeError: as `moment`.
+        TimeError: as for `moment`.
     """
     if isinstance(times, str | int | Seconds):
         return moment(times)
@@ -150,7 +150,7 @@ def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> t
     """Return a window of the past in picoseconds, by default from `since` to `now` (ps).
 
     Raises:
-        TimeError: not times, or a window that ends before it begins.
+        TimeError: a limit is not a time, or the window ends before it begins.
     """
     first, last = since if start is None else moment(start), now if stop is None else moment(stop)
     if stop is not None and first > last:
@@ -161,7 +161,7 @@ def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> t
 
 
 def hertz(frequency: str | int) -> int:
-    """Return the hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int in hertz.
+    """Return a frequency in hertz, from text such as "11 MHz" or "3.579545 MHz", or from an int in hertz.
 
     Raises:
         TimeError: a float, an unknown unit, or a fraction of a hertz.
@@ -174,7 +174,7 @@ def hertz(frequency: str | int) -> int:
 
 
 def readable(ps: int) -> str:
-    """Return a time (ps) as text, in a suitable unit, rounded down to six decimals: 3200000000 is "3.2 ms"."""
+    """Return a time (ps) as text, in a suitable unit, rounded down to six decimal places: 3200000000 is "3.2 ms"."""
     for unit in ("s", "ms", "µs", "ns"):
         if abs(ps) >= UNITS[unit]:
             whole, rest = divmod(abs(ps), UNITS[unit])
@@ -219,7 +219,7 @@ class Clock:
         return [-(-time * d // n) for time in ps]
 
     def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the first ticks at or after many instants: int64, shape as `ps`, every element exact."""
+        """Return the first ticks at or after many instants: int64, same shape as `ps`, every element exact."""
         whole, part = ps // self.n, ps % self.n
         guess: NDArray[np.int64] = (part * (self.d / self.n)).astype("int64")  # wrong by one at most, as a float may be
         rest = part * self.d - guess * self.n  # products wrap around, their difference is small
@@ -228,12 +228,12 @@ class Clock:
     def ps_array(
         self, ticks: NDArray[np.int64], origin: int = 0, out: NDArray[np.int64] | None = None
     ) -> NDArray[np.int64]:
-        """Return the instants of `origin + ticks`: int64 ps since tick 0, shape as `ticks`, every element exact.
+        """Return the instants of `origin + ticks`: int64 ps since tick 0, same shape as `ticks`, every element exact.
 
         Args:
             ticks: int64, ascending.
             origin: a tick, counted from tick 0.
-            out: the array for the result; it may be `ticks` itself.
+            out: the array for the result, which may be `ticks` itself.
 
         Raises:
             TimeError: an instant is beyond 2^63 ps (106 days), which int64 cannot hold.

@@ -1,9 +1,9 @@
-r"""Characters on a wire: a line of them is one promise, whose edges are computed on request.
+r"""Characters on a wire: a whole line of text is one promise, whose edges are computed on request.
 
     mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾\_____/  d0 | ...
     space      start                                              the next character
 
-A sender promises whole lines; receivers take them whole (receiver.py).
+A sender promises whole lines; receivers accept them as a whole (receiver.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The characters of a word format at a rate, computed once: instants of the bits, levels, meaning of levels."""
+    """The characters of a word format at a rate, computed once: bit instants, levels, and the meaning of levels."""
 
     __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
 
@@ -40,7 +40,7 @@ class FrameTable:
         return self._levels[byte]
 
     def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
-        """Return the byte in levels sampled in the middle of the bits, and whether parity or framing is wrong."""
+        """Return the byte that levels sampled at mid-bit represent, and whether its parity or its framing is wrong."""
         if seen not in self._read:
             word, bits = self.word, [int(level == self.mark) for level in seen]
             byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
@@ -51,12 +51,12 @@ class FrameTable:
 
 @lru_cache(maxsize=64)
 def frames_of(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
-    """Return the characters of a format, on a clock of `hz` hertz, sixteen times the rate."""
+    """Return the frame table of a format, on a clock of `hz` hertz, sixteen times the rate."""
     return FrameTable(Clock(hz), word, mark)
 
 
 class Characters:
-    """Consecutive characters, a promise from the instant `start` (ps) on; from `end` on the wire is at mark."""
+    """Consecutive characters: a promise that starts at the instant `start` (ps); after `end` the wire is at mark."""
 
     __slots__ = ("_wave", "data", "end", "frames", "last", "start")
     until: int | None = None
@@ -85,23 +85,24 @@ class Characters:
         return self._wave
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         return self.wave.level(ps) if self.start < ps < self.last else self.frames.mark ^ (ps == self.start)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
         return self.start if ps < self.start else None if ps >= self.last else self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Return the edges at start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop (ps), as two lists."""
         return self.wave.edges(start, stop)
 
 
 async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> None:
-    """Send consecutive characters from this instant on; return at the end of the last one's stop bits.
+    """Send consecutive characters, starting at this instant; return at the end of the last stop bit.
 
     Args:
-        fault: "parity": the wrong parity bit; "framing": space instead of the first stop bit; in every character.
+        fault: "parity" for a wrong parity bit, or "framing" for space instead of the first stop bit, in every
+            character.
     """
     kernel = driver.kernel
     line = Characters(frames, data, kernel.now)
@@ -111,10 +112,10 @@ async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str =
 
 
 def handed_over(driver: Driver, line: Characters) -> bool:
-    """Promise a line that begins now to the receivers on the wire; return False where it must be driven.
+    """Promise a line that begins now to the receivers on the wire; return False if it must be driven instead.
 
-    The line is in place immediately, without a commit, if the running task is alone in its round, if it has the wire to
-    itself, and if every task that waits for the wire is a receiver at rest.
+    The line is in place immediately, without a commit, if the running task is alone in its round, if it is the only
+    driver of the wire, and if every task that waits for the wire is a receiver at rest.
     """
     root, kernel = driver.net, driver.kernel
     active = root.active
@@ -149,7 +150,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
 
 
 def faulty(line: Characters, fault: str) -> Wave:
-    """Return the edges of characters, each with a fault, "parity" or "framing"; unchanged for any other text."""
+    """Return the edges of characters, each with a fault, "parity" or "framing"; for any other text, unchanged."""
     frames = line.frames
     times: list[int] = []
     levels: list[int] = []

@@ -1,12 +1,12 @@
-"""The edges of one direction of a wire as numbered events (core/time/events.py).
+"""The edges of one direction on a wire, as numbered events (core/time/events.py).
 
 Step counters (a translator, a shaft, the counter of a driver module) follow the falls, or the rises, of one wire:
 
     wire     ‾‾|__|‾‾‾|__|‾‾‾|__|‾‾‾‾
     falls      1      2      3
 
-A wave that follows a train computes them by arithmetic (its `clock`).  Any other one is scanned, a stretch at a time,
-and keeps little in memory: one place in `BLOCK` edges.
+A wave that follows a train computes them by arithmetic (its `clock`).  Any other wave is scanned, one stretch at a
+time, and takes little memory: one entry per `BLOCK` edges.
 
 Rules of this file: an edge is a change *to* the level; edges are numbered from 1 after the instant `since`, which the
 caller handles itself; queries have no effect on the wire.
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BLOCK = 1 << 14  # edges expanded at a time
-LOOKS = 64  # the most edges that a query about the future looks ahead
+LOOKS = 64  # maximum number of edges that a query about the future looks ahead
 FIRST_PS = 1_000_000_000  # the first stretch; the next ones are longer, as long as edges are few
 
 
 class ScanWindow:
-    """The time to scan along a wire in one stride, so that edges are expanded by the thousand."""
+    """The length of time to scan along a wire in one stride, chosen so that edges are expanded by the thousand."""
 
     def __init__(self) -> None:
         self.ps = FIRST_PS
 
     def stop(self, start: int, stop: int) -> int:
-        """Return the end of a stride that begins at `start`, `stop` at the latest."""
+        """Return the end of a stride that begins at `start` and ends at `stop` at the latest."""
         return min(start + self.ps, stop)
 
     def adapt(self, count: int) -> None:
@@ -52,7 +52,7 @@ class ScanWindow:
 
 
 class WalkedEdges(Events):
-    """Edges of any wave, found by scanning it.
+    """The edges of any wave, found by scanning it.
 
     `_starts` are instants after which stretches begin, and `_counts` the numbers of edges before them.  The last
     expanded stretch is kept, since consecutive queries are often close together.
@@ -66,7 +66,7 @@ class WalkedEdges(Events):
         self._cached: tuple[int, int, int, Any] = (since, 0, 0, ())  # start; first ... last-1, from 0; instants
 
     def _edges(self, start: int, stop: int) -> Any:
-        """Return the instants at start < t <= stop: a list or an array."""
+        """Return the instants of the edges in start < t <= stop, as a list or an array."""
         times, levels = self.promise.edges(start, stop)
         if isinstance(levels, list):
             befores = [self.promise.level(start), *levels]  # a list may contain edges that do not change the level
@@ -95,7 +95,7 @@ class WalkedEdges(Events):
                 self._strides.skipped(self._reached - stop)
 
     def count(self, ps: int) -> int:
-        """Return the number of edges by an instant (ps), that instant included."""
+        """Return the number of edges by an instant (ps), including that instant."""
         self._walk(ps)
         start, first, _, times = self._cached
         if ps >= self._reached:
@@ -106,7 +106,7 @@ class WalkedEdges(Events):
         return self._counts[i] + (len(self._edges(self._starts[i], ps)) if ps > self._starts[i] else 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k (ps), NotYet, or None: it is not foreseen."""
+        """Return the instant of edge k (ps), NotYet, or None if it is not foreseen."""
         reached = self._reached
         for _ in range(LOOKS):
             if k <= self._found:
@@ -124,7 +124,7 @@ class WalkedEdges(Events):
         return int(found[0]) if len(found) else None  # it was promised, and is withdrawn
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last, which must all exist: (n,) int64 ps, ascending."""
+        """Return the instants of edges first ... last, all of which must exist: (n,) int64 ps, ascending."""
         import numpy as np
 
         _, a, b, times = self._cached
@@ -142,12 +142,12 @@ class WalkedEdges(Events):
 
 
 def clock_edges(shown: Any, level: int, since: int) -> Events:
-    """Return the edges to a level on a wire after an instant, from its present waveform.
+    """Return the edges to a level on a wire after an instant, given its present waveform.
 
     Args:
         shown: a wave, or a constant level.
         level: 0 for falls, 1 for rises.
-        since: an edge at this instant itself no longer counts.
+        since: the instant after which edges count; an edge at the instant itself does not.
     """
     if not hasattr(shown, "after"):
         return NoEvents()

@@ -1,4 +1,4 @@
-"""An event that tasks wait for, on a net of its own."""
+"""An event for which tasks wait, on its own net."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Event:
-    """An event that occurs at the end of a round: its net changes, and the tasks that wait for a change continue."""
+    """An event that occurs at the end of a round: its net changes, and tasks that wait for this change continue."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.count, self._driver = 0, Driver(Net(kernel, name), name)

@@ -1,19 +1,19 @@
 r"""Exchanges as values: a transfer between two ends costs nothing on the wires while they are not observed.
 
-    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a drawn line: queried, not played
+    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a drawn line, queried and not played
     bus         ----<  byte  >----------     a drawn line
-    value             one call          |    a probe is added, or another driver:  withdraw
-    real                                |    the rest as waves, which the ends watch
+    value             one call          |    a probe or another driver is added: withdraw
+    real                                |    the rest is waves, which the ends watch
 
 A bus cycle or a strobe has many edges, and all of them follow from a few numbers: its start, an address, a byte.  While
-both ends are known, and nothing else watches, samples or drives their wires, edges are not instants of the run: one end
-calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when its level is queried.
-All of them follow from the state of the exchange, a few values.  Where a wire is recorded the states are kept, and the
-edges are computed on request (`PastExchanges`).
+both ends are known, and nothing else watches, samples or drives their wires, the edges are not instants of the run: one
+end calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when its level is
+queried.  All edges follow from the state of the exchange, which is a few values.  Where a wire is recorded,
+these states are kept, and the edges are computed on request (`PastExchanges`).
 
-As soon as anything begins to observe the wires, or any other driver gets a level, the exchange is withdrawn: the lines
-become ordinary waves, the ends watch their nets again, and the rest continues edge by edge.  Everything else also goes
-edge by edge, as does the twin, to which an exchange is equal in every edge, byte and finding.
+As soon as anything begins to observe the wires, or any other driver drives a level, the exchange is withdrawn: the
+lines become ordinary waves, the ends watch their nets again, and the rest continues edge by edge.  All other cases also
+run edge by edge, as does the twin, with which an exchange agrees in every edge, byte and finding.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Shown = Callable[[Any], Wave]  # from the state of an exchange to the wave of a 
 
 
 class End(Protocol):
-    """An end of exchanges: it watches some nets; while an exchange is a value it is called with the data instead."""
+    """An end of exchanges: it watches some nets; while an exchange is a value, it is called with the data instead."""
 
     @property
     def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
@@ -40,7 +40,7 @@ class End(Protocol):
 
 
 class DrawnLine:
-    """The waveform of a driver in the present or the last exchange, computed on request."""
+    """The waveform of a driver in the current or the last exchange, computed on request."""
 
     __slots__ = ("driver", "exchange", "shown")
     until: int | None = None
@@ -55,19 +55,19 @@ class DrawnLine:
 
     @property
     def floats(self) -> bool:
-        """True if it releases the wire at times."""
+        """True if the driver releases the wire at times."""
         return floats(self.wave)
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         return self.wave.level(ps)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
         return self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop (ps), as two lists."""
         return self.wave.edges(start, stop)
 
 
@@ -81,25 +81,25 @@ class PastExchanges:
 
     __slots__ = ("net", "shown", "starts", "states")
     until: int | None = None
-    floats = True  # at times, perhaps; the log knows where a net rests
+    floats = True  # possibly at times; the log knows where a net is at rest
 
     def __init__(self, net: Net, shown: Sequence[Shown], starts: list[int], states: list[Any]) -> None:
         self.net, self.shown, self.starts, self.states = net, shown, starts, states
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         state = self.states[max(bisect_right(self.starts, ps) - 1, 0)]
         return self._together([shown(state) for shown in self.shown], ps)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: there was none."""
+        """Return the next edge strictly after an instant (ps); None if there was none."""
         for times, _ in self._edges(ps, None):
             if times:
                 return times[0]
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop (ps), as two lists."""
         times: list[int] = []
         levels: list[Level] = []
         for its_times, its_levels in self._edges(start, stop):
@@ -112,7 +112,7 @@ class PastExchanges:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges of each exchange at start < t <= stop (ps), and the level that ends the one before."""
+        """Yield the edges of each exchange in start < t <= stop (ps), and the level that ends the previous exchange."""
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
             if stop is not None and starts[number] > stop:
@@ -133,7 +133,7 @@ class PastExchanges:
 
 
 class Exchange:
-    """A transfer between ends that may go as a value.
+    """A transfer between ends that may be made by value.
 
     Args:
         led: the drivers of the leading end, each with a function from the state of an exchange to its wave.  When an
@@ -144,7 +144,7 @@ class Exchange:
         withdrawn: called with the last instant (ps) for which the value holds, before the ends watch again.
 
     Attributes:
-        state: that of the present or the last exchange; the waveforms of the drivers follow from it alone.
+        state: the state of the current or the last exchange; the waveforms of the drivers follow from it alone.
     """
 
     def __init__(
@@ -160,13 +160,13 @@ class Exchange:
         self.state: Any = None
         self.by_value = False
         self.nets: tuple[Net, ...] = ()  # of the wires, while it goes by value
-        self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # the nets that the ends watch otherwise
+        self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # the nets that the ends otherwise watch
         self.recorded = False  # one of the nets has a log
         self.starts: list[int] = []  # of the exchanges in the last entries of the logs
         self.states: list[Any] = []
 
     def begin(self, state: Any) -> bool:
-        """Return whether the exchange that begins now goes by value; all its edges must be in the future."""
+        """Return whether the exchange that begins now is made by value; all its edges must be in the future."""
         before, self.state = self.state, state
         if not self.by_value and not self._enter():
             self.state = before
@@ -179,7 +179,7 @@ class Exchange:
         return True
 
     def _log(self) -> None:
-        """Begin new entries in the logs."""
+        """Start new entries in the logs."""
         now = self.nets[0].kernel.now
         self.starts, self.states = [], []
         for net in self.nets:
@@ -188,7 +188,7 @@ class Exchange:
                 net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
-        """Go by value from now on, unless anything else drives or observes one of the wires."""
+        """Switch to exchange by value, unless anything else drives or observes one of the wires."""
         lines = [*self.led, *self.answering]
         drivers = {line.driver for line in lines}
         roots = {line.driver.net: None for line in lines}
@@ -249,10 +249,10 @@ E = TypeVar("E", bound=Exchange)
 
 
 class Leader(Generic[E]):
-    """The leading end: it finds the other ends on a wire, and the possible exchange with them.
+    """The leading end, which finds the other ends on a wire, and the possible exchange with them.
 
     Args:
-        net: of the wire.
+        net: the net of the wire.
     """
 
     def __init__(self, net: Net) -> None:
@@ -261,11 +261,11 @@ class Leader(Generic[E]):
         self.exchange: E | None = None
 
     def made(self, ends: tuple[Any, ...]) -> E | None:
-        """Return the exchange that is possible with the ends on the wire; None: none is."""
+        """Return the exchange that is possible with the ends on the wire; None if none is possible."""
         raise NotImplementedError
 
     def possible(self) -> E | None:
-        """Return the exchange that is possible now; None: none is."""
+        """Return the exchange that is possible now; None if none is possible."""
         exchange = self.exchange
         if exchange is None or not exchange.by_value:  # else the wiring is unchanged
             ends = tuple(end for net in self.net.root.joined or (self.net,) for end in net.ends)
@@ -274,6 +274,6 @@ class Leader(Generic[E]):
         return self.exchange
 
     def leave(self) -> None:
-        """Continue edge by edge from now on."""
+        """Switch to continuing edge by edge."""
         if self.exchange is not None and self.exchange.by_value:
             self.exchange.withdraw()

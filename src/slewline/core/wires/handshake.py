@@ -1,4 +1,4 @@
-r"""Bytes over a two-line handshake as a value: the bytes of a command, up to its last one.
+r"""Bytes over a two-line handshake as a value: the bytes of a command, including the last.
 
     I/O REQUEST  ‾‾\______/‾‾‾\______/‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾     led by the host
     INSTROBE     ‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
@@ -7,8 +7,8 @@ r"""Bytes over a two-line handshake as a value: the bytes of a command, up to it
     value          start                      taken       opened
 
 A chip that only stores a byte takes the same time for each, and a host without delay responds to every edge at the same
-instant; so all edges follow from the start, and neither end is woken until the last byte is taken.  The effect of the
-last byte takes its time, and READY returns when the chip reports it.
+instant; so all edges follow from the start, and neither end is woken until the last byte is accepted.  The last byte
+takes time to act, and READY returns when the chip reports this.
 
 A withdrawn exchange continues edge by edge (exchange.py): host and chip then wait for the edges that come next.
 """
@@ -28,13 +28,13 @@ from .wave import Level, Wave
 
 
 class ByteTimes(NamedTuple):
-    """The times of the edges of a byte, in clocks from its request on.
+    """The edge times of a byte, in clocks after its request.
 
     Attributes:
         strobe: INSTROBE falls.
         sample: INSTROBE rises, and the bus is read.
         busy: READY falls.
-        kept: READY returns, after a byte that is only stored.
+        kept: READY returns after a byte that is only stored.
     """
 
     strobe: int
@@ -44,7 +44,7 @@ class ByteTimes(NamedTuple):
 
 
 class HandshakeStage(Enum):
-    """The progress of a chip with a byte."""
+    """A chip's progress with a byte."""
 
     AWAITED = "it waits for the request"
     REQUESTED = "it waits for the end of INSTROBE"
@@ -57,9 +57,10 @@ class HandshakenBytes:
     """Consecutive bytes, each with its handshake.
 
     Attributes:
-        start: the first request (ps); `tick`: the clock at which the chip sees it.
-        before: the host's level on the bus before; `released`: the host releases the bus when the last byte is taken.
-        opened: when READY returns after the last one (ps); None: that is not known yet.
+        start: the first request (ps); `tick`: the clock at which the chip detects it.
+        before: the host's level on the bus beforehand; `released`: true if the host releases the bus when the last byte
+            is accepted.
+        opened: when READY returns after the last byte (ps); None if this is not known yet.
     """
 
     __slots__ = ("before", "clock", "data", "last", "opened", "released", "start", "tick", "times")
@@ -86,7 +87,7 @@ class HandshakenBytes:
         return min(self.passed(ps, self.times.kept), len(self.data) - 1)
 
     def latest_edge(self, ps: int) -> int:
-        """Return the last edge of I/O REQUEST by an instant (ps), or the first one of all."""
+        """Return the last edge of I/O REQUEST by an instant (ps), or the very first edge if there is none."""
         number = self.current(ps)
         risen = self.instant(number, self.times.busy)
         return risen if risen <= ps else self.request_of(number)
@@ -138,22 +139,22 @@ class SendingEnd(Protocol):
     bus: Driver
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the levels of nets for which the host waits at a byte; the first one that occurs wakes it.
+        """Return the nets and levels for which the host waits at a byte; the first level that occurs wakes it.
 
         Args:
-            low: True: the host requests that byte; False: it is about to.
+            low: True if the host requests that byte; False if it is about to.
         """
 
 
 class TakingEnd(End, Protocol):
-    """The chip's end, which takes bytes.
+    """The chip's end, which accepts bytes.
 
     Attributes:
-        awaiting: it waits for I/O REQUEST, and for the other levels in `awaited`: (net, level).
-        token: that of its task when it began to wait.
-        watched_nets: nets whose levels control it.
+        awaiting: True if it waits for I/O REQUEST, and for the other levels in `awaited`: (net, level).
+        token: its task's token when it began to wait.
+        watched_nets: the nets whose levels control it.
         instrobe: the output that shows when the bus is read, if it has one.
-        exchange: the exchange by which bytes arrive as a value at present, if any.
+        exchange: the exchange by which bytes currently arrive as a value, if any.
     """
 
     awaiting: bool
@@ -176,7 +177,7 @@ class TakingEnd(End, Protocol):
         """True if the next byte begins a command."""
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return the number of bytes, from index `at` on, that it takes as a value; all except the last are stored."""
+        """Return the number of bytes, starting at index `at`, that it takes as a value; all but the last are stored."""
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Prepare for bytes whose transfer begins now."""
@@ -184,11 +185,11 @@ class TakingEnd(End, Protocol):
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Store the bytes before `number`, and take that byte up to a stage.
 
-        Return when to continue (ps); None: when called.
+        Return when to continue (ps); None to continue when called.
         """
 
     def counted(self, low: bool) -> None:
-        """Record that I/O REQUEST is low, or high again, for the last byte that was taken."""
+        """Record that I/O REQUEST is low, or high again, for the last byte that was accepted."""
 
 
 class Handshakes(Exchange):
@@ -198,9 +199,10 @@ class Handshakes(Exchange):
         host, chip: the ends.
 
     Attributes:
-        over: the last byte has been taken; the chip may still need time for its effect.
-        through: the number of bytes that the host had completed when its wait ended; `gone`: at a withdrawal.
-        low: after a withdrawal, the host still requests the next one.
+        over: True if the last byte has been accepted; the chip may still need time to act on it.
+        through: the number of bytes that the host had completed when its wait ended; `gone`: the number at a
+            withdrawal.
+        low: True if, after a withdrawal, the host still requests the next byte.
     """
 
     def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
@@ -222,11 +224,11 @@ class Handshakes(Exchange):
     # -------------------------------------------------------------------------------------------------------- by value
     @property
     def opened(self) -> bool:
-        """True while bytes go by value and READY is high."""
+        """True while bytes are sent by value and READY is high."""
         return self.by_value and self.state.opened is not None
 
     def send(self, coming: HandshakenBytes) -> bool:
-        """Send bytes, now; return whether they go by value."""
+        """Send bytes now; return whether they are sent by value."""
         if not self.begin(coming):
             return False
         self.over = False
@@ -236,13 +238,13 @@ class Handshakes(Exchange):
 
     @property
     def in_flight(self) -> int:
-        """The number of bytes that the host has completed, of those for whose end it waits."""
+        """The number of bytes that the host has completed, among those whose end it awaits."""
         if self.sender is None:
             return 0
         return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
 
     async def end(self) -> None:
-        """Wait until READY is high again, or, if no byte follows, low for the last byte (in the host's task)."""
+        """Wait until READY is high again, or low for the last byte if no byte follows (in the host's task)."""
         self.sender, self.woken = self.kernel.current(), False
         try:
             await suspended()
@@ -250,14 +252,14 @@ class Handshakes(Exchange):
             self.through, self.sender = self.in_flight, None
 
     def taken(self) -> None:
-        """Record that the last byte is taken, now (called by the chip)."""
+        """Record that the last byte is accepted now (called by the chip)."""
         self.over = True
         self.chip.request.changed_at = self.state.last
         if self.state.released:
             self._wake_sender()
 
     def opens(self) -> None:
-        """Record that READY returns, now (called by the chip)."""
+        """Record that READY returns now (called by the chip)."""
         self.state.opened = self.kernel.now
         if not self.state.released:
             self._wake_sender()
@@ -293,7 +295,7 @@ class Handshakes(Exchange):
         return True
 
     def _watch_request(self, awaited: bool) -> None:
-        """Let the chip watch I/O REQUEST, and wait for it."""
+        """Make the chip watch I/O REQUEST and wait for it."""
         chip = self.chip
         chip.request.latched = True
         if awaited:
@@ -325,7 +327,7 @@ class Handshakes(Exchange):
                     net.follow()
 
     def _left(self, seen: int) -> None:
-        """Give the wires the levels driven in this instant, and the strobe that has begun."""
+        """Put the levels that are driven in this instant, and the strobe that has begun, on the wires."""
         coming, now = self.state, self.kernel.now
         for line in self.answering:
             wave, driver = line.wave, line.driver
@@ -345,11 +347,11 @@ class Handshakes(Exchange):
                 driver.promise = Wave(wave.level(seen), times, levels)
 
     def _resume(self, coming: HandshakenBytes, seen: int) -> bool:
-        """Let the chip continue in the middle of bytes; return whether it waits for a request."""
+        """Make the chip continue in the middle of the bytes; return whether it waits for a request."""
         chip, task, kernel, now = self.chip, self.chip.task, self.kernel, self.kernel.now
         number, times = coming.current(seen), coming.times
         sample, busy = coming.instant(number, times.sample), coming.instant(number, times.busy)
-        if coming.last == now > seen:  # its turn is in this round
+        if coming.last == now > seen:  # it is due in this round
             chip.reached(number, HandshakeStage.TAKEN)
             return False
         task.token += 1

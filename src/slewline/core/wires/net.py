@@ -1,14 +1,15 @@
 """Nets: wires with drivers, pulls and promises.
 
-A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
-that hold until it decides again.  A promise costs the kernel nothing while its net is not watched, and one heap entry
-(its next edge) while it is.
+A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned in advance
+and that hold until its next decision.  A promise costs the kernel nothing while its net is not watched, and one heap
+entry (its next edge) while it is.
 
-Strong drivers that disagree lead to 0 (wired AND, as with open collectors) and one conflict report.  Without a strong
-driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
+Strong drivers that disagree result in 0 (wired AND, as with open collectors) and one conflict report.  Without a strong
+driver, the net takes the level of its tie (the standard wiring of a bare part); without a tie, that of its pull;
+without a pull, it floats.
 
-Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps its own observers and
-its own record, so that the owner of one need not know the others.
+Nets that have been joined are one wire: they share drivers, tie and pull, while each keeps its own observers and its
+own record, so that the owner of one net need not know the others.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class Driver:
         net.sort_drivers()
 
     def drive(self, level: Level) -> None:
-        """Drive the net to a level, 0 or 1 ((mask, value) for a bus), or to a promised waveform; None: release it."""
+        """Drive the net to a level, 0 or 1 ((mask, value) for a bus), or to a promised waveform; None releases it."""
         self.next = level
         if not self.pending:
             self.pending = True
@@ -72,7 +73,7 @@ class Driver:
             self.kernel.pending.append(self)
 
     def activate(self, active: bool = True) -> None:
-        """Drive the net to the active level of its pin, or, with False, to the inactive one."""
+        """Drive the net to the active level of its pin or, with False, to the inactive level."""
         self.drive(self.active_level if active else self.inactive_level)
 
     def deactivate(self) -> None:
@@ -80,19 +81,19 @@ class Driver:
         self.drive(self.inactive_level)
 
     def level_when(self, active: bool) -> int:
-        """Return the active level of the pin, or, with False, the inactive one."""
+        """Return the active level of the pin or, with False, the inactive level."""
         return self.active_level if active else self.inactive_level
 
     def pulses(self, *times: int) -> Edges:
-        """Return the edges of pulses: active from the first instant (ps) to the second, the third to the fourth ..."""
+        """Return pulse edges: active from the first instant (ps) to the second, from the third to the fourth ..."""
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
 
     def strobe(self, *times: int) -> None:
-        """Promise pulses; the first may begin now."""
+        """Promise pulses, the first of which may begin now."""
         self.play(Wave(*self.pulses(*times)))
 
     def put(self, level: Level) -> None:
-        """Put a level on the net immediately where no observer could see a difference, else do as `drive`.
+        """Put a level on the net immediately if no observer could see a difference; otherwise, act like `drive`.
 
         That is the case while the running task is alone in its round; it must not read the net in the same round.
         """
@@ -115,7 +116,7 @@ class Driver:
                 net.tell()
 
     def release(self) -> None:
-        """Release the wire: immediately where its level does not change and no log is kept, else as `drive(None)`."""
+        """Release the wire: immediately if its level does not change and no log is kept, else like `drive(None)`."""
         root, kernel = self.net, self.kernel
         nets = root.joined or (root,)
         rest = root.tie if root.tie is not None else root.pull
@@ -132,11 +133,11 @@ class Driver:
         root.sort_drivers()
 
     def play(self, promise: Promise) -> None:
-        """Drive a promised waveform from this instant on."""
+        """Drive a promised waveform, starting at this instant."""
         self.drive(promise)
 
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
-        """Promise edges (ps, level), all in the future; until the first one the level of the output is `before`.
+        """Promise edges (ps, level), all in the future; until the first edge, the level of the output is `before`.
 
         They are not visible yet, so the promise takes effect immediately.
         """
@@ -157,7 +158,7 @@ class Driver:
 
     @property
     def heard(self) -> bool:
-        """True if the net is watched or sampled, so that it must be notified of a promise."""
+        """True if the net is watched or sampled, so that its watchers must be notified of a promise."""
         net = self.net
         return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
 
@@ -197,11 +198,11 @@ class Driver:
 
 
 class TakesWhole(Protocol):
-    """A receiver that takes a line of characters as a whole (characters.py).
+    """A receiver that accepts a line of characters as a whole (characters.py).
 
     Attributes:
         rests: True while it waits for a line, with the wire at rest.
-        frames: the characters that it receives, `characters.FrameTable`.
+        frames: the format of the characters that it receives, a `characters.FrameTable`.
     """
 
     rests: bool
@@ -211,11 +212,11 @@ class TakesWhole(Protocol):
         """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
-        """Take each item at its instant from now on, while the net has observers."""
+        """Start taking each item at its instant, while the net has observers."""
 
 
 class ByValue(Protocol):
-    """An exchange that crosses some wires as a value (exchange.py)."""
+    """An exchange that is made over some wires by value (exchange.py)."""
 
     @property
     def changing(self) -> list[Net]:
@@ -243,15 +244,15 @@ class Net:
     Args:
         kernel: the virtual time.
         name: the name, such as "x.slew".
-        pull: the level that a resistor pulls it to while it is not driven.
-        tie: the level of the standard wiring while it is not driven; it ends when the net is joined with another.
-        active: the level at which the pin is active, from its row in the sheet; None: the row has none, and queries
-            about the activity raise an AttributeError.
+        pull: the level to which a resistor pulls it while it is not driven.
+        tie: the level in the standard wiring while it is not driven; the tie ends when the net is joined to another.
+        active: the level at which the pin is active, from its row in the sheet; None if the row has none: queries about
+            the activity then raise an AttributeError.
 
     Attributes:
-        when_active, when_inactive: the net with its level then, for a task to wait for.
+        when_active, when_inactive: the net with the respective level, for a task to wait for.
         changes: the number of its edges, counted while it is watched.
-        changed_at: the instant of the last of them, ps.
+        changed_at: the instant of the last edge, ps.
     """
 
     __slots__ = (
@@ -305,22 +306,22 @@ class Net:
         self.observers: list[Callable[[Net], object]] = []
         self.before_change: list[Callable[[], object]] = []  # called before a driver discards its waveform so far
         self._log: list[tuple[int, Any]] | None = None
-        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
+        self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; shared by all nets of a wire
         self.last_conflict_ps: int | None = None  # the last instant at which this was reported to a chip
         self.token = self.changes = self.changed_at = 0
         self.pending_drivers = 0  # the number of its drivers changed in this round
         self.contention = False  # two drivers disagree, which is reported once
-        self.active: list[Driver] = []  # the drivers that drive; an only driver always counts
-        self.plain: Driver | None = None  # the only one that drives, if a level can simply replace a level
+        self.active: list[Driver] = []  # the drivers that drive; a sole driver always counts
+        self.plain: Driver | None = None  # the sole driver, if a level can simply replace a level
         self.renewed = False  # samplers are called because a bound has moved: the waveform so far remains valid
         self.readers: tuple[TakesWhole, ...] = ()
         self.ends: tuple[Any, ...] = ()  # the observers that can be notified of exchanges as values
-        self.exchange: ByValue | None = None  # the exchange that crosses the wire as a value at present
+        self.exchange: ByValue | None = None  # the exchange currently made over the wire by value
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
 
     @property
     def log(self) -> list[tuple[int, Any]] | None:
-        """The raw data of a recorder: (from, level or promise); None: the net is not recorded."""
+        """The raw data of a recorder: (from, level or promise); None if the net is not recorded."""
         return self._log
 
     @log.setter
@@ -330,7 +331,7 @@ class Net:
         self.sort_drivers()
 
     def log_from(self, ps: int, what: Promise | Level) -> None:
-        """Log the level or promise of the net from an instant (ps) on."""
+        """Log the level or promise of the net as of an instant (ps)."""
         log = self._log
         if log and log[-1][0] == ps:
             log[-1] = ps, what
@@ -338,7 +339,7 @@ class Net:
             log.append((ps, what))
 
     def log_present(self, ps: int) -> None:
-        """Log the present state of the net (ps): a promise, if one driver alone determines the level."""
+        """Log the state of the net at the current instant (ps): a promise if one driver alone determines the level."""
         alone = len(self.active) == 1 and self.promise is not None
         self.log_from(ps, self.promise if alone else self.resolve(ps))
         if self.promise is not None and not alone:
@@ -351,12 +352,12 @@ class Net:
         return bool(waiting or self.before_change or self.latched)
 
     def _alone(self) -> None:
-        """Let an exchange that crosses the wire as a value continue edge by edge: the edges will be observed."""
+        """Make an exchange over the wire by value continue edge by edge, as the edges will be observed."""
         if self.exchange is not None:
             self.exchange.withdraw()
 
     def sort_drivers(self) -> None:
-        """Update the list of active drivers, the promise that counts, and whether a commit can take the short path."""
+        """Update the list of active drivers, the promise in force, and whether a commit can take the short path."""
         if len(self.drivers) == 1 and not self.joined:  # most nets; every commit of a promise runs this line
             driver = self.drivers[0]
             self.active, self.promise, self.contention = [driver], driver.promise, False
@@ -381,12 +382,12 @@ class Net:
 
     @property
     def level(self) -> Level:
-        """The level that a reader sees: 0, 1 or None; in the first round of an instant, the level before it."""
+        """The level that a reader sees: 0, 1 or None; in the first round of an instant, the earlier level."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
 
     @property
     def is_active(self) -> bool:
-        """True if the pin is at its active level.  While it floats it is neither active nor inactive."""
+        """True if the pin is at its active level.  A floating pin is neither active nor inactive."""
         level = self.value if self.promise is None else self.resolve(self.kernel.seen)
         return level == self.when_active[1]  # type: ignore[no-any-return]
 
@@ -427,9 +428,9 @@ class Net:
         return level
 
     def shown(self) -> Promise | Level:
-        """Return the waveform of the wire from now on, if no driver changes: a promise, or a constant level.
+        """Return the waveform that the wire will have if no driver changes: a promise, or a constant level.
 
-        It is a value: it holds for the past when drivers change, and does not follow the change.
+        It is a value: when drivers change, it remains valid for the past, and does not follow the change.
         """
         rest = self.tie if self.tie is not None else self.pull
         told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
@@ -440,7 +441,7 @@ class Net:
         return Rested(told[0], rest) if rest is not None and floats(told[0]) else told[0]
 
     def edges_ahead(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop under the present promises: two lists, or int64 ps and int8 levels."""
+        """Return the edges in start < t <= stop under the present promises: two lists, or int64 ps and int8 levels."""
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
 
     def levels_before(self, instants: list[int]) -> list[Level]:
@@ -504,7 +505,7 @@ class Net:
             log.append((ps, entry))
 
     def follow(self) -> None:
-        """Begin to watch a promised net: save the present level and schedule the next edge."""
+        """Begin to watch a promised net: save the current level and schedule the next edge."""
         if self.exchange is not None:
             self.exchange.withdraw()
         self.value = self.resolve(self.kernel.seen)
@@ -551,7 +552,7 @@ class Net:
             reader.one_by_one()
 
     def unwatch(self, observer: Callable[[Net], object]) -> None:
-        """Remove a function that was given to `watch`."""
+        """Remove a function that was passed to `watch`."""
         self.observers.remove(observer)
 
     def sample(self, sampler: Callable[[], object]) -> None:
@@ -561,13 +562,13 @@ class Net:
         self.plain = None
 
     def unwatch_before(self, sampler: Callable[[], object]) -> None:
-        """Remove a callback of `sample`."""
+        """Remove a callback that was passed to `sample`."""
         self.before_change.remove(sampler)
         if not self.before_change:
             self.sort_drivers()
 
     def join(self, other: Net) -> None:
-        """Connect two nets into one wire, at the end of this round; the ties of both end, as the pins are now wired.
+        """Connect two nets into one wire, at the end of this round; the ties of both end, since the pins are now wired.
 
         Raises:
             WiringError: the wire would have more than 500 pins.
@@ -602,7 +603,7 @@ class Net:
         """Check that a wire has room for more pins, before any change.
 
         Raises:
-            WiringError: it would have more than 500.
+            WiringError: the wire would have more than 500.
         """
         if len(self.drivers) + more > MAX_PINS:
             raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MAX_PINS}")
@@ -612,14 +613,14 @@ class Net:
 
 
 class Bus(Net):
-    """A net of eight wires.  Its drivers drive (mask, value); an undriven wire reads 1, as in TTL."""
+    """A net of eight wires.  Its drivers drive (mask, value); an undriven wire reads 1, as with TTL."""
 
     __slots__ = ()
     width = 8
 
     @staticmethod
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
-        """Return the combined level of drivers of eight wires, each (mask, value), and whether two disagree."""
+        """Return the combined level of bus drivers, each driving (mask, value), and whether two of them disagree."""
         level: Level = None
         contention = False
         for own in levels:

@@ -1,4 +1,4 @@
-"""Pins as seen from outside, and the conditions that a run can wait for."""
+"""Pins as seen externally, and the conditions for which a run can wait."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class Condition:
-    """A condition that `Bench.run_until` can wait for; `a | b` is met when either is.
+    """A condition for which `Bench.run_until` can wait; `a | b` is met when either is.
 
     Attributes:
-        text: the condition in words, for messages.
+        text: a description of the condition, for messages.
         nets: the nets that are watched during the wait, so that their promised edges are instants of the run.
     """
 
@@ -42,16 +42,16 @@ class Condition:
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """Return when the condition will be met, as promised at present (ps); None: no promise foresees it."""
+        """Return when the condition will be met, as presently promised (ps); None if no promise foresees it."""
         return None
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """`when`, if promises can foresee the condition at all; None: it is checked after every instant."""
+        """The method `when` if promises can foresee the condition at all; None if it is checked after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether the condition is met in the time of a kernel, judged by its nets."""
+        """Return whether the condition belongs to the time of a kernel, judging by its nets."""
         return all(net.kernel is kernel for net in self.nets)
 
     def __bool__(self) -> NoReturn:
@@ -76,7 +76,7 @@ class Condition:
 
 
 class EitherCondition(Condition):
-    """Condition: one of two conditions is met."""
+    """The condition that one of two conditions is met."""
 
     def __init__(self, *of: Condition) -> None:
         self.of, self.text = of, " or ".join(condition.text for condition in of)
@@ -86,7 +86,7 @@ class EitherCondition(Condition):
         return " or ".join(map(str, self.of))
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether both conditions are met in the time of a kernel."""
+        """Return whether both conditions belong to the time of a kernel."""
         return all(condition.belongs(kernel) for condition in self.of)
 
     def begin(self) -> None:
@@ -98,12 +98,12 @@ class EitherCondition(Condition):
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
-        """Return the earlier of the instants at which the two will be met, as promised (ps); None: none is foreseen."""
+        """Return the earlier instant at which either will be met, as promised (ps); None if neither is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 
 class LevelCondition(Condition):
-    """Condition: a pin has a level, 0 or 1."""
+    """The condition that a pin has a level, 0 or 1."""
 
     def __init__(self, pin: Terminal, level: int) -> None:
         if level not in (0, 1):
@@ -115,7 +115,7 @@ class LevelCondition(Condition):
 
 
 class EdgeCondition(Condition):
-    """Condition: a pin has changed a number of times."""
+    """The condition that a pin has changed a number of times."""
 
     def __init__(self, pin: Terminal, number: int) -> None:
         count = whole(number)
@@ -124,7 +124,7 @@ class EdgeCondition(Condition):
         self.net, self.number, self.text, self.nets = pin.net, count, f"{count} edges of {pin.name}", (pin.net,)
 
     def begin(self) -> None:
-        """Count from now on."""
+        """Start counting."""
         self.last = self.net.changes + self.number
 
     def met(self) -> bool:
@@ -132,7 +132,7 @@ class EdgeCondition(Condition):
 
 
 class GotCondition(Condition):
-    """Condition: a sequence of bytes, or words, has been received."""
+    """The condition that a sequence of bytes or words has been received."""
 
     def __init__(
         self, name: str, received: bytearray | list[int], data: bytes | list[int], nets: tuple[Net, ...] = ()
@@ -147,18 +147,18 @@ class GotCondition(Condition):
 
 
 def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, ...]:
-    """Return the levels, 0 or 1, of strap pins; an open one reads 1."""
+    """Return the levels of strap pins, 0 or 1; an open pin reads 1."""
     return tuple(0 if pins[name].level == 0 else 1 for name in names)
 
 
 @face
 class Terminal:
-    """A pin as seen from outside: it can be read, and driven like any other output on its wire.
+    """A pin as seen externally: it can be read, and can be driven as by any other output on its wire.
 
     Attributes:
-        name: its full name, with that of its owner, such as "x.slew".
+        name: its full name, which includes its owner's name, such as "x.slew".
         row: its row in the pin table of the sheet: number, direction, purpose.
-        net: the wire that it is on.
+        net: the wire to which it is connected.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
@@ -168,7 +168,7 @@ class Terminal:
         self.name = f"{owner}.{row.name}"
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
-        self._level: int | None = None  # the level driven from outside
+        self._level: int | None = None  # the level driven externally
         self._pulses: list[tuple[object, int]] = []  # in progress: each with its level, the last begun last
         self._between: int | None = None  # the level driven when the first of them began
 
@@ -187,13 +187,13 @@ class Terminal:
 
     @property
     def held(self) -> int | None:
-        """The level that the pin is driven to from outside; None: it is not driven."""
+        """The level to which the pin is driven externally; None if it is not driven."""
         return self._level
 
     def drive(self, level: int, at: Time | None = None) -> None:
-        """Drive the pin to 0 or 1 from outside, now or at an instant.
+        """Drive the pin externally to 0 or 1, now or at an instant.
 
-        It overrides the standard wiring of a part that is not `bare`.
+        This overrides the standard wiring of a part that is not `bare`.
 
         Raises:
             UsageError: a level other than 0 and 1, or an instant in the past.
@@ -205,7 +205,7 @@ class Terminal:
         self._put(level, self._instant(at))
 
     def release(self, at: Time | None = None) -> None:
-        """Stop driving the pin from outside, now or at an instant: its wiring then determines the level.
+        """Stop driving the pin externally, now or at an instant; its wiring then determines the level.
 
         Raises:
             UsageError: the instant is in the past.
@@ -216,15 +216,15 @@ class Terminal:
 
     @answering("pulse()", '; such as pin.pulse(0, "10 us")')
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin to a level for a time, then as it was driven from outside before, or not at all.
+        """Drive the pin to a level for a time, then return to the previous external level, or release it.
 
-        If pulses overlap, the one that began last determines the level; after all of them the pin is driven as before
-        the first.
+        If pulses overlap, the pulse that began last determines the level; after the last pulse ends, the pin is driven
+        as before the first.
 
         Args:
             level: 0 or 1.
             width: the length of the pulse, such as "25 us", or picoseconds.
-            at: when the pulse begins, by default now.
+            at: the instant at which the pulse begins, by default now.
 
         Raises:
             UsageError: a level other than 0 and 1, or an instant in the past.

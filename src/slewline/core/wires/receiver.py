@@ -1,17 +1,17 @@
-r"""The receiving half of a UART: it takes a line of characters as one value, or each character by itself.
+r"""The receiving half of a UART: it receives a line of characters as one value, or each character individually.
 
     wire      ‾‾\__V__/‾‾\__1__/‾‾\__CR_/‾‾‾‾     `Characters`: one promise
-    receiver    |                     |           woken when the first one begins, and when the last one is complete
+    receiver    |                     |           woken when the first begins, and when the last is complete
                  plan                  take
 
 A receiver that finds a line of characters on its wire, sent in its own format, knows the level in the middle of each
 bit in advance; so it is not woken for every character, but only for those at which its owner acts: a carriage return.
-The characters between are taken late, and `catch_up` takes them for callers that need them earlier.
+The characters in between are taken late; `catch_up` takes them for callers that need them earlier.
 
-Anything else on the wire, a break, noise, another driver, another rate, withdraws the plan: the receiver continues
-character by character, with the samples of the past from the old promise.  Characters that are not part of such a line
-are received in the same manner: it sleeps until the middle of the stop bit, and then looks up the level in the middle
-of each bit.
+Anything else on the wire (a break, noise, another driver, another rate) withdraws the plan: the receiver continues
+character by character, taking past samples from the old promise.  Characters that are not part of such a line are
+received in the same manner: the receiver sleeps until the middle of the stop bit, and then looks up the level in the
+middle of each bit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .waits import edge_from_rest, level, until
 
 
 class Character(NamedTuple):
-    """A received character: its data bits, its faults, and the instants of its first and last edge."""
+    """A received character: its data bits, its faults, and the instants of its first and last edges."""
 
     byte: int
     parity_wrong: bool
@@ -40,7 +40,7 @@ class Character(NamedTuple):
 
     @property
     def good(self) -> bool:
-        """True if it has neither a parity nor a framing fault."""
+        """True if the character has neither a parity nor a framing fault."""
         return not (self.parity_wrong or self.framing_wrong)
 
 
@@ -54,20 +54,20 @@ class CharacterHook(Hook[[Character]]):
         self.receiver: Receiver | None = None
 
     def add(self, listener: Callable[[Character], object]) -> Callable[[Character], object]:
-        """Call a function with every character from now on; return it, for `remove`."""
+        """Register a function that is called with every later character; return it, for `remove`."""
         if self.receiver is not None:
-            self.receiver.one_by_one()  # this listener does not get earlier characters
+            self.receiver.one_by_one()  # this listener does not receive earlier characters
         return super().add(listener)
 
 
 class Receiver:
     """The receiving half of a UART; `receiving` is true within a character.
 
-    Rate and format may change between two characters; so may the net, when wiring joins it with another.
+    The rate and the format may change between two characters; so may the net, when wiring joins it to another.
 
     Args:
         net: the wire, whose level is `mark` at rest.
-        clock: sixteen times the rate.
+        clock: the clock of sixteen times the rate.
         word: the format.
     """
 
@@ -79,7 +79,7 @@ class Receiver:
         self.broken = False  # the last character had no stop bit: the wire must return to rest first
         self.start = 0  # of the character being received
         self.form = self.frames  # of this character: rate and format may change meanwhile
-        self.looks: list[int] = []  # sampling points of this character; empty: none is being received
+        self.looks: list[int] = []  # sampling instants of this character; empty while none is received
         self.seen: list[Level] = []  # the samples taken so far
         self.task: Task | None = None
         self.taken: Callable[[Character], object] = lambda _character: None
@@ -87,7 +87,7 @@ class Receiver:
         self.acts: Callable[[bytes, int], int] | None = None
         self.line: Characters | None = None  # the line received as a value
         self.at = 0  # the number of its next character that has not been taken
-        self.acts_at = 0  # the number of its next character at which the owner acts
+        self.acts_at = 0  # the number of its next character on which the owner acts
         self.due = 0  # the instant at which that is complete, or the line
         self.rests = False
         self.acting = False  # the owner acts, in the task
@@ -101,7 +101,7 @@ class Receiver:
         self.line = None
 
     def set_line(self, clock: Clock, word: CharacterFormat) -> None:
-        """Receive at another rate, or in another format, from the next character on."""
+        """Receive at another rate or in another format, starting with the next character."""
         self.withdraw()
         self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, self.mark)
 
@@ -119,13 +119,13 @@ class Receiver:
         passed: Callable[[bytes], object] | None = None,
         acts: Callable[[bytes, int], int] | None = None,
     ) -> None:
-        """Receive characters, one after the other.
+        """Receive characters, one after another.
 
         Args:
             taken: called with a character, in the middle of its first stop bit.
-            passed: called with good characters at which the owner does not act: some time later.
-            acts: returns the number of the next character of a line, from the given one on, at which the owner acts;
-                -1: it acts at none.  Without it the owner acts at every one.
+            passed: called, some time later, with good characters on which the owner does not act.
+            acts: returns the number of the next character in a line, starting at the given one, on which the owner
+                acts; -1 if it acts on none.  Without this function, the owner acts on every character.
         """
         self.taken, self.acts, self.task = taken, acts, self.kernel.current()
         if passed is not None:
@@ -138,7 +138,7 @@ class Receiver:
                 taken(character)
 
     async def character(self) -> Character:
-        """Wait for a character and return it, in the middle of its first stop bit."""
+        """Wait for a character, and return it in the middle of its first stop bit."""
         self.task = self.kernel.current()
         while True:
             await self._start_bit(alone=True)
@@ -149,7 +149,7 @@ class Receiver:
     async def _start_bit(self, alone: bool = False) -> bool:
         """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character.
 
-        Return whether a sender has handed over the line meanwhile: the wait was then until the owner acts.
+        Return whether a sender has handed over the line meanwhile; the wait then lasted until the owner acts.
         """
         net, mark = self.net, self.mark
         if self.broken:
@@ -171,7 +171,7 @@ class Receiver:
         return False
 
     def _at_rest(self) -> bool:
-        """Return whether the wire is at mark, and no edge of it is foreseen."""
+        """Return whether the wire is at mark and no edge on it is foreseen."""
         net = self.net
         promise = net.promise
         if promise is None:
@@ -190,7 +190,7 @@ class Receiver:
         self.looks = [tick * clock.n // clock.d for tick in ticks]
 
     async def _character(self) -> Character | None:
-        """Wait for the character that has begun, and return it; None: it was a spike rather than a start bit."""
+        """Wait for the character that has begun, and return it; None if it was a spike rather than a start bit."""
         looks, kernel, mark = self.looks, self.kernel, self.mark
         frames = self.form
         if not self.seen:
@@ -225,7 +225,7 @@ class Receiver:
 
     # -------------------------------------------------------------------------------------------------- a whole line
     def _line_on_wire(self, now: int) -> Characters | None:
-        """Return the line, in this format, with a character that begins now (ps); None: there is no such line."""
+        """Return the line, in this format, that has a character beginning now (ps); None if there is no such line."""
         active = self.net.active
         promise = active[0].promise if len(active) == 1 else None
         if type(promise) is not Characters or promise.frames is not self.frames:
@@ -233,19 +233,19 @@ class Receiver:
         return promise if now < promise.end and not (now - promise.start) % self.frames.length else None
 
     def _complete_at(self, line: Characters, number: int) -> int:
-        """Return the instant (ps) of the last sample of a character of a line."""
+        """Return the instant (ps) of the last sample of a character in a line."""
         clock, frames = self.clock, self.frames
         tick = clock.ticks_until(line.start + number * frames.length) + 1 + OVERSAMPLING // 2
         return (tick + OVERSAMPLING * (len(frames.times) - 1)) * clock.n // clock.d
 
     def _complete_by(self, line: Characters, ps: int) -> int:
-        """Return the number of the last character of a line that is complete at an instant (ps); -1: none."""
+        """Return the number of the last character in a line that is complete at an instant (ps); -1 if none is."""
         length = self.frames.length
         number = min((ps - line.start) // length, len(line.data) - 1)
         return number if self._complete_at(line, number) <= ps else number - 1
 
     def _acts_next(self, line: Characters) -> int:
-        """Return the number of the next character at which the owner acts, or that an observer of the net needs."""
+        """Return the number of the next character on which the owner acts, or that an observer of the net needs."""
         if self.acts is None or self.net.observers:
             return self.at
         number = self.acts(line.data, self.at)
@@ -256,20 +256,20 @@ class Receiver:
         return self.line is line
 
     def _plan(self, line: Characters) -> int:
-        """Return the instant (ps) of the next character of a line at which the owner acts, or the end of the line."""
+        """Return the instant (ps) of the next character in a line on which the owner acts, or of the line's end."""
         self.acts_at = self._acts_next(line)
         self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
         return self.due
 
     def take_over(self, line: Characters) -> None:
-        """Receive a line that a sender hands over at its start: plan it, as if the start bit had been seen."""
+        """Receive a line that a sender hands over at its start: plan it as if the start bit had been detected."""
         task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
         self.line, self.at, self.rests = line, 0, False
         task.token += 1
         self.kernel.wake_at(self._plan(line), task)
 
     async def _line(self, line: Characters, planned: bool) -> None:
-        """Receive a line; return when it is complete, or withdrawn."""
+        """Receive a line; return when it is complete or withdrawn."""
         kernel = self.kernel
         while self._comes(line):
             if not planned:
@@ -285,7 +285,7 @@ class Receiver:
             self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
-        """Take the characters of a line up to `number`; `acts` is the next one at which the owner acts."""
+        """Take the characters of a line up to `number`; `acts` is the next one on which the owner acts."""
         at, data = self.at, line.data
         self.at = number + 1
         if self.at == len(data):
@@ -309,7 +309,7 @@ class Receiver:
             self._take_until(self.line, self.kernel.seen)
 
     def one_by_one(self) -> None:
-        """Take each character at its instant from now on, if the owner or an observer of the net needs it."""
+        """Start taking each character at its instant, if the owner or an observer of the net needs it."""
         line, task = self.line, self.task
         if line is not None and task is not None:
             self._take_until(line, self.kernel.now)
@@ -317,7 +317,7 @@ class Receiver:
                 self.kernel.wake_at(self._complete_at(line, self.at), task)
 
     def withdraw(self) -> None:
-        """Continue character by character from this instant on."""
+        """Continue character by character, starting at this instant."""
         line, task, kernel = self.line, self.task, self.kernel
         if line is None or task is None:
             return

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .pin import Terminal
 
 OVERSAMPLING = 16
-PARITIES = {"N": "none", "O": "odd", "E": "even"}  # by the letters of 7O2
+PARITIES = {"N": "none", "O": "odd", "E": "even"}  # keyed by the letters used in 7O2
 TTL, RS232 = 1, 0  # the level of mark
 
 
@@ -40,7 +40,7 @@ class CharacterFormat:
         """Return the format itself, checked.
 
         Raises:
-            UsageError: bits, parity or stop bits that do not exist.
+            UsageError: a number of bits, a parity or stop bits that do not exist.
         """
         if (
             self.bits not in range(5, 9)
@@ -55,12 +55,12 @@ class CharacterFormat:
 
     @property
     def stop_ticks(self) -> int:
-        """Length of the stop bits in ticks of the clock."""
+        """The length of the stop bits, in clock ticks."""
         return int(OVERSAMPLING * Fraction(str(self.stop)))
 
     @property
     def ticks(self) -> int:
-        """Length of a character in ticks of the clock."""
+        """The length of a character, in clock ticks."""
         return OVERSAMPLING * (1 + self.bits + (self.parity != "none")) + self.stop_ticks
 
     def parity_bit(self, byte: int) -> int:
@@ -68,7 +68,7 @@ class CharacterFormat:
         return (byte.bit_count() + (self.parity == "odd")) % 2
 
     def levels(self, byte: int) -> list[int]:
-        """Return start bit, data bits and parity bit of a byte; 1 is mark."""
+        """Return the levels of the start bit, data bits and parity bit for a byte; 1 is mark."""
         data = [byte >> n & 1 for n in range(self.bits)]
         return [0, *data] + ([] if self.parity == "none" else [self.parity_bit(byte & (1 << self.bits) - 1)])
 
@@ -77,7 +77,7 @@ class CharacterFormat:
 
 
 class LineSetting(NamedTuple):
-    """Rate and format of one end of a line."""
+    """The rate and format of one end of a line."""
 
     baud: int | str
     word: CharacterFormat
@@ -87,12 +87,12 @@ class LineSetting(NamedTuple):
 
     @property
     def character_s(self) -> float:
-        """Length of a character, in seconds."""
+        """The length of a character, in seconds."""
         return self.word.ticks / OVERSAMPLING / float(self.baud)
 
     @property
     def in_full(self) -> str:
-        """Rate and format in the words of the settings of a serial port."""
+        """The rate and format, worded like serial port settings."""
         word = self.word
         parity = "no" if word.parity == "none" else word.parity
         return f"{self.baud} baud, {word.bits} data bits, {parity} parity, {word.stop} stop bit{'s' * (word.stop != 1)}"
@@ -103,18 +103,18 @@ class ReceivingEnd(Protocol):
 
     @property
     def setting(self) -> LineSetting:
-        """Rate and format at which it receives."""
+        """The rate and format at which it receives."""
 
     @property
     def set_by(self) -> str:
-        """What sets rate and format, in words; empty: they cannot be changed."""
+        """Text that names what sets the rate and the format; "" if they cannot be changed."""
 
     def instead(self, baud: int | str) -> str:
-        """Return how to set another rate, in words; empty: it cannot be set."""
+        """Return text that explains how to set another rate; "" if it cannot be set."""
 
 
 def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd) -> str:
-    """Return the difference between the settings of two ends of a line, and the remedy; empty: they agree."""
+    """Return text on how the settings of two ends of a line differ, and the remedy; "" if they agree."""
     theirs = receiver.setting
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""
@@ -126,7 +126,7 @@ def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd)
 
 
 def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingEnd) -> str:
-    """Return the same as `disagreement`, for an end of which only the rate is known."""
+    """Return the same as `disagreement` for an end of which only the rate is known."""
     theirs = receiver.setting
     if str(baud) == str(theirs.baud):
         return ""
@@ -140,7 +140,7 @@ BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate 
 
 
 def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
-    """Return the options of a part for the format of its characters, with these defaults."""
+    """Return a part's options for its character format, with these defaults."""
     return (
         Option("bits", "int", bits, "data bits of a character", low=5, high=8),
         Option("parity", "choice", parity, "parity of a character", choices=tuple(PARITIES.values())),
@@ -164,16 +164,16 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
 
 
 class Straps:
-    """The present settings from the strap pins of a part on a serial line, also readable by the part wired to them.
+    """The current settings from the strap pins of a part on a serial line; the part that is wired to it can read them.
 
-    `setting` is the one in use: the part reads its straps when it is switched on.
+    `setting` is the setting in use: the part reads its straps when it is switched on.
 
     Args:
-        port: the serial line among the channels of the part.
-        pins: the pins of the part, by name.
-        kept: the bits that a checksum always has.
-        address: a fixed address, whatever the pins; None: that of the pins.
-        backwards: the pins of the address count in reverse order.
+        port: the serial line among the part's channels.
+        pins: the part's pins, keyed by name.
+        kept: the bits that are set in every checksum.
+        address: a fixed address, regardless of the pins; None for the address that the pins select.
+        backwards: True if the address pins count in reverse order.
     """
 
     __slots__ = ("_address", "_checksum", "fixed", "kept", "order", "pins", "port", "taken", "word")
@@ -191,36 +191,36 @@ class Straps:
         self.order = port.address_pins[:: -1 if backwards else 1]
         self._address = [pins[name].net for name in self.order]
         self._checksum = pins[port.checksum_pin].net if port.checksum_pin else None
-        self.taken: int | None = None  # the rate at which the part receives; None: it has not read the straps
+        self.taken: int | None = None  # the rate at which the part receives; None until it reads the straps
         self.word = CharacterFormat(port.bits, port.parity, port.stop)
 
     @property
     def baud(self) -> int:
-        """Rate that the pins select, in baud."""
+        """The rate that the pins select, in baud."""
         return self.port.bauds[strapped(self.pins, self.port.baud_pins)]
 
     def take(self) -> int:
-        """Return the rate that the pins select, at which the part receives from now on."""
+        """Adopt and return the rate that the pins select, at which the part then receives."""
         self.taken = self.baud
         return self.taken
 
     @property
     def rate(self) -> int:
-        """Rate at which the part receives, in baud."""
+        """The rate at which the part receives, in baud."""
         return self.baud if self.taken is None else self.taken
 
     @property
     def setting(self) -> LineSetting:
-        """Rate and format at which the part receives."""
+        """The rate and format at which the part receives."""
         return LineSetting(self.rate, self.word)
 
     @property
     def set_by(self) -> str:
-        """The straps of this rate, in words; empty: it has no such pins."""
+        """Text that lists the straps for this rate; "" if the part has no such pins."""
         return self.instead(self.setting.baud)
 
     def instead(self, baud: int | str) -> str:
-        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap selects it."""
+        """Return text with the straps for a rate, such as "br0=0, br1=0, br2=0"; "" if no strap selects it."""
         return self.port.strapping(baud)
 
     @property
@@ -230,7 +230,7 @@ class Straps:
 
     @property
     def address(self) -> int:
-        """The address before each line to the part; 0: there is none."""
+        """The address that precedes each line to the part; 0 if there is none."""
         if self.fixed is not None:
             return self.fixed
         address = self._address

@@ -1,15 +1,15 @@
-"""Promises of promises: an inverter, a gate, a delay, and several drivers of one wire combined.
+"""Promises derived from promises: an inverter, a gate, a delay, and the combination of several drivers on one wire.
 
     pulse           ‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾‾‾‾      promise of a train
     enable          ‾‾‾‾‾‾‾‾‾‾|_________________      promise of an edge
     Gated: and      ‾|_|‾|_|‾||_________________      queried, not played
 
-A view depends only on the promises that it is made of: level, next edge and edges of a window follow from theirs, so a
-million steps at the output of a gate cost as much as at its input.  It is a value.  When the drive of an input changes,
-the part that promised the view bounds it by `until`, so that no later edge of the withdrawn promise is visible, and
-promises another one in the next round (parts/base/follower.py).
+A view depends only on the promises from which it is derived: its level, next edge, and edges in a window follow from
+theirs, so a million steps cost no more at the output of a gate than at its input.  It is a value.  When the drive of an
+input changes, the part that promised the view bounds it by `until`, so that no later edge of the withdrawn promise is
+visible, and promises another one in the next round (parts/base/follower.py).
 
-Edges are exact: each is a real change, only one at an instant.
+Edges are exact: each is a real change, with only one at an instant.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ..time.events import Events, NotYet, Until, When, ask_at, before, later
 from .clocking import WalkedEdges, clock_edges
 from .wave import FLOATING, Level, Promise, floats, joined, promised, real_edges
 
-TRIES = 16  # changes of inputs without effect; then `after` returns the instant reached
+TRIES = 16  # input changes without effect; after as many, `after` returns the instant reached
 
 
 class View:
-    """A promise that follows from others; `until` is the earliest of theirs and of its own bound."""
+    """A promise that follows from others; `until` is the earliest of their bounds and its own."""
 
     __slots__ = ("_bound",)
     floats = False
@@ -38,7 +38,7 @@ class View:
 
     # -------------------------------------------------------------------------- to be implemented by a kind of view
     def inputs(self) -> Iterable[Promise]:
-        """Return the promises that the view is made of."""
+        """Return the promises from which the view is derived."""
         raise NotImplementedError
 
     def level_of(self, ps: int) -> Level:
@@ -54,13 +54,13 @@ class View:
         raise NotImplementedError
 
     def holds(self) -> int | None:
-        """Return the instant before which the inputs hold (ps); None: forever."""
+        """Return the instant before which the inputs hold (ps); None if forever."""
         return min((bound for of in self.inputs() if (bound := of.until) is not None), default=None)
 
     # ------------------------------------------------------------------------------------------------- the promise
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds; None: forever."""
+        """The instant (ps) before which the promise holds; None if it holds forever."""
         bounds = [ps for ps in (self.holds(), self._bound) if ps is not None]
         return min(bounds, default=None)
 
@@ -70,19 +70,19 @@ class View:
 
     @property
     def bound(self) -> int | None:
-        """The view's own bound, which ends it even where its inputs continue."""
+        """The view's own bound, which ends the view even if its inputs continue."""
         return self._bound
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None if no edge is foreseen."""
         return before(self.after_of(ps), self._bound)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         if self._bound is not None and stop >= self._bound:
             stop = self._bound - 1
         return self.edges_of(start, stop) if stop > start else ([], [])
@@ -96,12 +96,12 @@ class Bounded(Until):
 
     @property
     def until(self) -> int | None:  # type: ignore[override]
-        """The instant before which events count (ps); None: all of them do."""
+        """The instant before which events count (ps); None if all of them do."""
         return self.view.bound
 
 
 class Repeated(View):
-    """A promise repeated unchanged, with a bound of its own: the output of a buffer."""
+    """A promise repeated unchanged, but with its own bound: the output of a buffer."""
 
     __slots__ = ("of",)
 
@@ -111,7 +111,7 @@ class Repeated(View):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """True if it releases the wire at times."""
+        """True if the repeated promise releases the wire at times."""
         return floats(self.of)
 
     def inputs(self) -> Iterable[Promise]:
@@ -126,11 +126,11 @@ class Repeated(View):
         return self.of.level(ps)
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
         return self.of.after(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         times, levels = self.of.edges(start, stop)
         return real_edges(times, levels, self.of.level(start))
 
@@ -166,7 +166,7 @@ class Rested(Repeated):
 
 
 class Inverted(Repeated):
-    """The inverse level; floating is passed on unchanged."""
+    """The inverse of a promise; floating is passed on unchanged."""
 
     __slots__ = ()
 
@@ -185,7 +185,7 @@ class Inverted(Repeated):
 
 
 class Combined(View):
-    """The combination of several inputs, promises and constant levels; at least one is a promise."""
+    """The combination of several inputs (promises and constant levels), at least one of which is a promise."""
 
     __slots__ = ("of",)
 
@@ -202,7 +202,7 @@ class Combined(View):
         raise NotImplementedError
 
     def decides(self, number: int, level: Level) -> bool:
-        """Return whether an input with this level fixes the output, whatever the others do."""
+        """Return whether an input with this level determines the output, regardless of the others."""
         raise NotImplementedError
 
     def inputs(self) -> Iterable[Promise]:
@@ -216,7 +216,7 @@ class Combined(View):
         return self.combined(self._levels(ps))
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
         levels = self._levels(ps)
         here = self.combined(levels)
         for _ in range(TRIES):
@@ -234,7 +234,7 @@ class Combined(View):
         return NotYet(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         asked: list[tuple[Any, Any]] = [what.edges(start, stop) if promised(what) else ([], []) for what in self.of]
         before = self._levels(start)
         if all(isinstance(times, list) for times, _ in asked):
@@ -252,7 +252,7 @@ class Combined(View):
 
 
 class Wired(Combined):
-    """Several drivers on one wire: low wins, and where none drives, the wire is at rest."""
+    """Several drivers on one wire: low wins, and while none drives, the wire is at rest."""
 
     __slots__ = ("_rest", "_wired")
 
@@ -264,7 +264,7 @@ class Wired(Combined):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """True if no driver drives the wire at times."""
+        """True if the wire is at times not driven by any driver."""
         return self._rest is None and all(map(floats, self.of))
 
     def combined(self, levels: Sequence[Level]) -> Level:
@@ -281,9 +281,10 @@ class Wired(Combined):
 
 
 class Gated(Combined):
-    """A gate.  `table` has the output for every number that the inputs form; the first one counts 1, then 2, 4 ...
+    """A gate.
 
-    An input that floats reads high, as in TTL.
+    `table` holds the output for every number that the inputs form; the first input counts 1, the next 2, 4 ...
+    A floating input reads high, as with TTL.
     """
 
     __slots__ = ("table",)
@@ -306,7 +307,7 @@ class Gated(Combined):
 
 
 class Delayed(View):
-    """The waveform of a wire, delayed: `pieces` are (instant from which on it holds, waveform), ascending."""
+    """The delayed waveform of a wire; `pieces` are pairs (instant from which it holds, waveform), ascending."""
 
     __slots__ = ("lag_ps", "pieces")
 
@@ -316,11 +317,11 @@ class Delayed(View):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """True if it releases the wire at times."""
+        """True if the delayed waveform releases the wire at times."""
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the instant before which the output is known (ps): that of its input plus the delay; None: forever."""
+        """Return the instant before which the output is known (ps): its input's plus the delay; None if forever."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 
@@ -333,7 +334,7 @@ class Delayed(View):
         return what.level(ps - self.lag_ps) if promised(what) else what
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
         n = self._piece(ps - self.lag_ps)
         what = self.pieces[n][1]
         following = what.after(ps - self.lag_ps) if promised(what) else None
@@ -342,7 +343,7 @@ class Delayed(View):
         return later(following, self.lag_ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         first, last = self._piece(start - self.lag_ps), self._piece(stop - self.lag_ps)
         parts: list[tuple[Any, Any]] = []
         for n in range(first, last + 1):
@@ -367,11 +368,12 @@ def inverted(what: Any) -> Promise | Level:
 
 
 def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise | Level:
-    """Return the output of a gate: a level if it is constant, else the simplest promised waveform.
+    """Return the output of a gate: a level if it is constant, otherwise the simplest promised waveform.
 
     Args:
-        inputs: for each input a promised waveform, or a constant level; None, floating, reads high.
-        table: the truth table: the output, 0 or 1, by the number whose bit 0 is the first input, bit 1 the second ...
+        inputs: for each input, a promised waveform or a constant level; None (floating) reads high.
+        table: the truth table: the output, 0 or 1, indexed by the number whose bit 0 is the first input, bit 1 the
+            second ...
     """
     of: list[Promise] = []  # each promise once: several inputs may be on one wire
     for what in inputs:
@@ -390,7 +392,7 @@ def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise 
 
 
 def _row(inputs: Sequence[Any], table: tuple[int, ...], of: list[Promise], bits: Sequence[int]) -> int:
-    """Return the output of a gate when the promises `of` have these levels."""
+    """Return the output of a gate while the promises in `of` have these levels."""
     number = 0
     for n, what in enumerate(inputs):
         level = next((bit for other, bit in zip(of, bits, strict=True) if other is what), what)
@@ -406,7 +408,7 @@ def _rows(count: int) -> tuple[tuple[int, ...], ...]:
 
 @lru_cache(maxsize=256)
 def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
-    """Return the inputs of a gate, each with a level, that alone determine its output."""
+    """Return the gate inputs, each with a level, that alone determine the output."""
     inputs = range(len(table).bit_length() - 1)
     return frozenset(
         (n, bool(level))

@@ -1,6 +1,6 @@
-"""Registration of a task that is about to wait: in the heap, and on nets.
+"""The registration of a task that is about to wait, in the heap and on nets.
 
-It is registered under its present token; the first event that wakes it increments the token, which makes the other
+A task is registered under its current token; the first event that wakes it increments the token, which makes the other
 registrations stale.  The waiting task is the running one, so these functions are called from inside it (waits.py).
 """
 
@@ -15,7 +15,7 @@ STALE = 64  # entries that a net may collect without a change before stale ones 
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
-    """Register the running task for an instant (ps); return False if it is there: no other event was due before."""
+    """Register the running task for an instant (ps); return False if it is reached, with no other event due before."""
     if ps <= kernel.now or kernel.pass_to(ps):
         return False
     task = kernel.task
@@ -24,7 +24,7 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
 
 
 def wait_for(net: Net, wanted: int | None) -> None:
-    """Register the running task for a level of a net, 0 or 1, which it does not have yet; None: for its next change."""
+    """Register the running task for a net's level, 0 or 1, that it does not have yet, or its next change (None)."""
     task = net.kernel.task
     net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
     if net.promise is not None:
@@ -32,7 +32,7 @@ def wait_for(net: Net, wanted: int | None) -> None:
 
 
 def wait_at_rest(net: Net, rest: int) -> None:
-    """Register the running task for the end of a level, 0 or 1, of a net without a foreseen edge."""
+    """Register the running task for the end of a level, 0 or 1, on a net without a foreseen edge."""
     net.value = rest  # while nothing waited for it, it did not follow its promise
     net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
 
@@ -42,7 +42,7 @@ def wait_for_first(
 ) -> tuple[bool, Net | None]:
     """Register the running task for an instant (ps) and for levels of nets, each 0, 1 or None for any change.
 
-    Return whether one of them is reached already, and then which one: a net, or None for the instant.
+    Return whether one of them has already been reached, and which one: a net, or None for the instant.
     """
     for net, value in wanted:
         if value is not None and net.level == value:

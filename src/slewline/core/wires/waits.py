@@ -1,4 +1,4 @@
-"""The waits of a task: for time, a level, an edge, or the first of several.
+"""The waits of a task: for an instant, a level, an edge, or the first of several.
 
 Each wait is a generator-based coroutine that registers the running task (waiters.py) and suspends it.
 """
@@ -33,7 +33,7 @@ def next_round(kernel: Kernel) -> Generator[None, Any, None]:
 
 @coroutine
 def level(net: Net, wanted: int) -> Generator[None, Any, None]:
-    """Wait until a net has a level, 0 or 1; return immediately if it has it already."""
+    """Wait until a net has a level, 0 or 1; return immediately if it already has this level."""
     if net.level != wanted:
         wait_for(net, wanted)
         yield
@@ -59,18 +59,18 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
 
     Args:
         kernel: the virtual time.
-        ps: the instant; None: no limit.
-        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net has its level already,
-            the call returns immediately; of several such nets it returns the first.
+        ps: the instant; None for no limit.
+        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net already has its level,
+            the call returns immediately; of several such nets, it returns the first.
     """
     there, net = wait_for_first(kernel, ps, wanted)
     return net if there else (yield)
 
 
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
-    """Sample a net every `every` picoseconds, first now, until it has a level.
+    """Sample a net every `every` picoseconds, starting now, until it has a level.
 
-    The sampling points are computed, not stepped through; a level that is gone before the next one is not seen.
+    The sampling instants are computed, not stepped through; a level that ends before the next one is missed.
     """
     origin = kernel.now
     while net.level != wanted:

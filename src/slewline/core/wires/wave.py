@@ -1,4 +1,4 @@
-"""Promises of drivers: waveforms ahead of time; the simplest one is a list of edges."""
+"""Promises of drivers: waveforms that are known in advance; the simplest is a list of edges."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FLOATING = -1  # in arrays of levels: None
 
 
 def promised(what: Any) -> bool:
-    """Return whether an object is a promise; else it is a level."""
+    """Return whether an object is a promise rather than a level."""
     return not (what is None or what.__class__ is int or what.__class__ is tuple)
 
 
@@ -31,24 +31,24 @@ def alike(one: Any, two: Any) -> bool:
 
 
 class Promise(Protocol):
-    """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level before that instant holds."""
+    """A waveform known in advance.  `until` is its exclusive bound: after it, the level before that instant holds."""
 
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds; None: forever."""
+        """The instant before which the promise holds (ps); None if forever."""
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), after any edges at that instant."""
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop: times in ps and the levels after them."""
+        """Return the edges in start < t <= stop: their instants in ps, and the levels after them."""
 
 
 class Wave:
-    """A promise of a few edges at known instants: strobes, scheduled changes."""
+    """A promise of a few edges at known instants, such as strobes and scheduled changes."""
 
     __slots__ = ("before", "levels", "times", "until")
 
@@ -58,16 +58,16 @@ class Wave:
 
     @property
     def floats(self) -> bool:
-        """True if it releases the wire at times."""
+        """True if the wave releases the wire at times."""
         return self.before is None or None in self.levels
 
     def whole(self, start: int, stop: int) -> bool:
-        """Return whether it has edges, and all of them are at start < t < stop (ps)."""
+        """Return whether the wave has edges, all of them in start < t < stop (ps)."""
         times = self.times
         return self.until is None and bool(times) and start < times[0] and times[-1] < stop
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         if self.until is not None and ps >= self.until:
             ps = self.until - 1
         over = bisect_right(self.times, ps)
@@ -80,7 +80,7 @@ class Wave:
         return [levels[over - 1] if over else self.before for over in overs]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
+        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
         times, levels = self.times, self.levels
         over = bisect_right(times, ps)
         here = levels[over - 1] if over else self.before
@@ -92,7 +92,7 @@ class Wave:
         return None
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Return the edges at start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop (ps), as two lists."""
         if self.whole(start, stop + 1):
             return [*self.times], [*self.levels]
         pairs = [
@@ -104,10 +104,10 @@ class Wave:
 
 
 def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
-    """Return the edges that change the level; of several at one instant the last.
+    """Return the edges that change the level; of several at one instant, only the last.
 
     Args:
-        times, levels: two lists, ascending; or two arrays, FLOATING for None.
+        times, levels: two lists, ascending; or two arrays, with FLOATING for None.
         before: the level before the first.
     """
     if not isinstance(times, list):
@@ -130,7 +130,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return parts of edges, lists or arrays, joined: as lists if all are lists, else as arrays, FLOATING for None."""
+    """Return joined edges, given as lists or arrays: lists if all are lists, else arrays, with FLOATING for None."""
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
     import numpy as np

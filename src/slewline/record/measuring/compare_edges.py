@@ -1,11 +1,11 @@
-"""Two recordings of one signal, the model's and a measured one: which edges belong together, and how far apart.
+"""Two recordings of one signal, the model's and a measured one: which edges match, and how far apart they are.
 
     model      ‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____|‾‾‾‾‾|_____
     measured   ‾‾‾|_____|‾‾‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____
     edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
 
-Pairs are made in order.  Two edges to the same level are a pair if neither has a better partner in the edge after the
-next one, where "better" is measured from the pair before: so a clock that is slightly fast or slow, as every real one
+Pairs are formed in order.  Two edges to the same level are a pair if neither has a better partner in the next edge but
+one, where "better" is measured from the previous pair; so a clock that is slightly fast or slow, as every real clock
 is, does not cause wrong pairs.
 """
 
@@ -36,7 +36,7 @@ BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
 
 
 class Difference(NamedTuple):
-    """An edge in which model and measurement differ.
+    """An edge at which model and measurement differ.
 
     Attributes:
         kind: how the measured signal differs: "missing", "extra", "late" or "early".
@@ -59,17 +59,18 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The comparison of a measured signal with that of the model; `print` shows it.
+    """The comparison of a measured signal with the model's; `print` shows it.
 
     Attributes:
         name: the name of the signal.
-        model: the edges in the model: times (n,) int64 ps, and levels (n,).
+        model: the edges in the model: times, (n,) int64 ps, and levels, (n,).
         measured: the measured edges, likewise.
         shift_ps: the time that was added to the measured times, ps.
         tolerance_ps: the distance up to which a pair agrees, ps.
-        pairs: the indices of the edges that belong together, (n, 2) int64: in the model, in the measured signal.
-        within: the origin of the tolerance, in words, such as "the sampling at 12 MHz"; "" if it was given.
-        notes: possible causes of differences, a line each.
+        pairs: the indices of the edges that belong together, (n, 2) int64: first in the model, then in the measured
+            signal.
+        within: text that states the origin of the tolerance, such as "the sampling at 12 MHz"; "" if the caller set it.
+        notes: possible causes of differences, one per line.
     """
 
     name: str
@@ -98,7 +99,7 @@ class Comparison:
 
     @property
     def greatest_ps(self) -> int:
-        """The greatest distance between the edges of a pair, ps; 0 without pairs."""
+        """The greatest distance between the edges of any pair, ps; 0 without pairs."""
         return int(abs(self.late_ps).max()) if len(self.pairs) else 0
 
     @property
@@ -118,7 +119,7 @@ class Comparison:
 
     @cached_property
     def rows(self) -> list[Difference]:
-        """A `Difference` for every missing or extra edge and every pair beyond the tolerance, in order of time."""
+        """A `Difference` for every missing or extra edge and every pair outside the tolerance, ordered by time."""
         import numpy as np
 
         times, levels = self.model[0], self.model[1]
@@ -167,9 +168,9 @@ def compare_edges(
     """Compare the edges of a signal in the model with measured ones.
 
     Args:
-        model, measured: times (n,) int64 ps, ascending, and levels (n,), as from `bench.edges` and `Waveforms.edges`.
-        shift: the time that is added to the measured times: a time, which may be negative; "first": so that the first
-            edges to the same level coincide; "best": so that as many edges as possible coincide.
+        model, measured: times, (n,) int64 ps, ascending, and levels, (n,), as from `bench.edges` and `Waveforms.edges`.
+        shift: the time that is added to the measured times: a time, which may be negative; "first", to make the first
+            edges to the same level coincide; or "best", to make as many edges as possible coincide.
         tolerance: the distance up to which a pair agrees.
         name: the name of the signal, for the text.
         invert: invert the measured levels first, for a signal after an optocoupler.
@@ -207,7 +208,7 @@ def inverted(levels: NDArray[Any], name: str = "") -> NDArray[Any]:
     """Return levels with 0 and 1 exchanged; floating and unknown ones are unchanged.
 
     Raises:
-        UsageError: the levels are those of a bus.
+        UsageError: the levels are bus levels.
     """
     import numpy as np
 
@@ -225,7 +226,7 @@ def _others(count: int, paired: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _slope(at: NDArray[np.int64], what: NDArray[np.int64]) -> float:
-    """Return the slope of a straight line through points."""
+    """Return the slope of the straight line fitted to some points."""
     if len(at) < 2:
         return 0.0
     x = at - at.mean()
@@ -268,7 +269,7 @@ def _best(model: Edges, measured: Edges) -> int:
 
 
 def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
-    """Return the number of measured edges with an edge of the model within reach; distant ones count less."""
+    """Return the number of measured edges that have a model edge within reach; distant edges count less."""
     import numpy as np
 
     count = 0.0
@@ -286,7 +287,7 @@ def _alike(long: Edges, short: Edges) -> list[int]:
     import numpy as np
 
     shifts: list[int] = []
-    for begin in range(0, min(CANDIDATES, len(short[0]) - 1), 3):  # the very first ones may be glitches
+    for begin in range(0, min(CANDIDATES, len(short[0]) - 1), 3):  # the very first edges may be glitches
         rest = len(short[0]) - begin
         for length in {min(rest, PATTERN), rest}:  # a few edges close together, or some of all
             count = len(long[0]) - length + 1
@@ -320,7 +321,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two equally long rows of edges differ only by a fast or slow clock, as across a long rest."""
+    """Return whether two equally long edge sequences differ only by a fast or slow clock, as across a long rest."""
     import numpy as np
 
     if len(model) < 3:
@@ -332,7 +333,7 @@ def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
 
 
 def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
-    """Return runs of pairs: the first of each on both sides, and the number of pairs without a gap."""
+    """Return runs of pairs: the first pair of each, on both sides, and the number of consecutive pairs."""
     import numpy as np
 
     ends = np.array([NEVER, NEVER])
@@ -358,7 +359,7 @@ def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
 
 
 def _fits(columns: list[NDArray[np.int64]], a: int, b: int, length: int, late: int) -> NDArray[np.bool_]:
-    """Return which of the next edges are pairs, provided that all before them are: (length,) bool."""
+    """Return which of the next edges are pairs, provided that all preceding edges are: (length,) bool."""
     import numpy as np
 
     def cut(which: int, begin: int) -> NDArray[np.int64]:

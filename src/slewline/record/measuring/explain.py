@@ -1,7 +1,8 @@
-"""Signals of a recording against the model's, all of them together, and possible causes of differences.
+"""Comparison of all signals in a recording with the model's, and possible causes of differences.
 
-A correct recording may look wrong: after an optocoupler it is inverted, two clips were exchanged, a filter delays one
-signal.  Each of these is tried, and reported if it makes all signals agree, but the signals still count as different.
+A correct recording may look wrong: an optocoupler inverts a signal, two clips have been exchanged, or a filter delays
+one signal.  Each of these is tried, and reported if it makes all signals agree, but the signals still count as
+different.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ MOST = 12  # differing signals of which all pairs are tried: 66 pairs
 
 
 class SignalPair(NamedTuple):
-    """A signal of the model and the measured one: names, edges, whether it is a wire, and levels before the edges."""
+    """A model signal and the measured one: their names and edges, whether it is a wire, and the initial levels."""
 
     name: str
     other: str
@@ -33,7 +34,7 @@ class SignalPair(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The terms of a comparison: the shift, the tolerance (ps), the latter in words, and the inverted signals."""
+    """The terms of a comparison: the shift, the tolerance (ps) and its wording in text, and the inverted signals."""
 
     shift: Time = "first"
     tolerance: int = 0
@@ -42,7 +43,7 @@ class Terms(NamedTuple):
 
 
 def compare_signals(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
-    """Compare signals; the first one with edges determines the shift of all.
+    """Compare signals; the first signal with edges determines the shift for all of them.
 
     If they differ, the notes of the comparisons name a cause that would make all of them agree.
     """
@@ -73,7 +74,7 @@ def _compared(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
 
 
 def _constant(pair: SignalPair, terms: Terms) -> tuple[str, ...]:
-    """Return notes on a signal without edges, where only the level can be compared."""
+    """Return notes on a signal without edges, for which only the level can be compared."""
     ours, theirs = pair.levels
     if not pair.wire or min(ours, theirs) < 0:
         return ()
@@ -86,7 +87,7 @@ def _agree(found: Sequence[Comparison]) -> bool:
 
 
 def _best_polarity(pairs: Sequence[SignalPair], terms: Terms) -> list[str] | None:
-    """Return the signals to invert so that all agree; None: no inversion does."""
+    """Return the signals to invert so that all agree; None if no inversion achieves this."""
     wires = [pair for pair in pairs if pair.wire]
     for first in wires[:1]:  # it determines the shift
         for lead in ({*terms.invert} - {first.name}, {*terms.invert} | {first.name}):
@@ -127,7 +128,7 @@ def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) ->
 
 
 def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Terms) -> Mapping[str, tuple[str, ...]]:
-    """Return notes on signals with a constant delay against the first one, or that only need a greater tolerance."""
+    """Return notes on signals with a constant delay from the first, or that only need a greater tolerance."""
     notes: dict[str, tuple[str, ...]] = {}
     for pair, one in zip(pairs, found, strict=True):
         if one.agrees:

@@ -1,10 +1,10 @@
 r"""Times between edges, compared with the limits in the data sheet.
 
-    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval extends from the last start before an end to that end, without
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    another end between: here one, from the second fall to the first
+    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval runs from the last start before an end to that end, without
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    another end in between: here, from the second fall to the first
                     |<-->|
 
-Everything is exact, in whole picoseconds.
+All times are exact, in whole picoseconds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CHANGES = ("falls", "rises", "changes", "appears", "vanishes")
 
 
 class SignalEdges(NamedTuple):
-    """The edges of one pin or bus, as returned by Recorder.edges, the level before, and whether it is a bus."""
+    """The edges of one pin or bus, as returned by Recorder.edges, the level before them, and whether it is a bus."""
 
     times_ps: NDArray[np.int64]
     levels: Levels
@@ -42,10 +42,10 @@ class SignalEdges(NamedTuple):
 
     @classmethod
     def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> SignalEdges:
-        """Return the edges of a recorded net or pin at start <= t <= stop (ps).
+        """Return the edges of a recorded net or pin in start <= t <= stop (ps).
 
         Raises:
-            NotRecorded, TimeError: as `Recorder.edges`.
+            NotRecorded, TimeError: as for `Recorder.edges`.
         """
         times, levels = recorder.edges(probe, start, stop)
         before = max(start - 1, recorder.since(probe))
@@ -53,7 +53,7 @@ class SignalEdges(NamedTuple):
 
     @classmethod
     def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
-        """Return the measured edges in a window (ps); where nothing is known the signal floats."""
+        """Return the measured edges in a window (ps); where nothing is known, the signal floats."""
         import numpy as np
 
         since, until = max(start, trace.since), min(stop, trace.until)
@@ -68,7 +68,7 @@ class SignalEdges(NamedTuple):
         return cls(*real_edges(times, levels, level), level, trace.bus)
 
     def edges(self, change: str) -> NDArray[np.int64]:
-        """Return the instants of a change: (n,) int64, ps, ascending."""
+        """Return the instants of a kind of change: (n,) int64 ps, ascending."""
         import numpy as np
 
         before = np.append(self.level, self.levels)[:-1]
@@ -83,7 +83,7 @@ class SignalEdges(NamedTuple):
         return found
 
     def levels_at(self, times: Any) -> NDArray[np.int64]:
-        """Return the levels at instants of the window, edges there included: (n,) int64."""
+        """Return the levels at instants in the window, after any edges at these instants: (n,) int64."""
         import numpy as np
 
         found: NDArray[np.int64] = np.append(self.level, self.levels)[np.searchsorted(self.times_ps, times, "right")]
@@ -91,7 +91,7 @@ class SignalEdges(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """A specified edge: "hostwrite rises", "pulse falls 3" (the third one), or a pin alone: any change."""
+    """A specified edge: "hostwrite rises", "pulse falls 3" (the third fall), or just a pin for any change."""
 
     pin: str
     change: str
@@ -102,7 +102,7 @@ class Edge(NamedTuple):
         """Return the edge that a text specifies.
 
         Raises:
-            UsageError: the text does not specify one.
+            UsageError: the text does not specify an edge.
         """
         pin, *rest = (text.split() if isinstance(text, str) else []) or [""]
         change = rest.pop(0) if rest and rest[0] in CHANGES else "changes"
@@ -115,7 +115,7 @@ class Edge(NamedTuple):
         return cls(pin, change, int(number))
 
     def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
-        """Return the first such edge after an instant (ps), or, with `include`, at it; None: there is none."""
+        """Return the first such edge after an instant (ps), or, with `include`, at it; None if there is none."""
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
@@ -126,7 +126,7 @@ class Edge(NamedTuple):
 
 
 def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
-    """Return start and end of every interval: (m,) int64, ps; with `strict`, none of length 0."""
+    """Return the start and end of every interval: (m,) int64 ps; with `strict`, leave out those of length 0."""
     import numpy as np
 
     last = np.searchsorted(starts, ends, "left" if strict else "right") - 1
@@ -137,10 +137,10 @@ def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> S
 
 
 def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
-    """Return start and end of every interval to which a limit applies: (m,) int64, ps.
+    """Return the start and end of every interval to which a limit applies: (m,) int64 ps.
 
     Args:
-        signals: returns the edges of a pin, by its name in the sheet.
+        signals: a function that returns the edges of a pin, given its name in the sheet.
     """
     (first, begins), (second, ends) = limit.start.split(), limit.end.split()
     answer = limit.least is None and limit.most is None  # a host may send another request at the instant of the answer
@@ -163,7 +163,7 @@ def rounded(ps: int, digits: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A limit with the crystal of a chip: minimum, typical and maximum time in ps."""
+    """A limit for a chip's crystal: minimum, typical and maximum times in ps."""
 
     limit: Limit
     least: int | None
@@ -176,7 +176,7 @@ class Bound:
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Return whether times from shortest to longest (ps) are within the limit; None: it is only typical."""
+        """Return whether times from shortest to longest (ps) are within the limit; None for a typical time."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
@@ -195,7 +195,7 @@ class Interval:
         end: the second edge.
         start_ps: the instant of the first edge, ps.
         end_ps: the instant of the second edge, ps.
-        bounds: the limits for it in the data sheet of the part.
+        bounds: the limits for it in the part's data sheet.
     """
 
     start: str
@@ -211,7 +211,7 @@ class Interval:
 
     @property
     def kept(self) -> bool | None:
-        """True if the interval is within the limits of the data sheet, False if not; None if there are none."""
+        """True if the interval is within the data sheet limits, False if not; None if there are none."""
         found = [bound.kept(self.ps, self.ps) for bound in self.bounds]
         return None if all(kept is None for kept in found) else False not in found
 
@@ -228,18 +228,18 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A time limit of a chip, and the times measured for it.
+    """A time limit of a chip, and the measured times to which it applies.
 
     Attributes:
         chip: the name of the chip.
         bound: the limit, as in the data sheet.
-        count: the number of times measured.
+        count: the number of measured times.
         shortest_ps: the shortest of them, ps; None if there is none.
         longest_ps: the longest of them, ps; None if there is none.
         violations: the instants at which the intervals that violate the limit begin, ps.
         missing: the pin that was not recorded; "" if none is missing.
-        doubt_ps: the uncertainty of the times, ps: for a measured recording its sampling period.  A violation is longer
-            than that.
+        doubt_ps: the uncertainty of the times, ps: for a measured recording, its sampling period.  A violation exceeds
+            the limit by more than this.
     """
 
     chip: str
@@ -267,12 +267,12 @@ class Checked:
 
     @property
     def name(self) -> str:
-        """The chip, and the symbol of the data sheet."""
+        """The name of the chip, and the symbol in the data sheet."""
         return f"{self.chip} {self.bound.limit.symbol}".rstrip()
 
     @property
     def kept(self) -> bool | None:
-        """True if the limit was kept; None: nothing was measured, or the sheet has only a typical time."""
+        """True if the limit was kept; None if nothing was measured, or the sheet has only a typical time."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         sure = self.bound.kept(self.shortest_ps, self.longest_ps)
@@ -280,7 +280,7 @@ class Checked:
 
     @property
     def doubtful(self) -> bool:
-        """True if the limit may have been violated, by less than the uncertainty of the times."""
+        """True if the limit may have been violated by less than the uncertainty of the times."""
         return bool(
             self.kept
             and self.doubt_ps
@@ -289,7 +289,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """The result in words: kept, violated, or not measured."""
+        """The result as text: kept, violated, or not measured."""
         if self.missing:
             return f"{self.missing} not recorded"
         if not self.count:
@@ -306,7 +306,7 @@ HEADS = ("", "time", "printed", "seen", "shortest", "longest", "")  # of a table
 
 
 class TimingTable(Sequence[Checked]):
-    """The time limits in the data sheets of some chips, each with the times measured; `print` shows them as a table."""
+    """The time limits in the data sheets of some chips, each with the measured times; `print` shows them as a table."""
 
     def __init__(self, rows: Iterable[Checked]) -> None:
         self.rows = tuple(rows)
@@ -326,7 +326,7 @@ class TimingTable(Sequence[Checked]):
         return f"<TimingTable: {len(self)} limits, {len(self.violated)} violated>"
 
     def _repr_html_(self) -> str:
-        """Return the table for a notebook: the limits for which times were measured."""
+        """Return the notebook view of the table: the limits for which times were measured."""
         return card(repr(self)[1:-1], table(HEADS, [_cells(row) for row in self.rows if row.count], right=(3, 4, 5)))
 
     def __str__(self) -> str:

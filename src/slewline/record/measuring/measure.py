@@ -1,4 +1,4 @@
-"""Measurements on arrays of instants, for tests and plots of steps and edges.  Pure functions.
+"""Measurements on arrays of instants, for tests and plots of steps and edges.  All functions are pure.
 
 Instants are int64 picoseconds, ascending.  A clock whose period is not a whole number of picoseconds makes equal
 intervals differ by one, so "the same interval" means: the same to a picosecond.
@@ -50,7 +50,7 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
     """Return the runs of steps at a constant rate.
 
     Returns:
-        The step with which each run begins (m,) int64, and the number of its intervals (m,) int64: run i spans the
+        The step with which each run begins, (m,) int64, and the number of its intervals, (m,) int64: run i spans the
             intervals of steps first[i] to first[i] + count[i] - 1.
 
     Raises:
@@ -66,9 +66,9 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return start and end of each pulse at a level: (m,) int64 ps, if both are within the given edges.
+    """Return the start and end of each pulse at a level, (m,) int64 ps, if both are among the given edges.
 
-    A pulse that begins or ends where the signal is unknown has no known width, and is left out.
+    A pulse that begins or ends where the signal is unknown is left out, as its width is not known.
     """
     import numpy as np
 
@@ -78,13 +78,13 @@ def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple
 
 
 def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> NDArray[np.int64]:
-    """Return the width of each pulse at a level: (m,) int64 ps, as `pulses`."""
+    """Return the width of each pulse at a level: (m,) int64 ps, for the pulses of `pulses`."""
     begins, ends = pulses(times_ps, levels, level)
     return ends - begins
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
-    """Return the edges that are followed too closely by the next one: indices (m,)."""
+    """Return the indices, (m,), of the edges that the next edge follows too closely."""
     import numpy as np
 
     return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)
@@ -106,12 +106,12 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Measure
     """Return where a move reaches its highest rate, and for how long.
 
     Args:
-        times_ps: instants of the steps, (n,) int64 ps, ascending.
-        rounding_ps: the unit to which the instants are rounded, `timescale_ps` of a measured recording; intervals of
+        times_ps: the instants of the steps, (n,) int64 ps, ascending.
+        rounding_ps: the unit to which the instants are rounded, `timescale_ps` of a measured recording; intervals at
             the same rate differ by up to this.
 
     Raises:
-        UsageError: fewer than two steps, or instants that do not ascend.
+        UsageError: there are fewer than two steps, or the instants are not in ascending order.
     """
     import numpy as np
 
@@ -150,19 +150,19 @@ class Jitter:
 
 
 STEADY = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # the relative difference of intervals of one rate, tried in order
-STRETCH = 12  # intervals of it, at least
+STRETCH = 12  # minimum number of intervals at that rate
 LONGER = 1.5  # a stretch that grows by less with more tolerance is final
 
 
 def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitter | None:
-    """Return the jitter of steps where their rate is constant; None: there is no such stretch.
+    """Return the jitter of steps where their rate is constant; None if there is no such stretch.
 
     Args:
-        times_ps: instants of the steps, (n,) int64 ps, ascending.
+        times_ps: the instants of the steps, (n,) int64 ps, ascending.
         rounding_ps: the unit to which the instants are rounded, as for `ramp`.
 
     Raises:
-        UsageError: instants that do not ascend.
+        UsageError: the instants are not in ascending order.
     """
     import numpy as np
 
@@ -178,7 +178,7 @@ def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitte
         bounds = np.flatnonzero(even[1:] != even[:-1]).reshape(-1, 2)
         begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
         if last - first >= STRETCH and end - begin < LONGER * (last - first):
-            break  # else it was a piece of a stretch with more jitter
+            break  # otherwise it was a piece of a stretch with more jitter
         first, last = begin, end
     if last - first < STRETCH:
         return None
@@ -194,8 +194,8 @@ class Skew:
 
     Attributes:
         pairs: the number of corresponding steps.
-        median_ps: the median delay of the second axis, ps; negative: earlier.
-        greatest_ps: the greatest deviation from that, ps.
+        median_ps: the median delay of the second axis, ps; negative if it is earlier.
+        greatest_ps: the greatest deviation from the median, ps.
     """
 
     pairs: int
@@ -204,7 +204,7 @@ class Skew:
 
 
 def skew(first_ps: NDArray[np.int64], second_ps: NDArray[np.int64]) -> Skew | None:
-    """Return the delay of the steps of a second axis after the nearest ones of a first; None: none are near.
+    """Return the delay of a second axis's steps after the nearest steps of the first; None if none are near.
 
     Steps correspond if they are nearer to each other than a quarter of the shortest interval of either axis.
     """

@@ -1,10 +1,10 @@
-"""A measured pin over the model's: where the two differ, and for how long.
+"""A measured pin drawn over the model's: where the two differ, and for how long.
 
-    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      for a late edge the stretch is as long as its delay,
-    measured  ‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      for a missing pulse as long as the pulse
+    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      for a late edge, the stretch is as long as the delay,
+    measured  ‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      for a missing pulse, as long as the pulse
                  #     #       ######
 
-A floating or unknown signal can be measured as either level: it is not compared.
+A floating or unknown signal can be measured as either level, so it is not compared.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
 
 
 class LevelTrace(Protocol):
-    """Edges, (n,) int64 ps, the levels after them, (n,), and the level before the first: a trace, or a signal."""
+    """A trace or signal: edges, (n,) int64 ps, the levels after them, (n,), and the level before the first edge."""
 
     @property
     def times_ps(self) -> NDArray[np.int64]:
-        """Instants of the edges: (n,) int64 ps, ascending."""
+        """The instants of the edges: (n,) int64 ps, ascending."""
 
     @property
     def levels(self) -> Levels:
-        """Levels after the edges: (n,)."""
+        """The levels after the edges: (n,)."""
 
     @property
     def level(self) -> int:
-        """Level before the first edge."""
+        """The level before the first edge."""
 
 
 def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
-    """Return the traces to draw over pins, by the names of the pins.
+    """Return the traces to draw over pins, keyed by pin name.
 
     Raises:
         UsageError: the argument is anything else.
@@ -60,7 +60,7 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
     """Return the trace to draw over a pin or a bus.
 
     Raises:
-        UsageError: one of the two is a bus, and the other one is not.
+        UsageError: one of the two is a bus, and the other is not.
     """
     if trace is not None and trace.bus != bus:
         kinds = ("a bus", "one pin") if bus else ("one pin", "a bus")
@@ -93,13 +93,13 @@ def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray
 
 
 def differences(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return a line on the agreement of pins with the traces drawn over them in a window (ps); empty without any."""
+    """Return a line about how pins agree with the traces drawn over them in a window (ps); empty without traces."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []
 
 
 def _agreement(model: LevelTrace, measured: Trace, start: int, stop: int) -> str:
-    """Return the greatest delay, and the numbers of missing and extra edges, in words; edges outside do not count."""
+    """Return text with the greatest delay and the numbers of missing and extra edges in the window."""
     start, stop = max(start, measured.since), min(stop, measured.until)
     if stop <= start:
         return "covers none of this window"

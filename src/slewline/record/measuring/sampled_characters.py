@@ -1,4 +1,4 @@
-"""The characters on a serial line, from its recorded edges, as a receiver with its rate and format takes them."""
+"""The characters on a serial line, derived from its recorded edges as by a receiver with its rate and format."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
     Args:
         stop: the end of the signal (ps); a character that is not complete by then, except its last stop bits, is left
             out.
-        clock: of sixteen times the baud rate.
+        clock: the clock of sixteen times the baud rate.
         mark: the level of the line at rest.
     """
     import numpy as np

@@ -1,4 +1,4 @@
-"""The values of everything at some instants: the table for the cursors of a picture."""
+"""The values of all traces at some instants: the table for the cursors of a picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TraceReading:
     Attributes:
         name: the name of the pin or the quantity.
         unit: the unit of the quantity; "" for a pin.
-        values: one for each instant; None where the pin floats or there is no value.
+        values: the value at each instant; None where the pin floats or there is no value.
         bits: 1 for a pin, 8 for a bus, 0 for a quantity.
     """
 
@@ -54,7 +54,7 @@ class Readings:
         return f"<Readings: {len(self.rows)} rows at {', '.join(map(readable, self.instants_ps))}>"
 
     def _repr_html_(self) -> str:
-        """Return the values as a table for a notebook."""
+        """Return the notebook view of the values: a table."""
         head, *lines = self._lines()
         return card(repr(self)[1:-1], table(head, lines, right=range(1, len(head))))
 
@@ -83,7 +83,7 @@ def readings(
     tracks: Sequence[tuple[str, Sequence[Quantity]]],
     probes: Sequence[tuple[str, Probe, Recorder]],
 ) -> Readings:
-    """Return the values of quantities and recorded pins at some instants (ps), edges at an instant included."""
+    """Return the values of quantities and recorded pins at some instants (ps), after any edges at each instant."""
     import numpy as np
 
     at = np.array(instants, np.int64)
@@ -100,7 +100,7 @@ def readings(
 
 
 def measured(name: str, trace: Trace, instants: Sequence[int]) -> TraceReading:
-    """Return the measured levels of a pin at some instants (ps); None where it floats or is not known."""
+    """Return the measured levels of a pin at some instants (ps); None where it floats or is unknown."""
     levels = trace.levels_at(instants)
     values = tuple(None if level == FLOATING else level for level in levels)
     return TraceReading(f"{name} measured", "", values, 8 if trace.bus else 1)

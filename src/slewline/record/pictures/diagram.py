@@ -1,6 +1,6 @@
-"""The layout of a timing diagram: time in inches, quiet stretches cut short, arrows on lines of their own.
+"""The layout of a timing diagram: time in inches, quiet stretches cut short, arrows on separate lines.
 
-Nothing is drawn here.  All places are in inches, from the lower left corner.
+Nothing is drawn here.  All positions are in inches from the lower left corner.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from ..style import duration
 # inches
 LANE, SWING, WORDS, ROW, TOP, BOTTOM, RIGHT = 0.34, 0.2, 0.17, 0.2, 0.42, 0.42, 0.2
 LETTER = 0.0088  # width of a letter, per point
-QUIET = 8  # a stretch is quiet if it is this many times as long as most stretches between edges
+QUIET = 8  # a stretch is quiet if it is this many times as long as most gaps between edges
 EDGE, NOTE = 0.12, 0.17  # where titles begin; a line of notes
 SMALL, LARGE = 7.5, 8.5  # points
 
 
 class LaneText(NamedTuple):
-    """A text over a lane, from one instant to another (ps): a character; `wrong`: it is faulty."""
+    """Text over a lane, from one instant to another (ps), such as a character; `wrong` marks it as faulty."""
 
     start: int
     end: int
@@ -37,7 +37,7 @@ class LaneText(NamedTuple):
 class Lane:
     """A pin or a bus in a diagram, with its measured trace if there is one.
 
-    `pin` is its full name, `label` the text next to it; `describe` returns the meaning of a value of a bus, from the
+    `pin` is its full name, and `label` the text next to it; `describe` returns the meaning of a bus value, given the
     value and the instant (ps) at which it ends.
     """
 
@@ -53,8 +53,8 @@ class Lane:
 class Diagram:
     """The contents of a timing diagram in a window (ps).
 
-    `measured` are arrows with times; `causes` curved arrows from an edge to the one that it causes; `quiet` is the
-    minimum length of a stretch without edges that is cut short: None, chosen to fit; 0, none is.
+    `measured` are arrows with times; `causes` are curved arrows from an edge to the edge that it causes; `quiet` is the
+    minimum length of a stretch without edges that is cut short: None if chosen to fit, 0 to cut none.
     """
 
     title: str
@@ -67,7 +67,7 @@ class Diagram:
 
     @property
     def description(self) -> str:
-        """A description of the diagram, in words."""
+        """A description of the diagram as text."""
         names = ", ".join(lane.label for lane in self.lanes)
         times = "".join(f" From {each.start} to {each.end}: {each}." for each in self.measured)
         compared = "".join(f" {line}." for line in self.compared)
@@ -75,12 +75,12 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """The agreement of lanes with the traces drawn over them, in a line; empty without such a lane."""
+        """A line about how lanes agree with the traces drawn over them; empty without such a lane."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
 class TimeScale:
-    """Time to inches: linear, except for the stretches that are cut short: `cuts`, each drawn `room` long (ps)."""
+    """The conversion of time to inches: linear, except for the stretches in `cuts`, each drawn `room` long (ps)."""
 
     def __init__(self, diagram: Diagram, left: float, right: float) -> None:
         import numpy as np
@@ -115,7 +115,7 @@ class TimeScale:
         self.ps_per_inch = shown / (right - left)
 
     def __call__(self, times: Any) -> Any:
-        """Return the places of instants (ps): float64 inches, shape as given."""
+        """Return the positions of instants (ps): float64 inches, same shape."""
         import numpy as np
 
         return np.interp(np.asarray(times, np.int64) - self.start, self._times, self._places)
@@ -127,7 +127,7 @@ def _ends(words: Sequence[LaneText]) -> list[int]:
 
 # -------------------------------------------------------------------------------------------------------------- layout
 class Arrow(NamedTuple):
-    """A measured time in the picture: from `first` to `second` (inches) on the line `row` under lane `under`."""
+    """A measured time in the picture: from `first` to `second` (inches), on line `row` under lane `under`."""
 
     interval: Interval
     lanes: tuple[int, int]
@@ -146,7 +146,7 @@ class Arrow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiagramLayout:
-    """The places of all elements: the top of the lanes, the foot of each, the arrows, and notes under the title."""
+    """The positions of all elements: the top of the lanes, the foot of each, the arrows, the notes below the title."""
 
     height: float
     top: float
@@ -191,7 +191,7 @@ def _placed(
     scale: TimeScale,
     taken: dict[tuple[int, int], list[tuple[float, float]]],
 ) -> Arrow:
-    """Return an arrow on the first line under its lanes that has room for it and its text."""
+    """Return an arrow, placed on the first line under its lanes that has room for it and its text."""
     first, second = (float(place) for place in scale([interval.start_ps, interval.end_ps]))
     for text in _labels(interval):
         wide = len(text) * LETTER * SMALL
@@ -212,7 +212,7 @@ def _placed(
 
 
 def _labels(interval: Interval) -> tuple[str, ...]:
-    """Return possible texts for an arrow, the longest first: the time, the limit, whether it is kept."""
+    """Return possible texts for an arrow, longest first: the time, the limit, and whether the limit is kept."""
     text = f"{interval.symbol} = {duration(interval.ps) if interval.ps else 0}"
     limits = "; ".join(str(bound) for bound in interval.bounds)
     verdict = "" if interval.kept is None else ": kept" if interval.kept else ": violated"

@@ -1,4 +1,4 @@
-r"""Figures: the motions of axes, in one column of panels, and below them their pins; over one time axis.
+r"""Figures: the motions of axes in one column of panels, with their pins below, over a common time axis.
 
 title                                                  a `Paper` measures all of it in inches, so that pictures
 slope S = 240, number N = 700      (notes)              look the same with any number of panels
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 HEIGHTS = {"velocity": 2.3, "position": 1.45}
 OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of constant zero velocities
 GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
-MARGIN = 0.006  # of the window, left free at its ends
+MARGIN = 0.006  # fraction of the window left free at each end
 LEFT, MAX_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
-NARROW = 6.0  # a narrower picture has less next to its panels
+NARROW = 6.0  # a narrower picture has less space next to its panels
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def _picture_class() -> type[Figure]:
     from matplotlib.figure import Figure
 
     class Picture(Figure):
-        """A figure that is drawn in the style of slewline, independent of the present configuration."""
+        """A figure that is drawn in the style of slewline, independent of the current configuration."""
 
         dark = False
         description = ""
@@ -69,7 +69,7 @@ def _picture_class() -> type[Figure]:
                 super().draw(renderer)
 
         def _repr_png_(self) -> bytes:
-            """Return the picture for a notebook."""
+            """Return the picture as PNG for a notebook."""
             from io import BytesIO
 
             buffer = BytesIO()
@@ -80,7 +80,7 @@ def _picture_class() -> type[Figure]:
 
 
 def new_picture(width: float, height: float, dark: bool = False) -> Figure:
-    """Return an empty figure of a size in inches, in the style of slewline; call it under `styled`."""
+    """Return an empty figure of a size in inches, in the style of slewline; call this function under `styled`."""
     picture = _picture_class()(figsize=(width, height), facecolor=palette(dark).ground)
     picture.dark = dark  # type: ignore[attr-defined]
     return picture
@@ -88,14 +88,14 @@ def new_picture(width: float, height: float, dark: bool = False) -> Figure:
 
 # ------------------------------------------------------------------------------------------------------------- layout
 class Paper:
-    """A figure with places in inches from its upper left corner."""
+    """A figure on which positions are in inches from the upper left corner."""
 
     def __init__(self, width: float, height: float, dark: bool) -> None:
         self.width, self.height = width, height
         self.figure = new_picture(width, height, dark)
 
     def text(self, x: float, y: float, text: str, **style: Any) -> None:
-        """Write a text whose upper left corner is at a place."""
+        """Write text with its upper left corner at a position."""
         self.figure.text(x / self.width, 1 - y / self.height, text, va="top", **style)
 
     def line(self, x: float, y: float, length: float, **style: Any) -> None:
@@ -106,14 +106,14 @@ class Paper:
         self.figure.add_artist(Line2D(ends, [up, up], transform=self.figure.transFigure, **style))
 
     def panel(self, x: float, y: float, width: float, height: float, first: Axes | None) -> Axes:
-        """Return a panel whose upper left corner is at a place."""
+        """Return a panel with its upper left corner at a position."""
         box = (x / self.width, 1 - (y + height) / self.height, width / self.width, height / self.height)
         return self.figure.add_axes(box, sharex=first)
 
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A panel to be drawn: its curves (empty: it has the pins), heading, height, and room above it, in inches."""
+    """A panel to be drawn: its curves (empty if it shows the pins), heading, height and room above it, in inches."""
 
     curves: Sequence[TrackCurve]
     heading: str
@@ -122,7 +122,7 @@ class Panel:
 
 
 class FigureLayout:
-    """The places of all elements of a picture."""
+    """The positions of all elements in a picture."""
 
     def __init__(self, contents: Contents, width: float) -> None:
         self.contents, self.width = contents, width
@@ -145,7 +145,7 @@ class FigureLayout:
         self.panels = self._panels(curves)
 
     def _longest_rate(self) -> int:
-        """Return the number of letters of the longest name of a rate, with all names of equal rates in a row."""
+        """Return the number of letters in the longest rate name, counting all names of equal rates together."""
         named: dict[float, list[str]] = {}
         in_force = ((track, rates) for track in self.contents.tracks for _, rates in track.rates())
         for track, rates in {id(rates): (track, rates) for track, rates in in_force}.values():  # motions may share them
@@ -155,7 +155,7 @@ class FigureLayout:
         return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
-        """Return the names of pins for the space next to their lanes; None: they do not fit there."""
+        """Return the pin names for the space next to their lanes; None if they do not fit there."""
         least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MAX_LEFT)
         for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
             names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
@@ -164,11 +164,11 @@ class FigureLayout:
         return None
 
     def _longest_name(self) -> int:
-        """Return the number of letters of the longest line of these names."""
+        """Return the number of letters in the longest line of these names."""
         return max((len(line) for name in self.names or () for line in name.split("\n")), default=0)
 
     def _legend(self) -> list[list[tuple[float, int, str]]]:
-        """Return rows of entries: place, number of the track, name."""
+        """Return rows of legend entries: position, track number, name."""
         rows: list[list[tuple[float, int, str]]] = []
         at = self.width
         for index in self.named:
@@ -200,12 +200,12 @@ class FigureLayout:
 
     @property
     def head(self) -> float:
-        """Height of title, notes and legend."""
+        """The height of title, notes and legend."""
         return EDGE + 0.23 * len(self.title) + LINE * (len(self.notes) + len(self.legend)) + 0.04 * bool(self.legend)
 
     @property
     def height(self) -> float:
-        """Height of the whole picture."""
+        """The height of the whole picture."""
         return self.head + sum(panel.above + panel.height for panel in self.panels) + BOTTOM
 
 
@@ -213,7 +213,7 @@ class FigureLayout:
 def figure(
     contents: Contents, *, width: str | float = "page", dark: bool = False, ax: Axes | Sequence[Axes] | None = None
 ) -> Figure:
-    """Return a picture, or draw into axes of the caller: one for each panel, or a single one for the first panel.
+    """Return a picture, or draw into the caller's axes: one for each panel, or a single one for the first panel.
 
     Raises:
         UsageError: no matplotlib, an invalid width, an empty window, nothing to show, or too few axes.
@@ -292,7 +292,7 @@ def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
 
 
 def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: bool) -> None:
-    """Draw everything into its panels; there may be only the first."""
+    """Draw everything into its panels; there may be only the first panel."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis

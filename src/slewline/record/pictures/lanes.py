@@ -1,4 +1,4 @@
-"""Pins in a picture: a lane each; lines, bands where edges are too dense, buses with their bytes."""
+"""Pins in a picture, one lane each: lines, bands where edges are too dense, and buses with their bytes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 HIGH = 0.6  # of a lane: height of a 1 above a 0
 LANE, NAMED_LANE = 0.27, 0.36  # inches; the second with its name above the line
 BYTE_SHARE = 0.03  # of the window: width for the text of a byte
-APART = 0.009  # of the window: least distance of two bands
+APART = 0.009  # of the window: minimum distance between bands
 STRIPES_PER_INCH = 40
 TICK = 0.09  # of a lane: height of a tick below a stretch in which two traces differ
 MARKS = 2000  # stretches in a row that can be distinguished
@@ -27,7 +27,7 @@ MEASURED: Any = (0, (3, 2))  # dashes of a trace over another
 
 
 def wrapped(name: str, letters: int) -> str | None:
-    """Return a name in one or two lines of at most `letters` letters; None if it does not fit."""
+    """Return a name in one or two lines of at most `letters` letters each; None if it does not fit."""
     if len(name) <= letters:
         return name
     breaks = [at + 1 for at, letter in enumerate(name) if letter in "_."]
@@ -41,7 +41,7 @@ def draw_lanes(
     """Draw traces into a panel, the first one on top.
 
     Args:
-        names: the names next to the lanes; None: the names are in the panel, each over its lane.
+        names: the names next to the lanes; None if the names are in the panel, each above its lane.
     """
     share = 1.0 if names is not None else LANE / NAMED_LANE
     rows = range(len(traces))
@@ -73,7 +73,7 @@ def _draw_lane(panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base
 def _draw_trace(
     panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base: float, high: float, over: bool = False
 ) -> None:
-    """Draw the known part of a trace; `over`: in the style of a trace over another one."""
+    """Draw the known part of a trace; with `over`, in the style of a trace that is drawn over another one."""
     import numpy as np
     from matplotlib.collections import PolyCollection
 
@@ -106,7 +106,7 @@ def _draw_trace(
 
 
 def _stripes(panel: Axes) -> int:
-    """Return the number of lines with gaps next to them that a panel can show."""
+    """Return the number of separate lines that a panel can show."""
     across = panel.get_position().width * panel.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
     return min(max(int(STRIPES_PER_INCH * across), 1), outlines.STRIPES)
 
@@ -114,7 +114,7 @@ def _stripes(panel: Axes) -> int:
 def _draw_differing(
     panel: Axes, name: str, stretches: NDArray[np.int64], axis: TimeAxis, colours: Palette, base: float, high: float
 ) -> None:
-    """Mark stretches: shaded, with a tick below the lane, which is visible however short they are."""
+    """Mark stretches by shading and by a tick below the lane, which is visible however short the stretch is."""
     import numpy as np
     from matplotlib.collections import PolyCollection
 
@@ -136,7 +136,7 @@ def boxes(ends: Any, base: float, high: float) -> list[list[tuple[float, float]]
 
 
 def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: float) -> None:
-    """Draw a dashed line at half height where the pin floats."""
+    """Draw a dashed line at half height wherever the pin floats."""
     import numpy as np
 
     floating = np.flatnonzero(levels[:-1] == FLOATING)
@@ -147,7 +147,7 @@ def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: flo
 def _draw_bus(
     panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, span: float, over: bool = False
 ) -> None:
-    """Draw boxes with their bytes, if there is room for them, and a line in the middle where the bus floats.
+    """Draw boxes, with their bytes if there is room for them, and a line at mid-height where the bus floats.
 
     For a trace over another one, draw only the outlines.
     """

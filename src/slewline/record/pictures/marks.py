@@ -1,4 +1,4 @@
-"""Events in a picture: commands, findings, limits and home as flags on top, phases shaded, cursors as lines."""
+"""Events in a picture: commands, findings, limits and home as flags on top, phases as shading, cursors as lines."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text.
+    """A positioned mark: `at` is in units of the time axis; row 0 is the lowest, None if its text has no room.
 
-    A flag that is not `shown` would cover the text of another.  At the right end a text is left of its flag.
+    A flag that is not `shown` would cover the text of another.  At the right end, text is placed to the left of its
+    flag.
     """
 
     at: float
@@ -37,12 +38,12 @@ class Flag:
 
 
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
-    """Return the flags of events in the window, without flags that would hide others.
+    """Return the flags of events in the window, leaving out flags that would hide others.
 
-    A command that begins a motion takes precedence over another one, such as a load just before it.
+    A command that begins a motion takes precedence over another command, such as a load just before it.
 
     Args:
-        width: of the panels, inches.
+        width: the width of the panels, inches.
     """
     marks: dict[tuple[int, str, str], bool] = {}  # whether it begins a motion
     for track in tracks:
@@ -78,12 +79,12 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
 
 
 def rows_of(flags: Sequence[Flag]) -> int:
-    """Return the number of rows of flags."""
+    """Return the number of flag rows."""
     return max((1 + (flag.row or 0) for flag in flags), default=0)
 
 
 def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, above: float) -> None:
-    """Draw flags over the first panel, and a line from each down through all of them.
+    """Draw flags above the first panel, and a line from each flag down through all panels.
 
     Args:
         above: the height of the lowest row above the panel, inches.
@@ -110,9 +111,10 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 
 # ------------------------------------------------------------------------------------------------------------- phases
 def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
-    """Return the phases in the window, in units of the time axis, if all tracks have the same.
+    """Return the phases in the window, in units of the time axis, if all tracks have the same phases.
 
-    If most of them are too short for their names, in panels of `width` inches, return none: they would only be stripes.
+    If most of them are too short for their names, in panels `width` inches wide, return none: they would only be
+    stripes.
     """
     several = {
         tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases) for track in tracks
@@ -128,7 +130,7 @@ def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tup
 def draw_phases(
     panels: Sequence[Axes], phases: Sequence[tuple[float, float, str]], axis: TimeAxis, colours: Palette, width: float
 ) -> None:
-    """Shade every second phase of a motion in all panels, and name them above the first one, where there is room."""
+    """Shade every second phase of a motion in all panels, and name them above the first panel where there is room."""
     per_inch = _per_inch(axis, width)
     index, last = 0, float("nan")
     for begin, end, text in phases:
@@ -146,7 +148,7 @@ def draw_phases(
 
 
 def _need(text: str) -> float:
-    """Return the width of the name of a phase, in inches."""
+    """Return the width of a phase name, in inches."""
     return 0.04 + LETTER * len(text)
 
 
@@ -157,7 +159,7 @@ def _per_inch(axis: TimeAxis, width: float) -> float:
 
 # ------------------------------------------------------------------------------------------------------------ cursors
 def draw_cursors(panels: Sequence[Axes], cursors: Sequence[int], axis: TimeAxis, colours: Palette) -> None:
-    """Draw instants as lines through all panels, numbered from 1 on."""
+    """Draw instants as lines through all panels, numbered from 1."""
     for number, cursor in enumerate(cursors, 1):
         at = float(axis.scaled(cursor))
         for panel in panels:

@@ -1,13 +1,13 @@
-"""Quantities of an axis derived from measured steps, which a picture draws over the model's.
+"""Axis quantities that are derived from measured steps, and drawn over the model's in a picture.
 
     position            ____         velocity     _________
               _________|                         |         |____
        ______|         .          ______.________|         .    .
       0      1         2    steps       0        1         2    3
 
-A measured step has only its start time: the velocity is 1 / interval up to the next one, and it is unknown before the
-first step and after the last one.  An interval in which the direction changes is a rest, and so is one that is more
-than REST times as long as one next to it: no ramp decelerates that much from a step to the next.
+A measured step has only its start time: the velocity is 1 / interval up to the next step, and it is unknown before the
+first step and after the last.  An interval in which the direction changes is a rest, and so is an interval that is more
+than REST times as long as an adjacent one: no ramp decelerates that much from one step to the next.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ REST = 10
 
 
 class Measured(Quantity):
-    """A quantity with values at some instants, (n,) int64 ps, each held until the next one; unknown before."""
+    """A quantity with values at some instants, (n,) int64 ps; each holds until the next; unknown before the first."""
 
     is_staircase = True
 
@@ -37,14 +37,14 @@ class Measured(Quantity):
         self.from_zero = name != "position"
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants (ps), any order: float64, shape as `times_ps`; NaN where unknown."""
+        """Return the values at instants (ps), in any order: float64, same shape as `times_ps`; NaN where unknown."""
         import numpy as np
 
         found: NDArray[np.float64] = np.append(np.nan, self.values)[np.searchsorted(self.times_ps, times_ps, "right")]
         return found
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return every change at start < t <= stop (ps), the value at `start` before them."""
+        """Return the measured value at `start`, followed by every change in start < t <= stop (ps)."""
         import numpy as np
 
         first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
@@ -53,7 +53,7 @@ class Measured(Quantity):
 
 
 def velocity(steps: Steps) -> Measured:
-    """Return the velocity of measured steps, steps/s: 1 / interval, 0 in a rest, NaN from the last step on."""
+    """Return the velocity of measured steps, steps/s: 1 / interval, 0 in a rest, NaN after the last step."""
     import numpy as np
 
     lasts = np.diff(steps.times_ps)
@@ -72,10 +72,10 @@ def position(steps: Steps) -> Measured:
 
 
 def track(name: str, steps: Steps, begins: int) -> Track:
-    """Return measured steps as a track of a picture, with the first of them at the instant `begins` (ps).
+    """Return measured steps as a track in a picture, with the first step at the instant `begins` (ps).
 
     Raises:
-        UsageError: there is no step, or their times do not ascend.
+        UsageError: there are no steps, or their times are not in ascending order.
     """
     import numpy as np
 

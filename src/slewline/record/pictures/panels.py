@@ -1,7 +1,7 @@
-"""Curves in a picture: quantities of several axes and runs in one panel, over one time axis.
+"""Curves in a picture: quantities of several axes and runs in one panel, over a common time axis.
 
-Tracks (tracks.py) of one quantity share a panel, unless one of them would be a flat line next to
-another: then they have panels of their own.
+Tracks (tracks.py) of one quantity share a panel, unless one of them would appear as a flat line next to another; they
+then have separate panels.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 FLAT = 25  # a curve that is this many times smaller than the panel is not legible
-SCALED_FROM = 1_000_000  # numbers at a panel that are shown in millions ...
+SCALED_FROM = 1_000_000  # numbers next to a panel that are shown in millions ...
 POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
 DENSE = 1000  # points with peaks thinner than a line: round joins keep their height
@@ -67,14 +67,14 @@ def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
 
 
 def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
-    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] instead of only one."""
+    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] if only one."""
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []
 
 
 def heading(curves: Sequence[TrackCurve], several: bool) -> str:
-    """Return the quantity of a panel, with its unit; with `several`, also its owner, as there is another such panel."""
+    """Return the quantity of a panel, with its unit; with `several`, also the owner, as there is another such panel."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
     return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
@@ -100,12 +100,12 @@ def draw_curves(
     named: Collection[int],
     beside: bool,
 ) -> None:
-    """Draw the curves of a panel, that of the first track on top.
+    """Draw the curves of a panel, with the first track's on top.
 
     Args:
-        height: of the panel, inches.
-        named: the numbers of the tracks in the legend, if there is one: lines and colours distinguish them.
-        beside: names of rates are next to the panel, not over their lines.
+        height: the height of the panel, inches.
+        named: the numbers of the tracks in the legend, if any, which are distinguished by line style and colour.
+        beside: True if rate names are next to the panel, not above their lines.
     """
     for curve in reversed(curves):
         _draw_curve(panel, curve, axis, colours, curve.number in named, filled=len(curves) == 1)
@@ -145,7 +145,7 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
     )
     panel.add_line(line)
     if filled and curve.quantity.name == "velocity":
-        size = PIECE if dense else len(times)  # one polygon of 12,000 corners takes 200 ms
+        size = PIECE if dense else len(times)  # one polygon with 12,000 corners takes 200 ms
         for first in range(0, len(times), size):
             part = slice(first, first + size + 1)
             panel.fill_between(
@@ -154,9 +154,9 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
 
 
 def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple[float, float]:
-    """Return the values at the lower and the upper end of a panel: the curves, the rates next to them, and a margin.
+    """Return the values at the lower and upper ends of a panel, which leave room for curves, rates and a margin.
 
-    `above` is the share of the panel that a name over the highest rate takes.
+    `above` is the share of the panel that a name above the highest rate takes up.
     """
     low, high = min(curve.reach[0] for curve in curves), max(curve.reach[1] for curve in curves)
     if curves[0].quantity.name == "velocity":
@@ -195,8 +195,8 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 def dense_line() -> type[Line2D]:
     """Return the class of a line of thousands of points.
 
-    It is drawn in pieces, as the renderer sorts a path as a whole; a piece ends at the point where the next one begins,
-    and ends are round, to avoid gaps.
+    Such a line is drawn in pieces, as the renderer sorts a path as a whole; each piece ends at the point where the next
+    begins, with round ends to avoid gaps.
     """
     import numpy as np
     from matplotlib.lines import Line2D
@@ -220,7 +220,7 @@ def dense_line() -> type[Line2D]:
 def time_grid(colours: Palette) -> LineCollection:
     """Return lines at the ticks of the time axis, for a panel that has no other use for ticks.
 
-    Ticks are the most expensive element of a picture: each has five artists, and takes 2 ms.
+    Ticks are the most expensive element of a picture: each consists of five artists and takes 2 ms.
     """
     from matplotlib.collections import LineCollection
 
@@ -236,7 +236,7 @@ def time_grid(colours: Palette) -> LineCollection:
 
 # ------------------------------------------------------------------------------------------------------------- ideals
 def draw_ideals(panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette) -> None:
-    """Draw the ideal velocities and positions, without steps, clocks and cycles, over the real ones."""
+    """Draw the ideal velocities and positions, unquantized by steps, clocks and cycles, over the real ones."""
     import numpy as np
 
     for curve in curves:

@@ -1,4 +1,4 @@
-"""Pictures as files: PNG, SVG and PDF, the same bytes every time; an SVG has a description for screen readers."""
+"""Pictures as files: PNG, SVG and PDF, always with the same bytes; an SVG has a description for screen readers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tent
 
 
 def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
-    """Write a figure into a file in the format of its suffix; an existing file is replaced completely or not at all.
+    """Write a figure to a file in the format of its suffix; an existing file is replaced completely or not at all.
 
     Args:
         title: the title of the picture, as metadata (and for a screen reader, in an SVG).
@@ -36,7 +36,7 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
 
 
 def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = False) -> bytes:
-    """Return a figure as the bytes of a file; arguments as those of `save`.
+    """Return a figure as the bytes of a file; the other arguments are those of `save`.
 
     Args:
         kind: "svg", "png" or "pdf".
@@ -54,7 +54,7 @@ def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = 
 
 
 def show(figure: Figure) -> None:
-    """Show a figure in the present notebook, or in a window until it is closed.
+    """Show a figure in the current notebook, or in a window until the window is closed.
 
     Raises:
         UsageError: there is no screen for a window.
@@ -78,6 +78,6 @@ def show(figure: Figure) -> None:
 
 
 def _described(svg: bytes, description: str) -> bytes:
-    """Return an SVG that is one picture for a screen reader, with its description."""
+    """Return an SVG that a screen reader treats as one picture with a description."""
     svg = svg.replace(b"<svg ", b'<svg role="img" ', 1)
     return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description, quote=False).encode() + b"</desc>", 1)

@@ -1,4 +1,4 @@
-"""Rates in a panel of velocities: dashed lines while they were in force, with their names."""
+"""Rates in a velocity panel: dashed lines for the time during which they were in force, with their names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RATE_HEIGHT = 0.165  # inches, of a rate's name
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate in a picture: signed, and while it was in force: starts and ends (n, 2) int64 ps."""
+    """A signed rate in a picture, and the times at which it was in force: starts and ends, (n, 2) int64 ps."""
 
     name: str
     value: float
@@ -33,7 +33,7 @@ def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
     """Yield the rates that were in force in the window.
 
     A rate is in force from the start of its motion until the axis rests or another rate replaces it.  It is drawn on
-    the side of the direction of motion.
+    the side that corresponds to the direction of motion.
     """
     import numpy as np
 
@@ -46,7 +46,7 @@ def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
     ends = np.append(begins[1:], stop)
     first = np.maximum(np.searchsorted(times, begins, side="right") - 1, 0)
     low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
-    moved = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))  # when the axis moved last
+    moved = np.maximum.accumulate(np.where(values != 0, np.arange(len(values)), 0))  # when the axis last moved
     over = moved[np.maximum(np.searchsorted(times, ends) - 1, 0)] + 1
     ends = np.where(over > first, np.minimum(times[np.minimum(over, len(times) - 1)], ends), ends)
     spans, clockwise, counter = np.stack([begins, ends], axis=1) - curve.track.zero, (high > 0) | (low >= 0), low < 0
@@ -61,7 +61,7 @@ def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
 def draw_rates(
     panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette, height: float, beside: bool
 ) -> None:
-    """Draw a dashed line at each rate while it was in force, its name next to the panel (or over the line)."""
+    """Draw a dashed line at each rate while it was in force, with its name next to the panel (or above the line)."""
     import numpy as np
 
     parts: dict[tuple[float, str], list[NDArray[np.int64]]] = {}
@@ -84,7 +84,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return spans in order, (n, 2), joined where the gap is at most `apart`."""
+    """Return spans in order, (n, 2), joined where the gap is at most `apart` wide."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T
@@ -94,7 +94,7 @@ def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
 
 
 def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, height: float) -> None:
-    """Write names of rates at the right end of a panel, moved apart to avoid overlap, as far as there is room."""
+    """Write rate names at the right end of a panel, moved apart to avoid overlap, as space permits."""
     low, high = panel.get_ylim()
     apart = (high - low) * RATE_HEIGHT / height
     shown = sorted(names)
@@ -128,7 +128,7 @@ def _joint(names: Iterable[str]) -> str:
 def _write_over(
     panel: Axes, names: dict[float, list[str]], begins: dict[float, float], colours: Palette, height: float
 ) -> None:
-    """Write names of rates over the starts of their lines, unless these are too close to each other."""
+    """Write rate names above the starts of their lines, unless the lines are too close to each other."""
     low, high = panel.get_ylim()
     apart, last = (high - low) * RATE_HEIGHT / height, float("-inf")
     for rate in sorted(names):

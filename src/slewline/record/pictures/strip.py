@@ -1,4 +1,4 @@
-"""The picture of one parameter: the values that hold or fail, and the path of a search among them.
+"""The picture of one parameter: the values that pass or fail, and the path of a search among them.
 
 holds   | | | |         | |    | | | | | | | |
 fails          | | | | |   | |                 value
@@ -43,7 +43,7 @@ class StripPicture:
 
     @property
     def description(self) -> str:
-        """A description of the picture, in words."""
+        """A description of the picture as text."""
         found = f"{sum(self.holds)} of {len(self.holds)} values of {self.name} hold."
         if self.answer is None:
             return found
@@ -51,12 +51,12 @@ class StripPicture:
         return f"{found} Tried: {tried}. Answer: {self.values[self.answer]:.0f}, which {self.outcome(self.answer)}."
 
     def outcome(self, n: int) -> str:
-        """Return the result for the nth value, in words."""
+        """Return the result for the nth value as text."""
         return "holds" if self.holds[n] else "fails"
 
 
 def save_strip(picture: StripPicture, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-    """Draw the picture into a file, SVG, PNG or PDF.
+    """Draw the picture to a file: SVG, PNG or PDF.
 
     Raises:
         UsageError: another suffix, a path that cannot be written, or no matplotlib.

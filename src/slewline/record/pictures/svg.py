@@ -1,4 +1,4 @@
-"""Smaller drawings: staircases are most of a picture, and each of their lines needs one short number."""
+"""Smaller drawings: a picture consists mostly of staircases, each line of which needs one short number."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 
 
 def compact(svg: bytes) -> bytes:
-    """Return the same drawing with short paths: points to a hundredth, each line by its length.
+    """Return the same drawing with short paths: coordinates rounded to a hundredth, each line given by its length.
 
-    Equal dots share one style, and all text its font.
+    Equal dots share one style, and all text shares one font.
     """
     svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
     fonts = set(FONT.findall(svg))
@@ -25,7 +25,7 @@ def compact(svg: bytes) -> bytes:
 
 
 def _once(found: re.Match[bytes]) -> bytes:
-    """Return a group of dots with one style for all of them."""
+    """Return a group of dots with a common style."""
     group, space, first, style, others, end = found.groups()
     dots = first + b"/>" + others.replace(b' style="%b"' % style, b"")
     dots = WHERE.sub(lambda at: b' %b="%b"' % (at[1], _number(_hundredths(at[2].decode())).encode()), dots)
@@ -33,7 +33,7 @@ def _once(found: re.Match[bytes]) -> bytes:
 
 
 def _shorter(path: str) -> str:
-    """Return the data of a path of straight lines, shortened; unchanged if it has a curve."""
+    """Return the shortened data of a path of straight lines; data with a curve is unchanged."""
     words = path.split()
     if not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return path
@@ -69,6 +69,6 @@ def _number(hundredths: int) -> str:
 
 
 def _next(hundredths: int) -> str:
-    """Return a number that follows another one: a minus separates them already."""
+    """Return a number that follows another number; a minus sign already separates the two."""
     text = _number(hundredths)
     return text if text.startswith("-") else f" {text}"

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 TAIL, STEEP = 0.08, 0.045  # inches: extension of levels at both ends of the window; the width of an edge
 LEVEL = 3  # times the width of an edge: a narrower level would be a triangle
-CAPITAL = 0.012  # inches: the width of a letter of a name, per point
+CAPITAL = 0.012  # inches: the width of a letter in a name, per point
 DENSE, FEWEST = 0.02, 6  # edges closer than this (inches) are a band, if there are as many
 TINY = 6.5  # points
 TITLE, NEXT = 0.1, 0.2  # inches: the width of a letter of the title, and from one of its lines to the next
@@ -85,7 +85,7 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
 
 
 class Drawing:
-    """A diagram in progress; time runs to the right, all places are in inches."""
+    """A diagram in progress; time runs to the right, and all positions are in inches."""
 
     def __init__(self, axes: Axes, colours: Palette, diagram: Diagram, scale: TimeScale, layout: DiagramLayout) -> None:
         self.axes, self.colours, self.diagram, self.scale, self.layout = axes, colours, diagram, scale, layout
@@ -122,7 +122,7 @@ class Drawing:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def _runs(self, signal: SignalEdges, since: int, until: int) -> Runs:
-        """Return the places of the edges and of both ends of the known part, the level after each, and the bands."""
+        """Return the positions of the edges and of both ends of the known part, the level after each, and the bands."""
         import numpy as np
 
         start, stop = max(self.diagram.start, since), min(self.diagram.stop, until)
@@ -190,7 +190,7 @@ class Drawing:
             self._line([a, a, b, b, a], [low, high, high, low, low], self.colours.measured, 0.9, **how)
 
     def _bus(self, lane: Lane, foot: float) -> None:
-        """Draw hexagons with values, a line in the middle where the bus floats, and a band where there is no room."""
+        """Draw hexagons with values, a line at mid-height where the bus floats, and a band where there is no room."""
         places, levels, bands = self._runs(lane.signal, -EVER, EVER)
         hidden = {n for first, last in bands for n in range(first, last)}
         color = self.colours.bus
@@ -229,7 +229,7 @@ class Drawing:
             self._text(a, foot + SWING + 0.06, meant, TINY, color=self.colours.bus, ha="left", bbox=box, zorder=6)
 
     def _words(self, lane: Lane, foot: float) -> None:
-        """Write decoded characters over a line, each as wide as its duration."""
+        """Write decoded characters above a serial line, each as wide as its duration."""
         for word in lane.words:
             a, b = self.scale([word.start, word.end]).tolist()
             a, b = max(a, self.scale.left - TAIL), min(b, self.scale.right + TAIL)
@@ -244,7 +244,7 @@ class Drawing:
 
     # ------------------------------------------------------------------------------------------------------------ time
     def _time(self) -> None:
-        """Draw ticks under the lanes, or, where stretches are cut short, a scale bar of time."""
+        """Draw time ticks below the lanes or, if stretches are cut short, a time scale bar."""
         from matplotlib.ticker import MaxNLocator
 
         colours, scale, diagram = self.colours, self.scale, self.diagram
@@ -272,7 +272,7 @@ class Drawing:
         self._text(a + long + 0.08, y, note, color=colours.soft, ha="left")
 
     def _cut(self, place: float, ps: int) -> None:
-        """Draw a zigzag from top to bottom where a stretch is cut short, with the time that is cut out."""
+        """Draw a zigzag from top to bottom where a stretch is cut short, with the duration that is cut out."""
         import numpy as np
 
         top, foot = self.layout.top + 0.05, BOTTOM - 0.04

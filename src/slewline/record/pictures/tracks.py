@@ -17,17 +17,17 @@ class Track:
     """The motions of one axis, or the activity of a part, in one run.
 
     Args:
-        quantities: the quantities to draw, a panel each.
+        quantities: the quantities to draw, one panel each.
         motions: the motions in the window, with the rates that were in force.
-        marks: events, findings included.
+        marks: events, including findings.
         phases: stretches with a label, start and end in ps.
         ideals: the ideals drawn over the motions, with the deviations from them.
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last known instant, ps.
-        over: it was measured, and is drawn over the others.
-        words: the meaning of parameters, by name, where it adds to the name.
-        part: it belongs to a part rather than an axis: the heading of its panel names the part, unless the panel is
-            shared.
+        over: True if it was measured, and is drawn over the others.
+        words: the meanings of parameters, keyed by name, where they add to the name.
+        part: True if it belongs to a part rather than an axis; the heading of its panel then names the part, unless the
+            panel is shared.
     """
 
     name: str
@@ -44,12 +44,12 @@ class Track:
     words: Mapping[str, str] = field(default_factory=dict)
 
     def called(self, rate: str) -> str:
-        """Return a rate by its name, with its meaning: "R = 80 (rate)"."""
+        """Return the name of a rate with its meaning: "R = 80 (rate)"."""
         parameter, _, value = rate.partition(" = ")
         return f"{rate} ({self.words[parameter]})" if value and parameter in self.words else rate
 
     def rates(self) -> list[tuple[int, Mapping[str, float]]]:
-        """Return the rates in force, each set with the instant from which on it was."""
+        """Return the sets of rates in force, each with the instant from which it was in force."""
         return [each for motion in self.motions for each in ((motion.time_ps, motion.rates), *motion.changes)]
 
     def window(self, axis: TimeAxis) -> tuple[int, int]:
@@ -60,7 +60,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class TrackCurve:
-    """A quantity of a track in a picture; `number` is that of its track, which determines colour and line."""
+    """A quantity of a track in a picture; the `number` of the track determines colour and line style."""
 
     number: int
     track: Track
@@ -78,14 +78,14 @@ class TrackCurve:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The lowest and the highest value, and zero if the picture of the quantity includes it."""
+        """The lowest and the highest value, including zero if pictures of the quantity do."""
         low, high = self.ends
         return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
 
     def rest_before(self) -> int:
         """Return the number of points before the first load, if the axis has not moved by then.
 
-        A register may have any value before it is loaded: that must not flatten the curve of the motion.
+        Before it is loaded, a register may have any value, which must not flatten the curve of the motion.
         """
         import numpy as np
 
@@ -94,5 +94,5 @@ class TrackCurve:
 
     @property
     def from_zero(self) -> bool:
-        """True if the picture of the quantity includes zero."""
+        """True if pictures of the quantity include zero."""
         return self.quantity.from_zero

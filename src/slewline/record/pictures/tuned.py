@@ -4,7 +4,7 @@ r"""The picture of a tuned ramp: the results in the grid, torque against its lim
       |. * x x          | o\_               |  _/ \_ _
       |_______ a        |_o___\__ rate      |_/_____v__ time
 
-The curve is only a guide.  The points in the map were simulated.
+The torque curve is only a guide; the points in the map were simulated.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CAPTION = "The curve is not the judge: every move was simulated, and some far be
 
 @dataclass(frozen=True, slots=True)
 class GridMap:
-    """A map over two parameters: states (rows, columns), the number of the cause of failure per cell, 0 for none."""
+    """A map over two parameters: for each cell (row, column), the number of the cause of failure, 0 for none."""
 
     names: tuple[str, str]
     columns: Sequence[object]
@@ -45,7 +45,7 @@ class GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """The demand of a ramp: rates (n,) steps/s, torques (n,) N m, a point per step."""
+    """The demand of a ramp: rates, (n,) steps/s, and torques, (n,) N m, one point per step."""
 
     name: str
     rates: NDArray[np.float64]
@@ -55,7 +55,7 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class TorqueCurve:
-    """Pull-out torque over rate, (n,) steps/s and N m; minimum and maximum under perturbations; the resonance, Hz."""
+    """Pull-out torque over rate, (n,) steps/s and N m, its extremes under perturbations, and the resonance, Hz."""
 
     rates: NDArray[np.float64]
     torques: NDArray[np.float64]
@@ -67,7 +67,7 @@ class TorqueCurve:
 
 @dataclass(frozen=True, slots=True)
 class LagCurve:
-    """The lag of a rotor after its command: (n,) int64 ps, (n,) full steps."""
+    """The lag of a rotor with respect to its command: (n,) int64 ps, (n,) full steps."""
 
     name: str
     times_ps: NDArray[np.int64]
@@ -86,7 +86,7 @@ class TuningPicture:
 
     @property
     def description(self) -> str:
-        """A description of the picture, in words."""
+        """A text description of the picture."""
         found = []
         if self.grid is not None:
             states = [state for row in self.grid.states for state in row]

@@ -1,1 +1,1 @@
-"""The recorded history of nets, reduced for pictures, and written as columns."""
+"""The recorded history of nets, reduced for pictures and written as columns."""

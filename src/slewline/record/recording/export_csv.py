@@ -20,17 +20,17 @@ from ...core.motion.axis import Steps
 from ..whole_file import WholeFile
 from .recorder import FLOATING, Probe, Recorder, chunks, net_of
 
-ROWS = 1 << 16  # lines made at a time
+ROWS = 1 << 16  # lines produced at a time
 
 
 def save_edges(path: str | Path, nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int) -> None:
-    """Write the edges of some nets at start <= t <= stop (ps), by time, then by name.
+    """Write the edges of some nets in start <= t <= stop (ps), sorted by time, then by name.
 
     The window is expanded in pieces, so a long one needs no more memory than a short one.
 
     Raises:
         UsageError: the path cannot be written.
-        NotRecorded: a net is not recorded, or no longer that far back.
+        NotRecorded: a net is not recorded, or its past is no longer kept that far back.
     """
     import numpy as np
 
@@ -48,11 +48,11 @@ def save_edges(path: str | Path, nets: Mapping[str, Probe], recorder: Recorder, 
 
 
 def save_steps(path: str | Path, steps: Iterable[tuple[str, int, Steps]]) -> None:
-    """Write steps by time, then by chip and axis.
+    """Write steps, sorted by time, then by chip and axis.
 
     Args:
         path: the file.
-        steps: for every axis the name of its chip, its number from 1, and its steps.
+        steps: for every axis, the name of its chip, its number (from 1), and its steps.
 
     Raises:
         UsageError: the path cannot be written.

@@ -1,4 +1,4 @@
-"""Columns of numbers as NumPy's own file: `numpy.load(path)["x.slew.times_ps"]`, `["x.axis1.positions"]`."""
+"""Columns of numbers in NumPy's own file format: `numpy.load(path)["x.slew.times_ps"]`, `["x.axis1.positions"]`."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int) -> dict[str, NDArray[Any]]:
-    """Return the edges of some nets at start <= t <= stop (ps): for each name, name.times_ps and name.levels.
+    """Return the edges of some nets in start <= t <= stop (ps): for each name, name.times_ps and name.levels.
 
     Returns:
-        Times (n,) int64 ps, ascending; levels (n,), as `Recorder.edges`.
+        Times, (n,) int64 ps, ascending; and levels, (n,), as from `Recorder.edges`.
 
     Raises:
-        NotRecorded: a net is not recorded, or no longer that far back.
+        NotRecorded: a net is not recorded, or its past is no longer kept that far back.
     """
     columns: dict[str, NDArray[Any]] = {}
     for name, probe in nets.items():
@@ -30,10 +30,10 @@ def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop
 
 
 def step_columns(steps: Iterable[tuple[str, int, Steps]]) -> dict[str, NDArray[Any]]:
-    """Return steps: for each axis x.axis1.times_ps, x.axis1.directions and x.axis1.positions.
+    """Return steps: for each axis, x.axis1.times_ps, x.axis1.directions and x.axis1.positions.
 
     Args:
-        steps: for every axis the name of its chip, its number from 1, and its steps.
+        steps: for every axis, the name of its chip, its number (from 1), and its steps.
     """
     return {
         f"{chip}.axis{number}.{name}": getattr(taken, name)
@@ -43,7 +43,7 @@ def step_columns(steps: Iterable[tuple[str, int, Steps]]) -> dict[str, NDArray[A
 
 
 def save_npz(path: str | Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays under their names, uncompressed: deflating costs ten times more than it is worth.
+    """Write arrays under their names, uncompressed, as compression costs ten times more than it is worth.
 
     Raises:
         UsageError: the path cannot be written.

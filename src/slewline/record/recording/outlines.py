@@ -1,7 +1,7 @@
-"""The reduced trace of a pin for a picture: lines where edges can be distinguished, bands where they cannot.
+"""The reduced trace of a pin for a picture: lines where edges can be distinguished, and bands where they cannot.
 
-An hour of PULSE has 70 million edges, of which a picture shows a few hundred: only the first ones in each stripe of the
-picture are read from a log, which is expanded only at the end of a band.
+An hour of PULSE has 70 million edges, of which a picture shows a few hundred: only the first edges in each stripe of
+the picture are read from a log, which is expanded only at the end of a band.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ DENSE = 2  # with more edges in a stripe, a trace is a band
 
 
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
-    """Return as many of the recorded edges at start < t <= stop (ps) as a picture needs.
+    """Return as many of the recorded edges in start < t <= stop (ps) as a picture needs.
 
-    `logic` has the same result as for all edges: they are the first ones of a stripe with more than DENSE edges, and
-    the last one where a band ends.
+    `logic` returns the same result as for all edges: they are the first edges in a stripe with more than DENSE edges,
+    and the last edge where a band ends.
 
     Raises:
-        NotRecorded, TimeError: as `Recorder.edges`.
+        NotRecorded, TimeError: as for `Recorder.edges`.
     """
     import numpy as np
 
     known = max(start, recorder.since(probe)) + 1
     begins = [max(begin, known) for begin in column_edges(start, stop, STRIPES)]
     found: list[tuple[int, int]] = []
-    band: tuple[int, int, int] | None = None  # to find the last edge of the stripe before, if that is dense
+    band: tuple[int, int, int] | None = None  # to find the last edge of the previous stripe if that is dense
     for begin, over in pairwise([*begins, stop + 1]):
         ahead = list(islice(recorder.each_edge(probe, begin, over - 1), DENSE + 1))
         dense = len(ahead) > DENSE
@@ -53,7 +53,7 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
 
 
 def _last_edge(recorder: Recorder, probe: Probe, start: int, stop: int, width: int) -> tuple[int, int]:
-    """Return the last edge of a window, which has one; search `width` before the end first, then farther."""
+    """Return the last edge in a window, which has one; first search `width` before the end, then further back."""
     times, levels = recorder.edges(probe, max(start, stop - width), stop)
     while not len(times):
         width *= 4
@@ -71,17 +71,18 @@ def logic(
     until: int | None = None,
     stripes: int | None = None,
 ) -> tuple[Outline, NDArray[np.int64]]:
-    """Return a trace: the line where single edges can be distinguished, and bands where they cannot.
+    """Return a trace: a line where single edges can be distinguished, and bands where they cannot.
 
     Args:
-        times, levels: edges, (n,) int64 ps and (n,).
-        level: before the first edge.
+        times, levels: the edges, (n,) int64 ps and (n,).
+        level: the level before the first edge.
         start, stop: the window, ps.
         since, until: the known part of the trace (ps), if not all of the window; nothing is drawn outside.
-        stripes: the number of stripes, at most STRIPES, which is that of a page; fewer in a narrow picture.
+        stripes: the number of stripes, at most STRIPES, the number for a page; fewer in a narrow picture.
 
     Returns:
-        Instants (m,) int64 and levels (m,) float64 from there to the next, NaN inside a band; the bands, (k, 2) int64.
+        Instants, (m,) int64, and the levels from each to the next, (m,) float64, NaN within a band; and the bands, (k,
+        2) int64.
     """
     import numpy as np
 

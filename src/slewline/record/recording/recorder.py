@@ -1,7 +1,7 @@
 """The recorder: the history of a net, stored as it was driven, expanded into edges on request.
 
-A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million
-steps of an endless move are one entry, and edges are made only for the window requested:
+A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million steps
+of an endless move are one entry, and edges are expanded only for the window requested:
 
     log      (0, 1)      (5 µs, promise of a train)           (9 µs, 0)
     net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
@@ -57,7 +57,10 @@ LONGEST_CHUNK_PS = 10**12  # limits the cost of a burst after a long silence
 
 
 class EdgeLog(list[tuple[int, Any]]):
-    """The entries of a net.  With `keep_ps`, older ones are dropped when the list has doubled since the last time."""
+    """The log entries of a net.
+
+    With `keep_ps`, older entries are dropped when the list has doubled since the last time.
+    """
 
     __slots__ = ("full", "keep_ps")
 
@@ -66,7 +69,7 @@ class EdgeLog(list[tuple[int, Any]]):
         self.keep(keep_ps)
 
     def keep(self, keep_ps: int | None) -> None:
-        """Keep this much of the past from now on (ps); None: all of it."""
+        """Set how much of the past to keep (ps); None for all of it."""
         self.keep_ps = keep_ps
         self.full = sys.maxsize if keep_ps is None else TRIM_FROM
 
@@ -77,14 +80,14 @@ class EdgeLog(list[tuple[int, Any]]):
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop entries beyond the time to keep, except the one that holds just before it: an edge has two sides."""
+        """Drop entries older than the time to keep, except the one in force just before: an edge has two sides."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
 
 
 class TextLog:
-    """The texts of a hook from now on, with their instants; of several at one instant the last one."""
+    """The texts that a hook reports after this, with their instants; of several at one instant, only the last."""
 
     def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
         self.kernel, self.log = kernel, EdgeLog(keep_ps)
@@ -92,7 +95,7 @@ class TextLog:
         hook.add(self.note)
 
     def note(self, text: str) -> None:
-        """Keep a text of this instant."""
+        """Record a text for the current instant."""
         now = self.kernel.now
         if self.log[-1][0] == now:
             self.log[-1] = now, text
@@ -100,17 +103,17 @@ class TextLog:
             self.log.append((now, text))
 
     def between(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return the texts at start <= t <= stop, in ps."""
+        """Return the texts in start <= t <= stop (ps), with their instants."""
         return self.log[bisect_left(self.log, (start,)) : bisect_left(self.log, (stop + 1,))]
 
 
 class Recorder:
-    """Records nets, and answers queries about their past."""
+    """A recorder of nets that answers queries about their past."""
 
     def record(self, probe: Probe, keep_ps: int | None = None) -> None:
-        """Record a net from now on: the last `keep_ps` of it, or, with None, all of it.
+        """Start recording a net: keep the last `keep_ps` or, with None, all of it.
 
-        A net that is recorded already is recorded further, with the new `keep_ps`.
+        Recording of a net that is already recorded continues with the new `keep_ps`.
         """
         net = net_of(probe)
         if isinstance(net.log, EdgeLog):
@@ -138,28 +141,28 @@ class Recorder:
         return log
 
     def level(self, probe: Probe, ps: int) -> int:
-        """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives it.
+        """Return the level at an instant (ps), after any edge at that instant; FLOATING where nothing drives the net.
 
         After the last committed instant, the level is the one at that instant.
 
         Raises:
-            NotRecorded: the net is not recorded, or no longer that far back.
+            NotRecorded: the net is not recorded, or its past is no longer kept that far back.
         """
         log, net = self._log(probe, ps), net_of(probe)
         ps = min(ps, net.kernel.seen)
         return _code(probe, _level(log[max(bisect_left(log, (ps + 1,)) - 1, 0)][1], ps))
 
     def edges(self, probe: Probe, start: int, stop: int) -> Edges:
-        """Return the edges at start <= t <= stop (ps), up to the last committed instant.
+        """Return the edges in start <= t <= stop (ps), up to the last committed instant.
 
-        There is one per instant, and each is a real change.
+        There is at most one per instant, and each is a real change.
 
         Returns:
-            Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a bus
-                the levels are int16, 0 to 255; an undriven wire of it reads 1, unless all are undriven.
+            Times, (n,) int64 ps, ascending; and the levels after the edges, (n,) int8, FLOATING where nothing drives.
+            On a bus, the levels are int16, 0 to 255; an undriven bus wire reads 1, unless all are undriven.
 
         Raises:
-            NotRecorded: the net is not recorded, or no longer that far back.
+            NotRecorded: the net is not recorded, or its past is no longer kept that far back.
             TimeError: the window ends beyond 2^63 ps (106 days).
         """
         log, stop = self._window(probe, start, stop)
@@ -174,7 +177,7 @@ class Recorder:
         """Yield the edges of `edges` one by one, time (ps) and level, for callers that need only a few.
 
         Raises:
-            NotRecorded, TimeError: as `edges`.
+            NotRecorded, TimeError: as for `edges`.
         """
         log, stop = self._window(probe, start, stop)
         first = max(bisect_left(log, (start,)) - 1, 0)
@@ -193,7 +196,7 @@ class Recorder:
                 time = ask_at(what.after(time)) if _promised(what) else None
 
     def _window(self, probe: Probe, start: int, stop: int) -> tuple[EdgeLog, int]:
-        """Return the log for a window, and the end of the window, at most the last committed instant."""
+        """Return the log for a window, and the end of the window, which is at most the last committed instant."""
         log = self._log(probe, start)
         stop = min(stop, net_of(probe).kernel.seen)
         if stop >= 1 << 63:
@@ -212,9 +215,10 @@ class Recorder:
 
 
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
-    """Yield the changes at start <= t <= stop, in consecutive windows: one array would be too large for an hour.
+    """Yield the changes in start <= t <= stop in consecutive windows: for an hour, one array would be too large.
 
-    The length of a window follows the density of the one before.  All but the last end with a whole `unit` (ps).
+    The length of a window depends on the density in the previous window.  All windows but the last end at a whole
+    `unit` (ps).
 
     Args:
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and values.
@@ -247,7 +251,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """Return the log entry of this instant: a promise if one driver alone determines the level, else the level."""
+    """Return the current log entry: a promise if one driver alone determines the level, otherwise the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -259,7 +263,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """Return a level as a number in the arrays; where a promise floats, tie and pull determine the level."""
+    """Return a level as a number in the arrays; where a promise floats, the tie and the pull determine the level."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull
@@ -288,7 +292,7 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
 
 
 def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
-    """Return the edges of some entries at start <= t <= stop; the first entry may begin long before."""
+    """Return the edges of some entries in start <= t <= stop; the first entry may begin much earlier."""
     import numpy as np
 
     sinces, whats = [since for since, _ in entries], [what for _, what in entries]
@@ -322,12 +326,12 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
 
 
 def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
-    """Return the edges that are changes: the last of equal times, and the first of equal neighbours.
+    """Return the edges that are changes: the last of equal times, and the first of equal consecutive levels.
 
     Args:
-        times: (n,) int64 ps, ascending, equal ones allowed.
-        levels: (n,), after each time.
-        before: the level before the first.
+        times: (n,) int64 ps, ascending; equal times are allowed.
+        levels: the level after each time, (n,).
+        before: the level before the first edge.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""The trace of one pin in a picture: of a recorded pin, or of a signal in a file."""
+"""The trace of one pin in a picture: that of a recorded pin, or of a signal in a file."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Trace:
     """The edges of one pin, as returned by Recorder.edges, and the level before the first; a bus shows its bytes.
 
     Args:
-        since, until: the known part, ps; nothing is drawn before and after.
-        tolerance_ps: differences up to this length from the trace below it are not marked.
-        over: the measured trace of the same pin: it is drawn over it, and differences are marked.
+        since, until: the known part, ps; nothing is drawn before or after it.
+        tolerance_ps: differences from the trace below, up to this length, are not marked.
+        over: the measured trace of the same pin: it is drawn over this trace, and differences are marked.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Trace:
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
         """Return the trace of a recorded net or pin in a window (ps): as many of its edges as a picture needs.
 
-        If a trace is drawn over it, it has all of its edges, since each may differ.
+        If a trace is drawn over it, it has all of its edges, since any of them may differ.
         """
         since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)
@@ -59,7 +59,7 @@ class Trace:
         return replace(self, times_ps=self.times_ps + by, since=self.since + by, until=self.until + by, over=over)
 
     def within(self, start: int, stop: int) -> Trace:
-        """Return the part of a trace in a window (ps), for one of a file, which has no window."""
+        """Return the part of a trace in a window (ps), for a trace from a file, which has no window."""
         import numpy as np
 
         first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
@@ -67,7 +67,7 @@ class Trace:
         return replace(self, times_ps=self.times_ps[first:last], levels=self.levels[first:last], level=level)
 
     def levels_at(self, times_ps: Sequence[int]) -> list[int]:
-        """Return the levels at some instants (ps), edges there included; FLOATING where unknown."""
+        """Return the levels at some instants (ps), after any edges there; FLOATING where unknown."""
         import numpy as np
 
         at = np.array(times_ps, np.int64)

@@ -1,4 +1,4 @@
-"""The head of a table of levels or voltages: names, units, the rate, and the line in which the numbers begin.
+"""The header of a table of levels or voltages: names, units, sampling rate, and the line in which the numbers begin.
 
 It differs from program to program:
 
@@ -7,9 +7,9 @@ Time [s],STEP,DIR                     Logic 2
 nanoseconds,logic,logic               then units, or names, or nothing
 Time,Channel A                        oscilloscopes: names, then units
 (ms),(V)
-X,CH1,Start,Increment                 or a number of each sample, and the time between two
+X,CH1,Start,Increment                 or sample numbers, and the time between two samples
 Sequence,Volt,-6.0e-03,1.0e-06
-Record Length,2500,,-5.0e-05,3.30     or the head next to the first rows
+Record Length,2500,,-5.0e-05,3.30     or the header next to the first rows
 Source,CH1,,-4.0e-05,3.28
 -5.0e-05,3.30                         or nothing: a column that rises from row to row is time
 """
@@ -52,10 +52,10 @@ _NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,](\d*))?|[.,]\d+)([eE][+-]?\d+)?\s*")
 
 @dataclass(slots=True)
 class CsvHead:
-    """The information in the head of a table.
+    """The information in the header of a table.
 
-    `columns` are those of signals, by name; `time` is the column of times, None if rows are one `period` apart.  A time
-    is a number of `factor` ps, to `unit` ps.
+    `columns` are the signal columns, keyed by name; `time` is the column of times, None if rows are one `period` apart.
+    Times are in units of `factor` ps, with a resolution of `unit` ps.
     """
 
     delimiter: str = ","
@@ -78,14 +78,14 @@ class HeadLines(NamedTuple):
 
 
 def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
-    """Read the head of a table.
+    """Read the header of a table.
 
     Args:
         lines: the first lines of the file.
-        timescale: the unit of its times, or the time between two rows, ps; None: as stated in the file.
+        timescale: the unit of its times, or the time between two rows, ps; None if the file states it.
 
     Raises:
-        WaveformError: no row of numbers.
+        WaveformError: there is no row of numbers.
         UsageError: neither the file nor `timescale` states the time between rows, or the unit of the times.
     """
     head = CsvHead()
@@ -146,9 +146,9 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
 
 
 def _columns(signals: list[int], names: list[str], channels: list[str], own: list[list[str]]) -> dict[str, int]:
-    """Return the columns of the signals by name.
+    """Return the signal columns, keyed by name.
 
-    Names are those of the columns, if these differ, else of channels or of the preamble, else D0, D1 ...
+    Names are those of the columns if these differ, else those of channels or in the preamble, else D0, D1 ...
     """
     alike = len({names[n] for n in signals}) < len(signals) or all(_states_values(names[n]) for n in signals)
     if own and alike and not channels:
@@ -175,7 +175,7 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Count the rows with a head next to them, up to column `begin`, and let the table begin with them."""
+    """Count the rows that have a header next to them, up to column `begin`, and make the table begin with them."""
     count = 0
     while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
         head.lines, count = head.lines - 1, count + 1
@@ -183,7 +183,7 @@ def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
 
 
 def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
-    """Return the first column if it has fractions that rise from row to row, so is time, and is not the only one."""
+    """Return the first column if it is time: fractions that rise from row to row, and not the only column."""
     at = [cells[known[0]].replace(",", ".") for row in rows if len(cells := _cells(row, delimiter)) > known[-1]]
     found = [float(cell) for cell in at if _NUMBER.fullmatch(cell)]
     rises = len(found) >= ENOUGH and all(one < other for one, other in pairwise(found))
@@ -207,7 +207,7 @@ def _states_values(cell: str) -> bool:
 
 
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
-    """Return the names of the columns, and their units, if they have a line of their own."""
+    """Return the column names, and their units if these are on a line of their own."""
     rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
     if rows and all(_states_values(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
@@ -215,21 +215,21 @@ def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
 
 
 def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
-    """Read the time between two samples from a separate column, which only has a value in the line of units."""
+    """Read the time between two samples from a separate column, which only has a value in the units line."""
     for n, name in enumerate(names):
         if name.lower() == "increment" and n < len(texts[-1]):
             head.rate = head.rate or _inverse(texts[-1][n])
 
 
 def _inverse(text: str) -> Fraction | None:
-    """Return the rate (Hz) of a time between two samples, in seconds; None: not such a time."""
+    """Return the rate (Hz) for a time between two samples, given in seconds; None if the text is not such a time."""
     text = text.replace(",", ".")
     likely = _NUMBER.fullmatch(text) is not None and 1 / PS_PER_S <= float(text) <= 1000
     return 1 / Fraction(text) if likely else None
 
 
 def _rate_of(cells: list[str]) -> Fraction | None:
-    """Return the rate (Hz) in a line of the preamble: "Sample Interval,4.0e-09", "Sample Rate,1 MHz"."""
+    """Return the rate (Hz) stated in a preamble line: "Sample Interval,4.0e-09", "Sample Rate,1 MHz"."""
     key, value = cells[0].lower().rstrip(": "), next(filter(None, cells[1:]), "")
     if key in ("sample interval", "sampling period"):
         return _inverse(value)

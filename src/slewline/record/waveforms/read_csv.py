@@ -1,6 +1,6 @@
 """Reads tables (CSV) of levels, as logic analysers export them, and of voltages, as oscilloscopes do.
 
-A row may be a change, or one of a million samples: a file is read in blocks, and only changes are kept.  Voltages
+A row may be a change, or one of a million samples; a file is read in blocks, and only changes are kept.  Voltages
 become levels by a threshold with hysteresis, so that noise on a slow edge does not count as edges.  The threshold is
 the middle of the two voltages between which a signal switches, regardless of its spikes.
 """
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 BLOCK = 1 << 20  # bytes
 HYSTERESIS = 0.1  # of the swing of a signal, to both sides of the threshold
-ROWS = 16  # number that shows whether they are samples
+ROWS = 16  # number of rows that shows whether they are samples
 BINS = 256  # from the lowest voltage of a signal to its highest
 NEAR = 4  # bins to both sides count as the same voltage
-APART = 32  # least number of bins between two levels: the remainder with spikes of three times the swing
+APART = 32  # minimum number of bins between two levels: the remainder with spikes of three times the swing
 MOST = 0.9  # of the samples that are not at rest: samples beyond are spikes
 HUGE = 1e30  # neither a voltage nor a reading of a converter
 QUIET_V = 0.5  # a signal that swings less does not move
@@ -44,13 +44,14 @@ def read_csv(
 
     Args:
         path: the file, for messages.
-        file: the same, open.
-        timescale: the unit of its times, or the time between two rows, ps; None: as stated in the file.
-        torn: ignore text after the last end of line.
-        threshold_v: the voltage from which on a level is 1; None: the middle of the two levels of each signal.
+        file: the same file, opened.
+        timescale: the unit of its times, or the time between two rows, ps; None if the file states it.
+        torn: ignore text after the last line end.
+        threshold_v: the voltage at and above which a level is 1; None for the midpoint between the two levels of each
+            signal.
 
     Raises:
-        WaveformError: the content cannot be read; the message has the line.
+        WaveformError: the content cannot be read; the message states the line.
         UsageError: the time between rows is not stated.
     """
     beginning = _plain(file.read(BLOCK)).decode("utf-8", "replace").rstrip("\n").split("\n")
@@ -72,14 +73,14 @@ def _plain(block: bytes) -> bytes:
 
 
 class TableRows:
-    """The rows of a table, block by block; each iteration starts at the first one."""
+    """The rows of a table, block by block; each iteration starts at the first block."""
 
     def __init__(self, path: str, file: BinaryIO, head: CsvHead, torn: bool) -> None:
         self.path, self.file, self.head, self.torn = path, file, head, torn
         self.used = [*([head.time] if head.time is not None else []), *head.columns.values()]
 
     def __iter__(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Yield the line number before a block, and its rows: the time, if there is one, then each signal."""
+        """Yield the line number before a block, and the rows of the block: the time, if any, then each signal."""
         self.file.seek(0)
         rest, number, skip = b"", self.head.lines, self.head.lines
         more = True
@@ -114,7 +115,7 @@ class TableRows:
             raise self._wrong(block, number) from None
 
     def _check_cells(self, block: bytes, number: int) -> None:
-        """Check that no row has more cells than the first one: a decimal comma would shift them."""
+        """Check that no row has more cells than the first row, as a decimal comma would shift them."""
         import numpy as np
 
         mark = self.head.delimiter.encode()
@@ -139,17 +140,17 @@ class TableRows:
         return self.error(number + 1, block[:SHOWN], "expected rows of numbers")
 
     def error(self, number: int, line: bytes, what: str) -> WaveformError:
-        """Return an error with the line."""
+        """Return an error that states the line."""
         return WaveformError(f"{self.path}, line {number}: {line[:SHOWN].decode('latin-1')!r}: {what}")
 
 
 def levels_in(
     table: TableRows, lowest: NDArray[np.float64], highest: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the low and the high voltage between which each signal switches, without spikes: two (signals,) float64.
+    """Return the low and high voltages between which each signal switches, without spikes: two (signals,) float64.
 
     Args:
-        lowest, highest: of each signal, (signals,) V.
+        lowest, highest: the extreme voltages of each signal, (signals,) V.
     """
     import numpy as np
 
@@ -166,7 +167,7 @@ def levels_in(
 
 
 def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the most frequent level of a signal and its other one, without spikes: bins, the lower first.
+    """Return the most frequent level of a signal and its other level, without spikes: bins, the lower first.
 
     Args:
         seen: the number of samples in each bin, (BINS,).
@@ -182,7 +183,7 @@ def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
 
 
 class Thresholds:
-    """The voltage from which on each signal is 1, and the one up to which it is 0."""
+    """The voltages at and above which each signal is 1, and at and below which it is 0."""
 
     def __init__(self, low: NDArray[np.float64], high: NDArray[np.float64], given: float | None) -> None:
         import numpy as np
@@ -196,10 +197,10 @@ class Thresholds:
 
 
 class TableChanges:
-    """The changes in a table, in the form for `Waveforms`.
+    """The changes in a table, in the form that `Waveforms` needs.
 
-    `analog`: it has voltages, or anything but 0 and 1; from `lowest` to `highest`.  `rate`: that of rows at equal
-    intervals, Hz.
+    `analog` is true if it contains voltages, or anything but 0 and 1; they range from `lowest` to `highest`.  `rate` is
+    the sampling rate, Hz, of rows at equal intervals.
     """
 
     def __init__(self, head: CsvHead, table: TableRows, thresholds: Thresholds | None) -> None:
@@ -274,7 +275,7 @@ class TableChanges:
         self._last = levels[-1].copy()
 
     def series(self) -> dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
-        """Return the changes by identifier: the variable, times (n,) int64 ps, and values (n,)."""
+        """Return the changes, keyed by identifier: the variable, times, (n,) int64 ps, and values, (n,)."""
         import numpy as np
 
         out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}

@@ -1,7 +1,7 @@
-"""Reads value change dumps (IEEE 1364): our own, those of simulators, and those of logic analysers.
+"""A reader of value change dumps (IEEE 1364): our own, those of simulators, and those of logic analysers.
 
 A file is read in blocks, so that a long one needs little more memory than its edges.  Unreadable content is an error
-with file, line and expected content; nothing is guessed.
+that states file, line and expected content; nothing is guessed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _DEFINED = re.compile(rb"\$enddefinitions\s+\$end\s")
 def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = False) -> Waveforms:
     """Return the waveforms in a VCD file.
 
-    Times are rounded down to whole picoseconds, if the file has finer ones.
+    Times are rounded down to whole picoseconds if the file has finer times.
 
     Args:
         path: the file.
@@ -56,7 +56,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
     Raises:
         UsageError: the file cannot be opened, or `timescale` is missing or contradicts the file.
         TimeError: `timescale` is not a time.
-        WaveformError: the content cannot be read; the message has line, reason and remedy.
+        WaveformError: the content cannot be read; the message states line, reason and remedy.
     """
     unit = None if timescale is None else picoseconds(timescale)
     try:
@@ -76,7 +76,7 @@ def read_opened(path: str | Path, file: BinaryIO, unit: int | None, torn: bool) 
         unit: the unit of time (ps), for a file that does not declare one.
 
     Raises:
-        UsageError, WaveformError: as `read_vcd`.
+        UsageError, WaveformError: as for `read_vcd`.
     """
     return Waveforms(path, *_read(str(path), file, unit, torn))
 

@@ -1,4 +1,4 @@
-"""Reads a recording in any supported format: VCD, a table (CSV), or a session of sigrok (.sr), via sigrok-cli."""
+"""A reader of recordings in any supported format: VCD, a table (CSV), or a sigrok session (.sr), via sigrok-cli."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ _CHANNEL = re.compile(r"(probe|analog)\d+=(.*)")
 def read_waveforms(
     path: str | Path, *, timescale: Time | None = None, torn: bool = False, threshold: str | float | None = None
 ) -> Waveforms:
-    """Return the waveforms in a file of a logic analyser, an oscilloscope or a simulator: VCD, CSV or .sr.
+    """Return the waveforms in a file from a logic analyser, an oscilloscope or a simulator: VCD, CSV or .sr.
 
-    The content determines the format.  A session of PulseView or sigrok-cli (.sr) is converted by sigrok-cli, which
-    must be installed.  A table has a column for each signal; its first one has the times, unless the file states a
-    sample rate.  Times before the trigger are counted from the start of the recording.
+    The content determines the format.  A PulseView or sigrok-cli session (.sr) is converted by sigrok-cli, which must
+    be installed.  A table has a column for each signal; its first column contains the times, unless the file states a
+    sample rate.  If there are times before the trigger, time 0 is the start of the recording.
 
     Args:
         path: the file.
         timescale: the unit of time, for a file that does not declare one; for a table without times, the time between
             two rows.
-        torn: accept a file that was cut off: text after its last end of line is ignored.
-        threshold: for voltages, the one from which on a level is 1, such as "1.4 V"; by default, for each signal, the
-            middle between its two levels, without spikes.
+        torn: accept a file that was cut off: text after its last line end is ignored.
+        threshold: for voltages, the value at and above which a level is 1, such as "1.4 V"; by default, for each
+            signal, the midpoint between its two levels, disregarding spikes.
 
     Raises:
         UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not state the time
             between its rows; or `threshold` is not a voltage.
         TimeError: `timescale` is not a time.
-        WaveformError: the content cannot be read; the message has line, reason and remedy.
+        WaveformError: the content cannot be read; the message states line, reason and remedy.
     """
     volts = None if threshold is None else volts_of(threshold)
     try:
@@ -84,7 +84,7 @@ def volts_of(threshold: str | float) -> float:
 
 
 def _is_table(beginning: bytes) -> bool:
-    """Return whether the beginning of a file is that of a table; a VCD file begins with a declaration."""
+    """Return whether a file begins like a table; a VCD file begins with a declaration."""
     text = beginning.removeprefix(BOM).lstrip()
     if text.startswith(b"META "):
         text = text.partition(b"\n")[2].lstrip()
@@ -113,7 +113,7 @@ class WireChanges:
 
 
 def _channels(path: str | Path) -> tuple[list[str], list[str]]:
-    """Return the names of the wires in a session, and of its voltages; empty if they are not listed.
+    """Return the names of the wires in a session, and those of its voltages; empty if they are not listed.
 
     Raises:
         WaveformError: the file is not a session.
@@ -136,7 +136,7 @@ def _channels(path: str | Path) -> tuple[list[str], list[str]]:
 
 
 def _session(path: str | Path, torn: bool) -> Waveforms:
-    """Return a session, converted by sigrok-cli."""
+    """Return the waveforms in a session, converted by sigrok-cli."""
     own = {".dsl": "export VCD or CSV in DSView", ".sal": "export CSV in Logic 2"}
     if Path(path).suffix.lower() in own:
         raise WaveformError(f"{path}: a session of another program; {own[Path(path).suffix.lower()]}")

@@ -1,10 +1,10 @@
-"""The sampling of a recording: the uncertainty of its times, which is seldom the unit in which they are written.
+"""The sampling of a recording, which determines the uncertainty of its times; this is seldom their unit in the file.
 
     $comment Acquisition with 2/2 channels at 12 MHz $end       the period is 83.3 ns
     $timescale 100 ps $end                                      the unit is finer
 
-The rate is stated in the file, or follows from the instants: all of them are whole periods apart.  A few instants fit
-many grids by chance, so a grid counts only if chance can be excluded; of all such grids the coarsest one is used.
+The rate is stated in the file, or follows from the instants: they are all whole periods apart.  A few instants fit many
+grids by chance, so a grid counts only if chance can be excluded; of all such grids, the coarsest is used.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ MANTISSAS = ("1", "1.2", "1.25", "1.5", "1.6", "2", "2.4", "2.5", "3", "3.2", "4
 RATES_HZ = sorted(Fraction(digits) * 10**power for digits in MANTISSAS for power in range(3, 10))
 FEW = 64  # intervals on which every grid is tried; only grids that fit these are tried on all
 CHANCE = 1e-6  # the greatest probability that a grid is chance
-LENGTHS = 6  # least number of different intervals: a steady wave fits the grid of its own period
-FINE = 4  # least number of units in a period that is not a whole number of them
-LONG = 200  # characters of a comment in which a rate is looked for
+LENGTHS = 6  # minimum number of different intervals: a steady wave fits the grid of its own period
+FINE = 4  # minimum number of units in a period that is not a whole number of them
+LONG = 200  # characters of a comment that are searched for a rate
 SIZES = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9}
 
 _RATE = re.compile(r"(?:\bat|sample\s*rate\s*:?)\s*(\d{1,12}(?:\.\d{1,9})?)\s*([kmg]?)(?:hz|sa/s)?\s*$", re.IGNORECASE)
@@ -49,7 +49,7 @@ class Sampling(NamedTuple):
 
     @property
     def resolution_ps(self) -> int:
-        """The greatest delay of an edge in the file, ps: a period, and the rounding to whole units."""
+        """The greatest delay of an edge in the file, ps: one period, plus the rounding to whole units."""
         whole = self.period % self.unit == 0
         return max(-(-(self.period if whole else self.period + self.unit) // 1), 1)
 
@@ -66,7 +66,7 @@ def frequency(hz: Fraction) -> str:
 
 
 def rate_in(text: str) -> Fraction | None:
-    """Return the rate (Hz) stated in a comment: "Acquisition with 2/2 channels at 12 MHz"; None: it states none."""
+    """Return the rate (Hz) stated in a comment: "Acquisition with 2/2 channels at 12 MHz"; None if it states none."""
     match = _RATE.search(" ".join(text[-LONG:].split()))
     hz = Fraction(match[1]) * SIZES[match[2].lower()] if match else Fraction(0)
     return hz if 0 < hz <= PS_PER_S else None
@@ -78,11 +78,12 @@ def sampling_of(
     """Return the sampling of a file.
 
     Args:
-        instants: returns the instants of all changes, ps, ascending; called if the file does not state enough.
+        instants: a function that returns the instants of all changes, ps, ascending; called if the file does not state
+            enough.
         unit: the unit in which they were written, ps.
-        rate: the rate stated in the file, Hz.  One as fine as the unit may be that of a conversion: a grid then takes
+        rate: the rate stated in the file, Hz.  A rate as fine as the unit may stem from a conversion: a grid then takes
             precedence.
-        exact: the instants were not sampled, but computed, and rounded to the unit.
+        exact: True if the instants were not sampled, but computed and rounded to the unit.
     """
     if exact:
         return Sampling(unit, unit, "unit")
@@ -95,7 +96,7 @@ def sampling_of(
 
 
 def _grid(times_ps: NDArray[np.int64], unit: Fraction) -> Fraction | None:
-    """Return the coarsest grid that cannot be chance; None: there is none."""
+    """Return the coarsest grid that cannot be due to chance; None if there is none."""
     import numpy as np
 
     since = times_ps - times_ps[:1]

@@ -6,12 +6,12 @@ r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and similar p
     r5978.26 #             a real: a velocity
     sP\x20300 $            a string: the command in progress
 
-Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
-within one unit is not in the file, and is counted as lost.  Changes of one instant are under one time.  The same run
-produces the same bytes, whether written as a whole or in parts.
+Times are rounded down to the timescale.  Of several changes of a variable within one unit, the last one counts; a
+glitch within one unit is not in the file, but is counted as lost.  Changes at the same instant share one time entry.
+The same run produces the same bytes, whether written as a whole or in parts.
 
-All programs read a file of wires.  libsigrok 0.5.2 refuses a file with a bus in it, so a bus is written as its wires
-unless the user requests it; it skips reals silently and strings with a warning each.
+All programs can read a file of wires.  libsigrok 0.5.2 refuses a file that contains a bus, so a bus is written as its
+wires unless the user requests otherwise; libsigrok skips reals silently, and strings with a warning each.
 """
 
 from __future__ import annotations
@@ -52,17 +52,17 @@ class VcdStream(WholeOrNothing):
 
     Args:
         path: the file.
-        nets: names of recorded nets or pins; dots make scopes, so that "x.slew" is variable slew in scope x.
-        recorder: that recorded them.
+        nets: names of recorded nets or pins; dots separate scopes, so that "x.slew" is variable slew in scope x.
+        recorder: the recorder that recorded them.
         timescale: one of TIMESCALES.
-        start: ps; None: now.
-        buses: "bits": a bus as its wires; "whole": as one variable; "both".
-        values: further content of the file: quantities and texts.
+        start: the start of the file, ps; None for now.
+        buses: "bits" for a bus as its wires, "whole" as one variable, or "both".
+        values: further content of the file: quantities and text.
         comments: written at the head of the file.
 
     Raises:
         UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be written.
-        NotRecorded: a net is not recorded, or no longer as far back as `start` or as the last call.
+        NotRecorded: a net is not recorded, or its past is no longer kept back to `start` or to the last call.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class VcdStream(WholeOrNothing):
         self._table = ChangeTexts(texts)
         self._now: list[Any] = []  # the values written last; empty until the first unit is complete
         self._written = self._reached // self.unit  # the last time written, in units
-        self._next = (self._written + 1) * self.unit  # from this instant on, nothing is written yet
+        self._next = (self._written + 1) * self.unit  # nothing after this instant has been written yet
         self.lost = 0
         """Number of wire changes that are not in the file, because others followed in the same unit."""
         self._file = WholeFile(path)
@@ -106,14 +106,14 @@ class VcdStream(WholeOrNothing):
         return self._start, self._reached
 
     def write_until(self, ps: int) -> None:
-        """Append the changes up to an instant (ps); an incomplete unit of the file waits for the next call."""
+        """Append the changes up to an instant (ps); an incomplete time unit waits for the next call."""
         self._reached = max(self._reached, min(ps, self._kernel.seen))
         over = (self._reached + 1) // self.unit * self.unit
         if over >= self._next:
             self._append(over - 1)
 
     def close(self) -> None:
-        """Append the remaining changes and, as the end, the instant of the last call; put the file in place."""
+        """Append the remaining changes and, as the end time, the instant of the last call; put the file in place."""
         self._append(self._reached)
         end = self._reached // self.unit
         if end > self._written:
@@ -136,7 +136,7 @@ class VcdStream(WholeOrNothing):
         self._next = max(self._next, stop + 1)
 
     def _begin(self, ps: int) -> None:
-        """Write the head of the file; the values are those at the end of the first unit."""
+        """Write the header of the file; the values are those at the end of the first unit."""
         self._now = [value for source in self._sources for value in source.values_at(self._start)]
         if ps > self._start:
             self._settled([source.changes(self._start + 1, ps) for source in self._sources])
@@ -168,7 +168,7 @@ class VcdStream(WholeOrNothing):
     def _last(
         self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
-        """Return the last changes of the units, and the number of the others; `shared`: not all times are changes."""
+        """Return the last change in each unit, and the number of others; if `shared`, not all times are changes."""
         before = self._now[number]
         if shared:
             times, values = real_edges(times, values, before)
@@ -176,7 +176,7 @@ class VcdStream(WholeOrNothing):
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
-        """Return a table of lines; units and codes of all changes of a chunk, by time, then in order of the file."""
+        """Return a table of lines, and the units and codes of all changes in a chunk, by time, then in file order."""
         import numpy as np
 
         more: list[str] = []
@@ -215,13 +215,13 @@ def write_vcd(
     timescale: str = "1 ns",
     **options: Any,
 ) -> VcdStream:
-    """Write the changes at start <= t <= stop (ps, up to the last committed instant) to a VCD file.
+    """Write the changes in start <= t <= stop (ps, up to the last committed instant) to a VCD file.
 
     The window is expanded in pieces, so a long one needs no more memory than a short one.  `options` and exceptions are
     those of VcdStream.
 
     Returns:
-        The stream, closed: `lost` counts the changes the timescale hides.
+        The closed stream, whose `lost` counts the changes that the timescale hides.
 
     Raises:
         UsageError: the window ends before it begins.
@@ -245,7 +245,7 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """Return the short name of variable `number` in the file: "!" for 0, and so on, then longer ones."""
+    """Return the short name of variable `number` in the file: "!" for 0, and so on, then longer names."""
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)
@@ -270,12 +270,12 @@ def real(bits: int) -> str:
 
 
 def string(text: str) -> str:
-    r"""Return a text for the file: ASCII in one word; viewers show \x20 as a blank."""
+    r"""Return text for the file: ASCII in one word; viewers show \x20 as a blank."""
     return "s" + ascii_of(text.translate(ESCAPES))
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
-    """Return the texts of each unit joined to one, so that none is lost."""
+    """Return the texts of each unit joined into one, so that none is lost."""
     import numpy as np
 
     together: dict[int, str] = {}

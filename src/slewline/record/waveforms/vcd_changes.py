@@ -1,12 +1,12 @@
-"""The changes in a VCD file, block by block: all words of a block are processed together, as arrays of bytes.
+"""The changes in a VCD file, block by block: all words of a block are processed together as byte arrays.
 
     #1200            time
     0!               level and identifier
     b1010 "          value and identifier, as two words; r and s likewise
 
-A file is a sequence of words; lines are only a convention.  So the words of a block are found first, then sorted into
-kinds by their first character.  The word after a b, an r or an s is an identifier, whatever it begins with; and of
-several successive words that begin like values every second one is an identifier.
+A file is a sequence of words; lines are only a convention.  So the words of a block are found first, and are then
+classified by their first character.  The word after a b, an r or an s is an identifier, regardless of its first
+character; so, of several successive words that begin like values, every second word is an identifier.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ _NOT_BLANK = re.compile(rb"[^\t\n\v\f\r ]")
 
 
 class Changes:
-    """Collects the changes of the variables of a header; `feed` it with blocks, then call `series`.
+    """A collector of the changes of the variables in a header; `feed` it with blocks, then call `series`.
 
-    `unit` is the picoseconds that the times of the file count.
+    `unit` is the time unit of the file, in picoseconds.
     """
 
     def __init__(self, path: str, header: Header, unit: Fraction) -> None:
@@ -114,7 +114,7 @@ class Changes:
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
     def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the time before the block and those in it, and for each word the index of its time."""
+        """Return the time before the block and the times in it, and, for each word, the index of its time."""
         import numpy as np
 
         named = kinds == TIME
@@ -178,7 +178,7 @@ class Changes:
     def _bits(
         self, words: WordBounds, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
-        """Return values of bits: numbers, or FLOATING, or UNKNOWN."""
+        """Return bit values: numbers, FLOATING or UNKNOWN."""
         import numpy as np
 
         values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)
@@ -193,13 +193,14 @@ class Changes:
 
     # ---------------------------------------------------------------------------------------------------- the whole
     def series(self) -> dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
-        """Return the changes by identifier.
+        """Return the changes, keyed by identifier.
 
         Returns:
-            For each: the variable, times (n,) int64 ps, ascending, equal ones in the file's order, and values (n,).
+            For each identifier: the variable; times, (n,) int64 ps, ascending, equal times in file order; and values,
+            (n,).
 
         Raises:
-            WaveformError: a time beyond 2^63 ps.
+            WaveformError: a time is beyond 2^63 ps.
         """
         import numpy as np
 
@@ -223,14 +224,14 @@ class Changes:
         return out
 
     def picoseconds(self, times: Any) -> Any:
-        """Return times in the file's unit as picoseconds, rounded down; the mark for no time yet is unchanged."""
+        """Return times in the file's unit as picoseconds, rounded down; the mark for "no time yet" is unchanged."""
         import numpy as np
 
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """Return a block with blanks instead of comments, and its usable length: up to a comment without an end."""
+    """Return a block with comments blanked out, and its usable length: up to a comment without an end."""
     block = place.block
     if b"$comment" not in block:
         return block, len(block)
@@ -246,7 +247,7 @@ def _without_comments(place: FilePlace) -> tuple[bytes, int]:
 
 
 def _unescaped(text: bytes) -> str:
-    r"""Return a string value: blanks and other characters are written as \x20, \040, \t, \n, \r or \\."""
+    r"""Return a string value, in which blanks and other characters were written as \x20, \040, \t, \n, \r or \\."""
 
     def plain(match: re.Match[str]) -> str:
         code = match[1]

@@ -1,4 +1,4 @@
-"""The declarations at the head of a VCD file: variables by name and by identifier, and the unit of its times.
+"""The declarations in a VCD file header: variables by name and by identifier, and the time unit.
 
     $timescale 10 us $end
     $scope module board $end
@@ -38,7 +38,7 @@ _RANGE = re.compile(r"(.*?)\s*(\[-?\d+(?::-?\d+)?\])")
 
 @dataclass(frozen=True, slots=True)
 class DeclaredVariable:
-    """The variable of an identifier: "bits", "real" or "string"; `width` in bits."""
+    """The variable that an identifier denotes: "bits", "real" or "string", with its `width` in bits."""
 
     kind: str
     width: int
@@ -46,7 +46,7 @@ class DeclaredVariable:
 
 @dataclass(slots=True)
 class Header:
-    """Declarations: variables by identifier, names with their identifiers, picoseconds of the unit."""
+    """Declarations: variables by identifier, names with their identifiers, and the time unit in picoseconds."""
 
     unit: Fraction | None = None
     variables: dict[bytes, DeclaredVariable] = field(default_factory=dict)
@@ -58,13 +58,13 @@ class Header:
 
 
 class FilePlace:
-    """The place in a file, for messages: a block of it, and the number of lines before the block."""
+    """A place in a file, for messages: a block of the file, and the number of lines before the block."""
 
     def __init__(self, path: object, block: bytes = b"", lines: int = 0) -> None:
         self.path, self.block, self.lines = path, block, lines
 
     def error(self, at: int, what: str) -> WaveformError:
-        """Return an error with the line of byte `at` of the block, and its number."""
+        """Return an error that quotes the line with byte `at` of the block and states its number."""
         number = self.lines + self.block.count(b"\n", 0, at) + 1
         begin = self.block.rfind(b"\n", 0, at) + 1
         end = self.block.find(b"\n", at)
@@ -78,7 +78,7 @@ def read_header(place: FilePlace) -> tuple[Header, int]:
     """Read the declarations at the beginning of a block.
 
     Returns:
-        The declarations, and the index in the block after them.
+        The declarations, and the index of the first byte after them in the block.
 
     Raises:
         WaveformError: a line that is not a declaration, or an invalid one.
@@ -157,5 +157,5 @@ def _add(header: Header, words: list[str]) -> None:
         name = match[1] + match[2]
     name = ".".join([*filter(None, header.scopes), name])
     for unused in chain((name, name + bits), (f"{name}#{number}" for number in count(2))):
-        if header.names.setdefault(unused, identifier) == identifier:  # else it is the name of another variable
+        if header.names.setdefault(unused, identifier) == identifier:  # otherwise it is the name of another variable
             break

@@ -1,8 +1,8 @@
-"""Lines of a value change dump, made from a table.
+"""Lines of a value change dump, produced from a table.
 
 Every change is one number, time and code combined, so that one sort puts all in order; digits come from a table, four
-at a time; the lines of a chunk are one matrix of bytes, from which a mask removes unneeded ones (a time that was
-written already, the padding of short values).
+at a time; the lines of a chunk are one matrix of bytes, from which a mask removes unneeded bytes (times that are
+already written, padding of short values).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 
 
 class ChangeTexts:
-    """Texts of changes, by code; texts that only one chunk needs come after those that every chunk needs."""
+    """The texts of changes, indexed by code; texts that only one chunk needs follow those that every chunk needs."""
 
     def __init__(self, texts: Sequence[str]) -> None:
         import numpy as np
@@ -34,7 +34,7 @@ class ChangeTexts:
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
     def with_more(self, texts: Sequence[str]) -> ChangeTexts:
-        """Return the table with further texts added, or the table itself if there are none."""
+        """Return the table with further texts added, or the table itself if there are none to add."""
         return ChangeTexts([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
@@ -77,7 +77,7 @@ class ChangeTexts:
 
 @cache
 def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Return the needed bytes of a row, for changes of 0 to `longest` bytes: first without the time, then with it."""
+    """Return the needed bytes of a row, for changes of 0 to `longest` bytes, first without the time, then with it."""
     import numpy as np
 
     column = np.arange(digits + 2 + longest)
@@ -87,14 +87,14 @@ def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
 
 
 def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> bytes:
-    """Return all bytes of the rows, without the first `head` bytes of the `shorter` ones."""
+    """Return all bytes of the rows, without the first `head` bytes of the `shorter` rows."""
     flat = rows.ravel().data
     begins = (shorter * rows.shape[1]).tolist()
     return b"".join(flat[a:b] for a, b in zip([0, *(n + head for n in begins)], [*begins, len(flat)], strict=True))
 
 
 def _words(rows: NDArray[np.uint8], column: int) -> NDArray[np.uint32]:
-    """Return four columns of a matrix of bytes as one of words: (n,) uint32."""
+    """Return four columns of a byte matrix as one column of words: (n,) uint32."""
     import numpy as np
 
     words: NDArray[np.uint32] = rows[:, column : column + 4].view(np.uint32)[:, 0]
@@ -117,7 +117,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """Return the numbers of `count` digits after a sign, as words of four characters: (10**count,) uint32."""
+    """Return all `count`-digit numbers, preceded by a character, as four-character words: (10**count,) uint32."""
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]

@@ -4,7 +4,7 @@ A source is expanded once per chunk and may feed several variables: a bus feeds 
 
     net "x.slew"         x.slew                   wire      0, 1, z
     bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
-    quantity             x.velocity               real      exact; a staircase; blanks of a name as _
+    quantity             x.velocity               real      exact; a staircase; blanks in a name as _
     texts                x.finding                string    from its instant to the next
     states               x.command, x.motion      string    empty while there is none
 """
@@ -31,9 +31,9 @@ BUSES = ("bits", "whole", "both")
 
 
 class Variable(NamedTuple):
-    """A variable of the file.  Dots in the name make scopes.  A wire of a bus has the name of the bus as well.
+    """A variable in the file.  Dots in the name separate scopes.  A bus wire also has the name of its bus.
 
-    Of several values within a unit of time the last one counts; a string with `all` is written with all of them.
+    Of several values within a unit of time, the last one counts; a string with `all` is written with all its values.
     """
 
     name: str
@@ -47,7 +47,7 @@ class HasValue(Protocol):
     """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the value at `start` and every change at start < t <= stop (ps), the same ones for every window."""
+        """Return the value at `start` and every change in start < t <= stop (ps), the same for every window."""
 
 
 class VariableSource(Protocol):
@@ -59,10 +59,10 @@ class VariableSource(Protocol):
         """Return the value of every variable at an instant (ps)."""
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return the changes at start <= t <= stop (ps), all variables combined."""
+        """Return the changes in start <= t <= stop (ps), with all variables combined."""
 
     def split(self, values: Any) -> list[Any]:
-        """Return the values of every variable, from the combined ones of `changes`."""
+        """Return the values of every variable, extracted from the combined values of `changes`."""
 
 
 class NetSource:
@@ -89,18 +89,18 @@ class NetSource:
         """Return the levels at an instant (ps), one per variable.
 
         Raises:
-            NotRecorded: the net is not recorded, or no longer that far back.
+            NotRecorded: the net is not recorded, or its past is no longer kept that far back.
         """
         import numpy as np
 
         return [int(levels[0]) for levels in self.split(np.array([self.recorder.level(self.probe, ps)]))]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return the edges at start <= t <= stop (ps); for a bus, whenever one of its wires changes."""
+        """Return the edges in start <= t <= stop (ps); for a bus, whenever one of its wires changes."""
         return self.recorder.edges(self.probe, start, stop)
 
     def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
-        """Return the levels of every variable, from those of `changes`."""
+        """Return the levels of every variable, extracted from those of `changes`."""
         import numpy as np
 
         if not self.wires:
@@ -112,12 +112,12 @@ class NetSource:
 
 
 def reference(owner: str, quantity: str) -> str:
-    """Return the name of a quantity in a file, where a name has no blanks: "m", "current 1" as "m.current_1"."""
+    """Return the name of a quantity in a file, where names have no blanks: "m", "current 1" as "m.current_1"."""
     return f"{owner}.{'_'.join(quantity.split())}"
 
 
 class CurveSource:
-    """The value of a quantity, at every change; as the 64 bits of the number, so that NaN equals itself."""
+    """The value of a quantity at every change, as the 64 bits of the number, so that NaN equals itself."""
 
     def __init__(self, name: str, curve: HasValue) -> None:
         self.curve, self.variables = curve, [Variable(name, "real", 64)]
@@ -127,7 +127,7 @@ class CurveSource:
         return [int(self.split(self.curve.staircase(ps, ps)[1])[0][-1])]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return every change at start <= t <= stop (ps)."""
+        """Return every change of the quantity in start <= t <= stop (ps)."""
         return self.curve.staircase(start, stop)
 
     def split(self, values: NDArray[np.float64]) -> list[NDArray[np.int64]]:
@@ -141,22 +141,22 @@ class TextSource:
     """Occasional texts; each holds until the next.
 
     Args:
-        name: of the variable.
-        texts: returns (ps, text) of all texts at start <= t <= stop, in order.
-        all: True: all of them are written, even within a unit of the file's time; False: they are states, of which the
-            last one counts.
+        name: the name of the variable.
+        texts: a function that returns (ps, text) for all texts in start <= t <= stop, in order.
+        all: True if all texts are written, even within one time unit of the file; False if they are states, of which
+            the last one counts.
     """
 
     def __init__(self, name: str, texts: Callable[[int, int], Sequence[tuple[int, str]]], all: bool = True) -> None:
         self.texts, self.variables = texts, [Variable(name, "string", all=all)]
 
     def values_at(self, ps: int) -> list[str]:
-        """Return the last text at an instant (ps)."""
+        """Return the last text at or before an instant (ps)."""
         texts = self.texts(0, ps)
         return [texts[-1][1] if texts else ""]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return every text at start <= t <= stop (ps)."""
+        """Return every text in start <= t <= stop (ps)."""
         import numpy as np
 
         texts = self.texts(start, stop)

@@ -1,4 +1,4 @@
-"""The words of a block of a VCD file, found and parsed together as arrays of bytes."""
+"""The words of a VCD file block, found and parsed together as byte arrays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TIME, LEVEL, VALUE, KEYWORD, IDENTIFIER = 1, 2, 3, 4, 5  # kinds of words; 0: no
 
 
 class WordBounds:
-    """Words of a block: their starts and ends."""
+    """The words of a block: their starts and ends."""
 
     def __init__(
         self,
@@ -42,7 +42,7 @@ class WordBounds:
         return self.place.error(int(self.begins[number]), what)
 
     def numbers(self, where: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Return the decimal numbers after the first characters of some words."""
+        """Return the decimal numbers that follow the first characters of some words."""
         import numpy as np
 
         lengths, ends = self.ends[where] - self.begins[where] - 1, self.ends[where]
@@ -61,7 +61,7 @@ class WordBounds:
         return out
 
     def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return identifiers as numbers; in `prefixed` words they begin with the second character."""
+        """Return identifiers as numbers; in `prefixed` words, they begin with the second character."""
         import numpy as np
 
         begins, ends = self.begins[where] + prefixed, self.ends[where]
@@ -80,7 +80,7 @@ class WordBounds:
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
         """Return the values of words such as b10z1, and which of the words have too many bits.
 
-        A bit that floats while others do not reads 1.  A value that is wider than MAX_BITS is UNKNOWN.
+        A bit that floats while others do not reads 1.  A value wider than MAX_BITS is UNKNOWN.
         """
         import numpy as np
 
@@ -100,7 +100,7 @@ class WordBounds:
         first = codes[self.letters[np.minimum(begins, ends - 1)]]
         wide = widths > MAX_BITS
         room = np.minimum(widths, MAX_BITS)
-        spread = (first == FLOATING) & (lengths < widths)  # omitted bits are like the first one, if that floats
+        spread = (first == FLOATING) & (lengths < widths)  # omitted bits are like the first bit if that floats
         whole = (np.int64(1) << room) - 1
         out = np.where(spread, out | whole & ~((np.int64(1) << np.minimum(lengths, room)) - 1), out)
         out[~driven & ~unknown] = FLOATING
@@ -129,7 +129,7 @@ class WordBounds:
 # ----------------------------------------------------------------------------------------------------------- tables
 @cache
 def kinds_of_letters() -> NDArray[np.int8]:
-    """Return the kind of a word by its first character: (256,) int8."""
+    """Return the kinds of words, indexed by first character: (256,) int8."""
     import numpy as np
 
     kinds = np.zeros(256, np.int8)
@@ -140,7 +140,7 @@ def kinds_of_letters() -> NDArray[np.int8]:
 
 @cache
 def codes_of_letters() -> NDArray[np.int8]:
-    """Return levels by character, those of nine-valued logic (VHDL) included: (256,) int8."""
+    """Return levels, indexed by character, including those of nine-valued logic (VHDL): (256,) int8."""
     import numpy as np
 
     codes = np.full(256, NO_CODE, np.int8)
@@ -150,7 +150,7 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Change the kind of words that follow values to IDENTIFIER; return whether the last value still lacks one."""
+    """Change the kind of words that follow values to IDENTIFIER; return whether the last value still needs one."""
     import numpy as np
 
     like_values = kinds == VALUE

@@ -1,12 +1,12 @@
-"""Layouts: files next to a waveform that make a viewer show it in order: a group per chip, curves drawn as curves.
+"""Layouts: files next to a waveform with which a viewer shows it in order: one group per chip, and curves as curves.
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
     weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
-For Surfer it is a command file, of documented commands; its state files belong to one version.  A Surfer that does not
-know a command yet reports it and continues.  Names are relative, so that the folder can be moved.  The same run
-produces the same bytes.
+For Surfer, the layout is a command file that contains documented commands, as state files only suit one version.  A
+Surfer version that does not know a command reports it and continues.  Names are relative, so that the folder can be
+moved.  The same run produces the same bytes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 
 
 class ViewerSetup(NamedTuple):
-    """The first view of a viewer: from `begin` to `end` in units of the file, with marks (unit, text).
+    """The initial view in a viewer: from `begin` to `end` in time units of the file, with marks (unit, text).
 
     `scale` is 1, 10 or 100, the number before ns or us in the timescale: GTKWave counts in these units.
     """
@@ -47,7 +47,7 @@ class ViewerSetup(NamedTuple):
 
 
 def layout_paths(path: str | Path) -> tuple[Path, Path]:
-    """Return the paths of the layouts of a waveform: GTKWave's, Surfer's.
+    """Return the paths of a waveform's layouts: GTKWave's, Surfer's.
 
     Raises:
         UsageError: the waveform has the name of a layout.
@@ -59,7 +59,7 @@ def layout_paths(path: str | Path) -> tuple[Path, Path]:
 
 
 def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSetup) -> None:
-    """Write the layouts of a waveform file next to it.
+    """Write the layouts of a waveform file into its folder.
 
     Raises:
         UsageError: a file cannot be written.
@@ -76,7 +76,10 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 
 # --------------------------------------------------------------------------------------------------------- GTKWave
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
-    """Yield the lines of GTKWave's save file.  GTKWave finds the waveform if the file names both."""
+    """Yield the lines of GTKWave's save file.
+
+    GTKWave finds the waveform if the file names both the waveform and itself.
+    """
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
     instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
@@ -100,7 +103,7 @@ def _whose(scope: str, one_chip: bool) -> str:
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """Yield the lines of a row; GTKWave shows the last part of its name, or the text in +{}."""
+    """Yield the lines for a row; GTKWave shows the last part of its name, or the text in +{}."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":
@@ -140,14 +143,14 @@ def _letters(number: int) -> str:
 
 # ------------------------------------------------------------------------------------------------------------ rows
 class ViewerRow(NamedTuple):
-    """A row of a viewer: a variable, or the wires of a bus."""
+    """A row in a viewer: a variable, or the wires of a bus."""
 
     name: str
     variables: list[Variable]
 
 
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[ViewerRow]]]:
-    """Yield the rows of each axis and chip: texts and curves, then pins.
+    """Yield the rows of each axis and chip: first text and curves, then pins.
 
     The wires of a bus that is included as a whole are left out.
     """

@@ -1,7 +1,7 @@
 """The contents of a waveform file: the edges of signals, in the same form as those of a bench.
 
-A logic analyser's recording of a real board is queried like a run of the model, so that the two can be drawn over each
-other and compared.
+A logic analyser's recording of a real board is queried like a run of the model, so that the two can be overlaid and
+compared.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ CALLED = {  # names of a signal on drivers, and its possible names in a recordin
 
 
 class Signal(NamedTuple):
-    """One signal: its variable, its level at the start, and its edges: times (n,) int64 ps and levels (n,)."""
+    """One signal: its variable, its level at the start, and its edges: times, (n,) int64 ps, and levels, (n,)."""
 
     variable: DeclaredVariable
     level: Any
@@ -45,25 +45,25 @@ class Signal(NamedTuple):
 
 
 class SignalChanges(Protocol):
-    """The result of a reader: picoseconds of the unit, the first and the last time in units, and changes."""
+    """The result of a reader: the time unit in picoseconds, the first and the last time in units, and the changes."""
 
     unit: Fraction
     begin: int | None
     end: int
 
     def series(self) -> Mapping[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
-        """Return, for each identifier, the variable, times (n,) int64 ps, ascending, and values (n,)."""
+        """Return, for each identifier, the variable, the times, (n,) int64 ps, ascending, and the values, (n,)."""
 
 
 class Waveforms:
-    """The signals of a waveform file; made by `slewline.read_vcd` and `slewline.read_waveforms`.
+    """The signals of a waveform file, as returned by `slewline.read_vcd` and `slewline.read_waveforms`.
 
     Names are those in the file, with their scopes: "x.slew".  The last part is enough if only one name ends with it.
     "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 being the lowest.
 
-    Levels are 0 and 1, on a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating wire of a bus reads 1,
-    unless all its wires float.  If a file of changes has no value of a wire before its first change, the wire had the
-    other level until then.
+    Levels are 0 and 1, or numbers on a bus; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating bus wire reads 1,
+    unless all the bus wires float.  If a file of changes states no value for a wire before its first change, the wire
+    is taken to have had the other level until then.
 
     Attributes:
         path: the path of the file.
@@ -110,7 +110,7 @@ class Waveforms:
     # ----------------------------------------------------------------------------------------------------- sampling
     @cached_property
     def sampling(self) -> Sampling:
-        """The sampling of the file: as stated in its comment, else the grid of its instants, else its unit."""
+        """The sampling of the file: as stated in a comment, else the grid of its instants, else its time unit."""
         return sampling_of(self._instants, self._unit, self._rate, self._exact)
 
     def _instants(self) -> NDArray[np.int64]:
@@ -122,7 +122,7 @@ class Waveforms:
 
     @property
     def sampling_ps(self) -> int:
-        """The greatest delay of an edge in the file, ps: the sampling period, or the unit of times if coarser."""
+        """The greatest delay of an edge in the file, ps: the sampling period, or the time unit if that is coarser."""
         return self.sampling.resolution_ps
 
     # ------------------------------------------------------------------------------------------------------ queries
@@ -146,13 +146,13 @@ class Waveforms:
     def edges(
         self, name: str, start: Time | None = None, stop: Time | None = None
     ) -> tuple[NDArray[np.int64], NDArray[Any]]:
-        """Return the changes of a signal at start <= t <= stop, as `bench.edges` does.
+        """Return the changes of a signal in start <= t <= stop, as `bench.edges` does.
 
-        The level at the start of the recording is not a change; a signal that is unknown at first changes when it
+        The level at the start of the recording is not a change; a signal that is initially unknown changes when it
         becomes known.
 
         Returns:
-            times: (n,) int64, picoseconds, ascending; values: (n,), the value from that instant on: int8 for a wire,
+            times: (n,) int64, picoseconds, ascending; values: (n,), the value after each change: int8 for a wire,
             int16 for a bus, int64 for a bus of more than 15 bits, float64 for a real, str objects for a string.
 
         Raises:
@@ -169,7 +169,7 @@ class Waveforms:
         return times[first:last], signal.levels[first:last]
 
     def level_at(self, name: str, time: Time) -> Any:
-        """Return the value of a signal at an instant, after a change at that instant; after the end, the last value.
+        """Return the value of a signal at an instant, after any change at that instant; after the end, the last value.
 
         Raises:
             UnknownName: there is no such signal.
@@ -196,13 +196,13 @@ class Waveforms:
         tolerance: Time | None = None,
         invert: bool = False,
     ) -> Trace:
-        """Return a signal as a trace for a picture, drawn next to the pins of a bench or over one of them.
+        """Return a signal as a trace for a picture, to be drawn next to the pins of a bench or over one of them.
 
         Args:
             signal: the name of the signal.
-            name: the label in the picture; by default the name of the signal without scopes.
-            shift: a time that is added to all times, to align it with another recording; may be negative.
-            tolerance: the longest difference from a pin under it that is not marked; by default `sampling_ps`.
+            name: the label in the picture; by default the signal name without scopes.
+            shift: a time, possibly negative, that is added to all times to align the trace with another recording.
+            tolerance: the longest difference from the pin below it that is not marked; by default `sampling_ps`.
             invert: invert the levels, for a signal after an optocoupler.
 
         Raises:
@@ -240,12 +240,12 @@ class Waveforms:
         Args:
             pulse: the step signal.
             direction: the direction signal, which is sampled at each step; without it, all steps go forward.
-            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" for a driver that steps at
-                either one.
+            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" for a driver that steps on
+                either edge.
             forward: the level of `direction` at which positions count up, 0 or 1.
             position: the position before the first step.
-            idle: the level to assume for `pulse` where it floats or is unknown, 0 or 1; by default such a place is
-                an error if a step may be lost in it.
+            idle: the level to assume for `pulse` where it floats or is unknown, 0 or 1; by default, such a place is an
+                error if a step may be lost in it.
 
         Raises:
             UnknownName: there is no such signal.
@@ -278,10 +278,10 @@ class Waveforms:
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
-        """Check that a step signal is known wherever a step may be: at the first edge, and anywhere later.
+        """Check that a step signal is known wherever a step may occur: at the first edge, and anywhere later.
 
         Raises:
-            UsageError: it is not.
+            UsageError: the signal is not known there.
         """
         import numpy as np
 
@@ -329,7 +329,7 @@ class Waveforms:
         return joined
 
     def _bits(self, name: str) -> list[Signal]:
-        """Return the signals that are bits of a bus, the lowest first."""
+        """Return the signals that are the bits of a bus, lowest bit first."""
         for form in ("{}{}", "{}[{}]"):
             bits: list[Signal] = []
             while len(bits) <= MAX_BITS and (bit := self._bit(form.format(name, len(bits)))) is not None:
@@ -358,7 +358,7 @@ def _signal(variable: DeclaredVariable, times: NDArray[np.int64], values: NDArra
 
 
 def _joined(bits: list[Signal]) -> Signal:
-    """Return bits as one bus: UNKNOWN while one of them is, FLOATING while all of them float."""
+    """Return bits as one bus: UNKNOWN while any bit is unknown, FLOATING while all of them float."""
     import numpy as np
 
     times = np.unique(np.concatenate([bit.times_ps for bit in bits]))
