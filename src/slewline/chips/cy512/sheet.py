@@ -1,6 +1,6 @@
-"""CY512 data sheet as data; no behaviour in this file.
+"""The CY512 data sheet as data; this file contains no behaviour.
 
-No manual of it is at hand: its only source is the CY525 manual of 1984, with its history (s.1), its comparison (s.3)
+Its manual is not available: the only source is the CY525 manual of 1984, with its history (s.1), its comparison (s.3)
 and its CY512 page and selection guide ("guide").
 
 The comparison lists the features that are new or different in the CY525, which fits the CY512's socket; so everything
@@ -33,7 +33,7 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 
 def _alike(letter: str, *args: Arg) -> TextRow:
-    """Return a command of the CY525 that the comparison does not list; `args` if their range differs."""
+    """Return a CY525 command that the comparison does not list; pass `args` if their range differs."""
     row: TextRow = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 

@@ -1,6 +1,6 @@
-"""The registers of a chipset, as the manual lists them: those of each axis, and the few common to all axes.
+"""A chipset's registers, as the manual lists them: those of each axis, and the few common to all axes.
 
-An axis has double-buffered registers, registers with immediate effect, and its status.  Commands write here; the
+An axis has double-buffered registers, registers with immediate effect, and a status.  Commands write here; the
 processor of the cycles (motion.py, or the twin) reads them at the start of the next cycle and writes its results.
 """
 
@@ -24,7 +24,7 @@ PROFILE_COMMANDS = tuple(row.name for row in ROWS if row.sets and row.sets[0] ==
 
 @dataclass(slots=True)
 class Profile:
-    """The double-buffered registers and actions, registers in the units of their commands."""
+    """The double-buffered registers and actions; registers are in the units of their commands."""
 
     position: int = 0  # steps
     velocity: int = 0  # 1/65536 step per cycle
@@ -51,7 +51,7 @@ VALUES = attrgetter(*(row.name for row in fields(Profile)))
 
 @dataclass(slots=True)
 class AxisState:
-    """State of one axis.  Distances are in 1/65536 step, speeds in the same per cycle."""
+    """The state of one axis.  Distances are in 1/65536 step, speeds in that unit per cycle."""
 
     number: int  # 1 to 4
     buffer: Profile = field(default_factory=Profile)  # written by the host
@@ -104,7 +104,7 @@ class AxisState:
 
     @property
     def position_error(self) -> int:
-        """The position error as reported, in 16 bits."""
+        """The position error as reported, limited to 16 bits."""
         return max(-32768, min(self.error, 32767))
 
     @property
@@ -129,11 +129,11 @@ class AxisState:
         self.buffer.loaded |= {register}
 
     def take(self, cause: str) -> None:
-        """Begin an update, which `cause` requests: a command, or the breakpoint that it has set.
+        """Begin an update requested by `cause`: a command, or the breakpoint that the command has set.
 
-        Buffered values take effect with the next cycle, and so do actions since the last update.
+        Buffered values, and actions since the last update, take effect in the next cycle.
 
-        The motor decides now whether it may start a motion: after MTR_ON the axis stays at rest until a move is
+        The motor state now decides whether a motion may start: after MTR_ON the axis stays at rest until a move is
         initiated (pulse generation control), in whichever cycle that happens.
         """
         self.awaits_update = not self.motor_on
@@ -150,7 +150,7 @@ class AxisState:
         buffer.loaded = frozenset()
 
     def switch_off(self) -> None:
-        """Switch the motor off, by command or by a stall.  The next cycle ends the motion, even if it is on again."""
+        """Switch the motor off, by command or after a stall.  The next cycle ends the motion even if it is on again."""
         self.motor_on, self.awaits_update = False, True
         self.was_off = True
 
@@ -160,12 +160,12 @@ class AxisState:
         return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
-        """Clear the events whose bit in `mask` is 0; a persistent motion error is not cleared."""
+        """Clear the events whose bits in `mask` are 0; a persistent motion error is not cleared."""
         self.events &= mask | (MOTION_ERROR if self.motion_error else 0)
 
 
 class Registers:
-    """The axes of a chipset, `states`, one of which is the current one; and the registers common to all."""
+    """The axes of a chipset, `states`, of which one is current; and the registers common to all axes."""
 
     def __init__(self, axes: int) -> None:
         self.states = [AxisState(number) for number in range(1, axes + 1)]
@@ -185,13 +185,13 @@ class Registers:
         return self.states[self.current - 1]
 
     def by_name(self, number: int, cycle: int) -> dict[str, int]:
-        """Return the registers of an axis in a cycle, named after the commands that write and read them."""
+        """Return the registers of an axis in a cycle, under the names of the commands that write and read them."""
         apart = {"capt": 0, "time": cycle % (1 << 32)}
         state = self.states[number - 1]
         return {name: show(state) if show else apart[name] for name, show in SHOWN.items()}
 
 
 def signed(value: int, bits: int) -> int:
-    """Return a number of `bits` bits in two's complement."""
+    """Interpret a `bits`-bit number as two's complement, and return it."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half

@@ -8,11 +8,11 @@ from ....core.context import ChipContext
 
 
 class ReadOut:
-    """Source of the bytes of a read-out.
+    """The source of read-out bytes.
 
     Args:
-        sizes: how many bytes the manual promises for each group.
-        content: returns all present bytes of a group; its second argument is True if V was sent in ASCII.
+        sizes: how many bytes the manual specifies for each group.
+        content: returns the present bytes of a group; its second argument is True if V was sent in ASCII.
     """
 
     def __init__(self, chip: ChipContext, sizes: Mapping[int, int], content: Callable[[int, bool], bytes]) -> None:
