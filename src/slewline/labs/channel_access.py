@@ -57,7 +57,7 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     log.addHandler(logging.NullHandler())
     port = port_of_server()
     context = Context(dict(record.channels), list(addresses))
-    context.ca_server_port = port or context.ca_server_port  # the library knows one of the two names
+    context.ca_server_port = port or context.ca_server_port  # the library recognises only one of the two names
 
     async def begin(_library: object) -> None:
         began(context.port)

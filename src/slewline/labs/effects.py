@@ -136,7 +136,7 @@ class Effects:
         """Set a rate, or the time or acceleration of a ramp, to the nearest value that the part supports."""
         state, motor, law = self.owner.state, self.owner.motor, {**self.owner.state.law}
         if name == "HVEL" and motor.homing is None:
-            motor.home(1)  # its message states why it cannot
+            motor.home(1)  # the message states why it cannot
         if name in ("JVEL", "JAR"):
             self._can_jog()
             if state.button in ("JOGF", "JOGR"):
@@ -221,7 +221,7 @@ class Effects:
             raise UsageError(f"{name} {value}; allowed 1; STOP ends a homing")
         self._no_setting(name)
         if motor.homing is None:
-            motor.home(1)  # its message states why it cannot
+            motor.home(1)  # the message states why it cannot
         forward = (name == "HOMF") == (state.resolution > 0)
         await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
 
@@ -248,7 +248,7 @@ class Effects:
     def _can_jog(self) -> None:
         motor = self.owner.motor
         if motor.stopping is None:
-            motor.stop()  # its message states why it cannot: a jog would not end
+            motor.stop()  # the message states why it cannot: a jog would not end
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:

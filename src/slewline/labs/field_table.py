@@ -184,7 +184,7 @@ FIELDS: tuple[FieldRow, ...] = (
     _fixed("RTRY", "short", 0, _OPEN_LOOP),
     _fixed("RMOD", "enum", 0, _OPEN_LOOP, words=RETRY),
     _put("DLY", "double", "number", "time at rest before DMOV is 1", unit=TIME),
-    # missing functions of the module
+    # functions that the module lacks
     _fixed("CNEN", "enum", 0, "Disable: the torque cannot be switched", words=("Disable", "Enable")),
     _fixed("PCOF", "double", 0.0, "no position loop", unit=NONE),
     _fixed("ICOF", "double", 0.0, "no position loop", unit=NONE),

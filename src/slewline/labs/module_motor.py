@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from ..language.ramp_answers import Calculator, Ramp, RampParameter, Value, Values
     from ..modules.module import Module
 
-LOOK_S = 0.05  # between two queries whether it is at rest
+LOOK_S = 0.05  # between two queries as to whether it is at rest
 LOOKS = 40  # queries for a program without motion
 SETTLED_S = 0.1  # after a move, until a part receives again
-LATE_S = 5.0  # delay of a move beyond its law, until the module must answer
+LATE_S = 5.0  # how long after the end predicted by the law the module must answer
 LONGER = 2.0  # and factor, because its clock may differ
 
 
@@ -177,7 +177,7 @@ class ModuleMotor:
                 f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
             )
         self._program(self.ramp if ramp is None else ramp)
-        for _ in range(LOOKS):  # a program without a motion is over soon; another one causes a refusal of the homing
+        for _ in range(LOOKS):  # a program without a motion is soon over; any other makes the module refuse to home
             if self.at_rest():
                 break
         self.module.ask(self._spelled(self.homing, direction))

@@ -102,7 +102,7 @@ class RecordMotions:
         state = self.owner.state
         if state.moving:
             if self.owner.motor.stopping is None:
-                self.owner.motor.stop()  # its message states why it cannot
+                self.owner.motor.stop()  # the message states why it cannot
             self.halting = "pause" if pause else "stop"
         if not pause:
             self.wanted = None

@@ -77,7 +77,7 @@ class Dialect(Generic[R]):
     row_type: type[Row] = Row  # type of its commands
     mark = ""  # mark after the letter of a label
     streams = False  # True if it has a binary form
-    longest = 0  # greatest length of a line, characters; 0: no limit in the manual
+    longest = 0  # maximum line length, characters; 0: the manual states no limit
     where = ""  # the section of the manual that describes it
     answers: Mapping[str, str] = MappingProxyType({})  # the answers of a part, and their meaning
     constant_bit: int | None = None  # bit of a character that noise on a line must leave intact to be detected

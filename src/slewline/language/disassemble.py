@@ -18,7 +18,7 @@ from .dialect import Command, Note, dialect_of
 from .statements import Instruction
 
 COMMENT = 16  # column of the comments
-SHOWN = 16  # equal bytes shown one by one
+SHOWN = 16  # equal bytes shown individually
 NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 

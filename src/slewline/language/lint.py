@@ -19,7 +19,7 @@ from .statements import Block, Operand, Source, Statement
 
 __all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]
 
-STATES = 4096  # a program with more states of registers than this is checked with the first ones
+STATES = 4096  # a program with more register states than this is checked only with the first ones
 S = TypeVar("S")
 
 

@@ -429,7 +429,7 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
     for candidate in calculator.candidates(search):
         if len(best) == search.best and wanted.beyond(candidate.bounds) > max(key[0] for key, _ in best.values()):
-            break  # the rest is further off than all ramps found
+            break  # the rest are further off than all ramps found
         ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
         key = (wanted.error(ramp), -ramp.time_ps, tuple(reversed(candidate.values.values())))
         has = wanted.of(ramp)

@@ -55,7 +55,7 @@ class Worker(SpawnProcess):
     def run(self) -> None:
         """Execute the pool's tasks."""
         signal(SIGINT, SIG_IGN)  # Windows does not delay signals
-        obey_termination()  # with which a pool whose worker has died ends the others
+        obey_termination()  # used by a pool whose worker has died to end the others
         follow(end_of_parent)
         super().run()
 
@@ -136,7 +136,7 @@ def dask(address: str) -> Iterator[Workers]:
             slewline.
     """
     try:
-        make: Any = import_module("distributed").Client  # typed in some of its versions only
+        make: Any = import_module("distributed").Client  # typed only in some versions
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
@@ -147,7 +147,7 @@ def dask(address: str) -> Iterator[Workers]:
         raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
     silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]
     for logger, _ in silent:
-        logger.setLevel(CRITICAL)  # one message is enough for a lost cluster: ours
+        logger.setLevel(CRITICAL)  # our own message is enough for a lost cluster
     try:
         threads = sum(client.nthreads().values())
         if not threads:

@@ -92,7 +92,7 @@ NOMINAL = Perturbation("nominal")
 WORST = tuple((what, 1 + percent / 100) for what, percent in {
     "load": 20, "inertia": 20, "supply": -10, "current": -20, "friction": 25, "drag": -30,
 }.items())  # fmt: skip
-USUAL = (  # tried first before any count is known: the perturbations that lost most steps in trials
+USUAL = (  # tried first while no counts are known: the perturbations that caused most step losses in trials
     Perturbation("all that is bad", WORST),
     alone("current", -20),
     alone("inertia", 20),
@@ -170,7 +170,7 @@ def scenarios(
     """
     found = []
     seen: list[System] = []
-    for row in sorted(rows, key=lambda row: bool(row.changes)):  # scenarios equal to the nominal one are left out
+    for row in sorted(rows, key=lambda row: bool(row.changes)):  # scenarios equal to the nominal one are omitted
         changed = row.of(system)
         if changed not in seen:
             seen.append(changed)

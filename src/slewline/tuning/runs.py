@@ -75,7 +75,7 @@ class _Row:
 
     done: dict[int, Outcome] = field(default_factory=dict)  # by number
     flying: dict[Future[Verdict], _Chain] = field(default_factory=dict)
-    waiting: dict[tuple[str, str], list[_Chain]] = field(default_factory=dict)  # moves of the same steps
+    waiting: dict[tuple[str, str], list[_Chain]] = field(default_factory=dict)  # moves with the same steps
 
 
 class Runs:
@@ -91,7 +91,7 @@ class Runs:
         self.verdicts: dict[tuple[str, str], Verdict] = {} if log is None else log.verdicts
         self.here = 0  # runs judged in this session
         self.asked: set[tuple[str, str]] = set()  # runs on which an outcome depends
-        self.killed: Counter[str] = Counter()  # candidates, by the scenario that they failed in
+        self.killed: Counter[str] = Counter()  # candidates, by the scenario in which they failed
 
     def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[Outcome]:
         """Yield the outcomes of grid points in the order of the points, whatever the order of computation.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from .perturbations import Scenario
 from .runs import Outcome, Runs
 
-WORST = 1.8  # greatest lag of a recommended move, steps; at 2 a rotor is at an unstable equilibrium
+WORST = 1.8  # maximum lag of a recommended move, steps; at 2 the rotor is at an unstable equilibrium
 
 
 class Progress(NamedTuple):
@@ -39,7 +39,7 @@ class Picked:
 
     best: Outcome | None
     recommended: Outcome | None
-    switched: bool  # the recommended one was judged with a switching chopper, too
+    switched: bool  # the recommended move was judged with a switching chopper, too
 
 
 class BestFirst:
@@ -63,7 +63,7 @@ class BestFirst:
         self.runs, self.candidates, self.whole, self.on_progress = runs, runs.candidates, whole, on_progress
         self.scenarios, self.switching = tuple(scenarios), tuple(switching)
         self.known: dict[int, Outcome] = {}  # by place
-        self._killers: list[str | None] = []  # of the candidates, the fastest first
+        self._killers: list[str | None] = []  # of the candidates, fastest first
         self._kills: Counter[str] = Counter()  # of the first `_counted` of them
         self._counted = 0
 

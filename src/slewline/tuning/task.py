@@ -32,7 +32,7 @@ class TuningTask:
     grid: Grid
     perturbations: tuple[Perturbation, ...]
     step_ps: int = STEP_PS
-    given: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as a user gave them
+    given: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as given by the user
 
     @property
     def system(self) -> System:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STATES = {"holds": HOLDS, "fails": FAILS, "fails nominally": FAILS_NOMINALLY, "refused": REFUSED}
-POINTS, STRETCHES = 200, 500  # of the curve; of the lag, each with its least and its greatest
+POINTS, STRETCHES = 200, 500  # of the curve; of the lag, each with its minimum and maximum
 AFTER = 60_000_000_000  # ps shown after the last step
 
 

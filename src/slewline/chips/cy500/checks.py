@@ -22,7 +22,7 @@ class State(NamedTuple):
     last: str = ""
     home: bool = False
     jog: bool = False
-    absolute: bool = False  # True if P came after N
+    absolute: bool = False  # True if P was sent after N
     rate: int | None = None
     slope: int = 0
     number: int | None = None

@@ -30,7 +30,7 @@ class Registers(sloped.Registers):
     def power_up(self) -> None:
         """Set the registers to their state after power-up: position and target are unset."""
         super().power_up()
-        self.target, self.unset = None, {"position"}  # the other parameters have values valid for a motion
+        self.target, self.unset = None, {"position"}  # the other parameters are valid for a motion
 
     @property
     def slope(self) -> int:

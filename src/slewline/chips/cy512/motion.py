@@ -29,7 +29,7 @@ class Motion(sloped.Motion):
         self.inferred = self.chip.options.inferred
         self.hold_high = bool(self.inferred["held_pulse"])
         self.terminate = self.chip.pins["terminate"].net
-        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the start of a step on
+        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks from the start of a step
 
     # ------------------------------------------------------------------------------------------ before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
@@ -47,7 +47,7 @@ class Motion(sloped.Motion):
     async def look(self, plan: Plan, step: int) -> Plan:
         """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
         if step >= plan.steps:
-            return STOP if self.done < self.number else plan  # an end before the target, or at it
+            return STOP if self.done < self.number else plan  # an end before or at the target
         if not self.aborted and self.abort.is_active:
             plan, step = self.ended("abort", "ABORT", plan, step), 0
         if plan is not STOP and self.request.is_active:

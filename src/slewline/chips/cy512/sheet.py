@@ -99,7 +99,7 @@ PINS = (
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
 # This meets both stated rates: 5000 steps/s at R 255, and almost 8000 if TERMINATE ends every step.
 FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255, and added by each unit of R below: 16 cycles of 15 clocks
-MIN_TICKS = 92 * 15  # of a step that TERMINATE ends
+MIN_TICKS = 92 * 15  # of a step ended by TERMINATE
 PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in range(RATE.high + 1))  # R 0 ... 255
 
 TIMES = MappingProxyType({

@@ -20,9 +20,9 @@ from .profile import head, ramp, steps
 from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
 NUMBER_TOP = 65535
-RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room to slew ("32K or so", s.7)
+RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # the longest ramp that leaves room to slew ("32K or so", s.7)
 FIRST_STATED = 3  # the rate table has no values for lower rates (T.VII)
-BRISK = 1000  # steps per second from which many motors need a ramp; a hint, not a limit of the chip
+BRISK = 1000  # steps per second above which many motors need a ramp; a hint, not a limit of the chip
 SHORT_CRAWL = 0.1  # seconds at the first rate, too few for a warning
 
 
@@ -91,7 +91,7 @@ class Walk:
     """All motions of a text, each with every set of register values that it can start with."""
 
     def __init__(self, source: Source) -> None:
-        self.motions: dict[KnownMotion, None] = {}  # in the order of their discovery
+        self.motions: dict[KnownMotion, None] = {}  # in order of discovery
         self.halts: dict[int, Statement] = {}
         self.flight = Flight(source)
         walk(source, [State()], self._step, self.flight.directive)

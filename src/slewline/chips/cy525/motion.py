@@ -202,7 +202,7 @@ class Motion(motion.Motion):
         return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
 
     def slews_at(self, rate: int) -> None:
-        """Set the slew rate from now on."""
+        """Set the slew rate, effective from now."""
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:

@@ -34,7 +34,7 @@ class Law(NamedTuple):
     """The law by which the rate parameter changes."""
 
     unit: int = sheet.RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
-    jumps: bool = False  # take all units that are due when a step begins, not one
+    jumps: bool = False  # take all units that are due when a step begins, not just one
 
 
 LAW = Law()

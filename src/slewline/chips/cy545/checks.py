@@ -36,7 +36,7 @@ def mode_of(statement: Statement) -> int | None:
 
 def forms(source: Source) -> None:
     """Check the form of commands, text or binary: the host's by its mode, a program's by the mode at its entry."""
-    text: bool | None = True  # form of the host's commands; None: not known
+    text: bool | None = True  # form of the host's commands; None: unknown
     for item in source.items:
         if isinstance(item, Directive):
             text = True if item.verb in RESETS else None if item.verb == "bytes" else text

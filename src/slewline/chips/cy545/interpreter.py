@@ -106,7 +106,7 @@ class Interpreter:
         return found
 
     async def first_letter(self) -> int:
-        """Return the first byte of a command while nothing is in progress; until it comes, JOG is sampled."""
+        """Return the first byte of a command while nothing is in progress; until it arrives, JOG is sampled."""
         chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
@@ -125,7 +125,7 @@ class Interpreter:
             chip.sync_forward()
 
     async def execute(self, command: CommandText) -> None:
-        """Execute a host command to its end; a program that it has started runs afterwards."""
+        """Execute and finish a host command; a program that it has started runs afterwards."""
         chip, arbiter = self.chip, self.arbiter
         chip.waits(f"{command.text} in progress")
         chip.on_command(command.text)
@@ -202,7 +202,7 @@ class Interpreter:
     async def run_program(self) -> None:
         """Fetch and execute commands until the program stops, checking for host commands in between (CY545B)."""
         program, arbiter = self.program, self.arbiter
-        self.skipped = 0  # bytes FF, one after the other
+        self.skipped = 0  # consecutive bytes FF
         arbiter.executing(not self.live)
         while program.running:
             if self.live and arbiter.pending:

@@ -29,7 +29,7 @@ class Law(NamedTuple):
 
     periods: tuple[int, ...]
     unit: int  # clocks of one rate at S 255
-    jumps: bool = True  # take all rates that are due when a step begins, not one
+    jumps: bool = True  # take all rates that are due when a step begins, not just one
 
     @property
     def top(self) -> int:

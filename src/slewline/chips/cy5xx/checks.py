@@ -21,7 +21,7 @@ FORMS = (
     "extra-argument",
     "unknown-command",
     "bad-label",
-)  # of problems that indicate a sister part
+)  # codes of problems that indicate a sister part
 
 
 class Odd(NamedTuple):

@@ -93,7 +93,7 @@ NUMBERS: Mapping[str, Mapping[str, int]] = (
         }
     )
 )
-ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts with all the letters of another one
+ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts that have all the letters of another part
 
 
 def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:

@@ -67,7 +67,7 @@ def after(statement: Statement, state: KnownRegisters) -> KnownRegisters:
 
 def motions(source: Source) -> None:
     """Walk through the text, and check every motion."""
-    found: dict[MotionCommand, None] = {}  # in the order of their discovery
+    found: dict[MotionCommand, None] = {}  # in order of discovery
 
     def step(statement: Statement, state: KnownRegisters) -> KnownRegisters:
         if statement.row.motion:

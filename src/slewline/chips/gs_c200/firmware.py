@@ -51,7 +51,7 @@ class GsC(InLines, Chip):
     _for_users = ("powered", "eeprom_fault", "fail_eeprom", "kill")
     straps: Straps
     _wraps: bool  # the position counter wraps at its ends; otherwise a motion beyond them is E5
-    _homing_erases: bool  # a homing sent by the host erases the program
+    _homing_erases: bool  # a homing run commanded by the host erases the program
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -64,7 +64,7 @@ class GsC(InLines, Chip):
         )
         self.up_ps = 0  # when the supply was switched on
         self._address = 0  # the straps at the start
-        self._late_checked = False  # the answer that comes later carries a checksum
+        self._late_checked = False  # the late answer carries a checksum
         self.store: Store = options.store if options.store is not None else Memory()
         self.axes = (Axis(kernel, POSITIONS[self.sheet.part], 0),)
         self.state = Registers()

@@ -11,7 +11,7 @@ from ...core.context import ChipContext
 class Supplied(NamedTuple):
     """A module's actions at power-up and power-down."""
 
-    powered_up: Callable[[], None]  # starts again, with program memory, registers and counter empty
+    powered_up: Callable[[], None]  # starts again, with program memory, registers and counter cleared
     powered_off: Callable[[], None]  # ends all work, and releases every output
 
 
@@ -35,7 +35,7 @@ class Supply:
             return
         self.chip.switched(on)
         self.powered = on
-        # all other events of this instant are first, steps included
+        # all other events at this instant come first, steps included
         kernel = self.chip.kernel
         kernel.call_at(kernel.now, self.supplied.powered_up if on else self.supplied.powered_off)
         kernel.settle()

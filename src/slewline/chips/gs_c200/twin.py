@@ -8,7 +8,7 @@ samples the pins just before each step, and drives every edge when it is due; it
     MOV  __/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾ ...
     DIR  ==X====================================
     CLOCK ‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾\_ ...
-                  sample         sample      sample: Z, input, ENABLE (in a homing EOT or HOME, ENABLE)
+                  sample         sample      sample: Z, input, ENABLE (when homing: EOT or HOME, ENABLE)
 
 In a move of n steps, step i is followed by the period of the rate at ramp index min(i, n-2-i, R), and the
 last step by a start-stop period.  A request to stop after i steps reduces n: min(i, R+1) more steps, as many as the

@@ -104,7 +104,7 @@ def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str
 class KnownAxis:
     """The state of an axis, as far as the text determines it: statements by command name."""
 
-    written: dict[str, Statement] = field(default_factory=dict)  # the last ones
+    written: dict[str, Statement] = field(default_factory=dict)  # the last values
     pending: dict[str, Statement] = field(default_factory=dict)  # commands that wait for an update
     known: bool = True  # False if the number of the axis is not known
     is_reset: bool = False  # parameters that were never written are 0

@@ -66,7 +66,7 @@ class Port:
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word being written
         self.row: PacketRow | None = None  # the command that waits for words, or is complete
-        self.wanted = 0  # number of words it waits for
+        self.wanted = 0  # the number of words it waits for
         self.words: list[int] = []
         self.code = 0
         self.silent = True  # every read returns 0: no packet yet, or an illegal command

@@ -15,7 +15,7 @@ ONE = 1 << 16  # a step, and a step per cycle, in the 16.16 numbers of the chips
 
 TRAPEZOIDAL, VELOCITY, S_CURVE, GEAR = range(4)  # profile modes, as in the mode word
 
-MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits of the status word
+MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits in the status word
 MOTION_ERROR, POSITIVE_LIMIT, NEGATIVE_LIMIT, COMMAND_ERROR = 16, 32, 64, 128
 
 LIMIT_NAMES = {POSITIVE_LIMIT: "PosLimit", NEGATIVE_LIMIT: "NegLimit"}
@@ -29,14 +29,14 @@ class Profile:
     position: int = 0  # steps
     velocity: int = 0  # 1/65536 step per cycle
     acceleration: int = 0  # 1/65536 step per cycle^2, signed
-    max_acceleration: int = 0  # the same, of S-curves
+    max_acceleration: int = 0  # the same for S-curves
     jerk: int = 0  # 2^-32 step per cycle^3
     ratio: int = 0  # 1/65536 step per encoder count, signed
     loaded: frozenset[str] = frozenset()  # registers that the host has written since the last update
     stop: bool = False  # actions are done once
     smooth_stop: bool = False
     synch_prfl: bool = False
-    cause: str = ""  # the command that has updated
+    cause: str = ""  # the command that caused the update
 
     def copy(self) -> Profile:
         """Return an independent copy."""
@@ -65,8 +65,8 @@ class AxisState:
     auto_stop: bool = False
     high_speed: bool = False
     motor_on: bool = True
-    was_off: bool = False  # the motor, since the last cycle that was worked
-    awaits_update: bool = False  # the motor was off, and no update was commanded since it is on: no motion starts
+    was_off: bool = False  # the motor state since the last cycle that was processed
+    awaits_update: bool = False  # no update was commanded since the motor was switched on: no motion starts
     breakpoint: str = ""  # armed condition: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
     comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
     mask: int = 0  # of interrupts
@@ -77,7 +77,7 @@ class AxisState:
     events: int = 0  # bits 0 to 7 of the status word
     in_motion: bool = False
     motion_error: bool = False  # the position error exceeds its limit now
-    reported: bool = False  # RST_INTRPT has tried to clear this motion error: the host knows of it
+    reported: bool = False  # RST_INTRPT has tried to clear this motion error, so the host knows of it
     target: int = 0  # 1/65536 step, -2^46 to 2^46 - 1
     velocity: int = 0  # displacement of this cycle, signed
     phase: int = 0  # phase of an S-curve, 1 to 7; otherwise 0

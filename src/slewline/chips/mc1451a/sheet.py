@@ -22,10 +22,10 @@ from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
-SLICE_TICKS = 2048  # the host port is processed once a slice, four times a cycle
+SLICE_TICKS = 2048  # the host port is processed once per slice, four times per cycle
 RESET_CYCLES = 10  # time for which HostRdy is low after reset
-STANDARD_RANGE, HIGH_RANGE = 16, 512  # pulses per cycle at most
-FILTER_TICKS = 12  # three periods of CLKOUT
+STANDARD_RANGE, HIGH_RANGE = 16, 512  # maximum pulses per cycle
+FILTER_TICKS = 12  # three CLKOUT periods
 CLKOUT_TICKS = 4
 
 # ------------------------------------------------------------------------------------------------- pin description

@@ -22,7 +22,7 @@ class Supplied(NamedTuple):
     clock_runs: Callable[[], None]  # the supply is on, and so is CLKOUT
     cleared: Callable[[], None]  # reset has begun: no packet, no motion; registers and outputs as the manual lists them
     begin: Callable[[], None]  # reset is over: cycle 0 begins
-    open: Callable[[], None]  # the first command may come
+    open: Callable[[], None]  # the first command may arrive
     released: Callable[[], None]  # the supply is off: no output is driven
 
 
@@ -39,7 +39,7 @@ class Supply:
         self.powered = False
         self.starts = 0
         self.restarting = False  # RESET is the command in progress
-        self.up_ps = self.fell_ps = 0  # times at which the supply came and RESET fell
+        self.up_ps = self.fell_ps = 0  # times at which the supply came up and RESET fell
         self.net.watch(self._reset_changed)
 
     # ---------------------------------------------------------------------------------------------------------- supply

@@ -29,7 +29,7 @@ from ...errors import UnknownName, UsageError
 from .. import rates
 from ..dialect import Command, Dialect, Refusal, digits_meant, spoken_as
 
-DIRECTS = ("wait", "expect")  # lines with this start direct the host of a script, like lines with @
+DIRECTS = ("wait", "expect")  # lines that start with this direct a script's host, like lines with @
 WORD = 1 << 16
 _NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
 MOST_MEANT = 3  # commands that a message suggests

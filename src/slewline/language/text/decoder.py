@@ -39,7 +39,7 @@ def text_of(data: bytes | bytearray) -> str:
 
 
 def shown(byte: int) -> str:
-    """Return a printable character as it is, or the code of any other character."""
+    """Return a printable character unchanged, or the code of any other character."""
     return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"
 
 
@@ -65,7 +65,7 @@ class Decoder(Generic[L_co]):
         self._state: Callable[[int], CommandText | L_co | None] = self._skip_line  # takes a byte after the letter
         self._row: TextRow | None = None  # of the command in progress; None: a letter without a command
         self._before: TextRow | None = None  # the command before, if it has no terminator
-        self._slash = False  # a slash has come in front of the letter
+        self._slash = False  # a slash precedes the letter
         self._line = bytearray()  # input after the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
         self._entering = False  # program entry at the time of the letter; it does not change within a command

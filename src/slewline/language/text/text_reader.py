@@ -88,7 +88,7 @@ class TextReader(Reader):
 
     def without(self, row: Row, extra: str) -> str:
         """Return the remedy for text after the end of a command: a further command needs its own line."""
-        if odd := slip_remedy(self.sheet, extra):  # a character that explains the problem
+        if odd := slip_remedy(self.sheet, extra):  # a character that in itself explains the problem
             return odd
         elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
         extra = extra.lstrip(" ,;\t").rstrip()

@@ -10,7 +10,7 @@ A byte from the host (left), and a byte to the host (right), with times at 12 MH
 
 BUSY falls only as an answer to the host: a host that has lowered IO_REQUEST takes any falling edge as the answer.  The
 bus also connects memory, display and switches: the host drives it from its request until BUSY falls, and leaves it open
-in the first handshake of a command that may come during a running program; an open bus reads as FF.
+in the first handshake of a command that may arrive during a running program; an open bus reads as FF.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class ParallelPort:
         self.halfway: tuple[int, int, int] | None = None  # a requested byte: tick, byte, changes
         self.rose: int | None = None  # when IO_REQUEST rose for a byte that the chip has already processed (ps)
         self.stage, self.awaiting, self.first, self.token = HandshakeStage.AWAITED, False, False, 0
-        self.open = False  # BUSY is low for a byte of the host
+        self.open = False  # BUSY is low for a byte from the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
         self.served = -1  # changes of IO_REQUEST when that byte was requested
         self.rest(True)
@@ -93,7 +93,7 @@ class ParallelPort:
         """True while the host requests a handshake that has not begun."""
         if self.come or self.halfway:
             return True
-        if self.exchange is not None:  # all bytes come as one value
+        if self.exchange is not None:  # all bytes arrive as one value
             return False
         return self.request.is_active and not (self.open and self.request.changes == self.served)
 
@@ -276,7 +276,7 @@ class ParallelPort:
         """Send a byte; return False if the host withdrew its request before BUSY fell and has not received the byte."""
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
-        await next_round(self.kernel)  # a host with a request already, with a letter, releases the bus as FPL falls
+        await next_round(self.kernel)  # a host whose request is already active releases the bus as FPL falls
         await self.until_request(True)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
         chip.sync_forward()
@@ -292,7 +292,7 @@ class ParallelPort:
             self.bits.fpl(0)
             return False
         self.busy.activate()
-        self.bus.resolve(self.kernel.seen)  # finds a host that drives the bus too, even if nothing samples it
+        self.bus.resolve(self.kernel.seen)  # detects a host that drives the bus too, even if nothing samples the bus
         chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
         await self.until_request(False)
         self.bus_driver.drive(None)

@@ -50,7 +50,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
         self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
         self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net
-        self.stopped_changes = 0  # how many times STOPPED has been driven
+        self.stopped_changes = 0  # the number of times STOPPED has been driven
         self.motions = 0  # number of motions so far
         super().__init__(chip, registers, NO_PHASES, 0)
         self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]

@@ -288,7 +288,7 @@ class BusPort:
         self.motion_complete.deactivate()
         chip.waits("waiting for io_request=1 (after a verify byte)")
         await chip.at_tick(self.busy_from + width)
-        self.bus.resolve(self.kernel.seen)  # finds a host that drives the bus too, even if nothing samples it
+        self.bus.resolve(self.kernel.seen)  # detects a host that drives the bus too, even if nothing samples the bus
         if request.changes > self.accepted and request.changed_at < self.busy_ps:
             chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
         if request.changes == self.accepted:

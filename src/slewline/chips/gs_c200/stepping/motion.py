@@ -1,7 +1,7 @@
 """The plan player of a GS-C module: it promises a whole plan, samples just before each step, and withdraws promises.
 
     CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
-                b               b'             ENABLE, Z and the switches of a homing: levels from before b
+                b               b'             ENABLE, Z and the homing switches: levels from before b
     MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 µs before the first step; down with the last pulse
 
 A step that ENABLE delays is not lost: the profile counts steps, so it waits and then continues where it was.
@@ -45,7 +45,7 @@ class Motion:
         self.release, self.instruction = times_ps["release"], times_ps["instruction"]
         self.moving = self.stopped = False
         self.playing: Playing | None = None
-        self.fresh = False  # no step made so far
+        self.fresh = False  # no step has been made so far
         self.number: int | None = None  # steps of the motion; None: endless, up to the end of the counter
         self.limit = OPEN  # steps to the end of the counter
         self.stop_net = Net(self.kernel, f"{chip.name}.stop", active=1)

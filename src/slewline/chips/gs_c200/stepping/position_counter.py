@@ -2,7 +2,7 @@
 
 set_out      first_step            departs            over, homed or cut
 ---.-------------|.....___---------------|---___----------|-----
-                 |<-- ideal, from the first step on -->|
+                 |<-- ideal, from the first step ----->|
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class PositionCounter:
         self.axis, self.log, self.kernel = axis, axis.log, axis.kernel
         self.registers, self.law, self.wraps = registers, law, wraps
         self.made = RegistersAtStart(0, 0, 0, law)  # parameters at the start of the motion
-        self.homing = False  # the motion is a homing: its steps are not counted
+        self.homing = False  # the motion is a homing run, whose steps are not counted
         self.heading = 0  # the direction of an endless motion
 
     @property

@@ -199,7 +199,7 @@ class QuadratureDecoder:
         order = np.argsort(ticks, kind="stable")
         ticks, of_b = ticks[order], order >= len(a)
         lasted = ticks[1:] - ticks[:-1]
-        if not lasted.all():  # both at one tick
+        if not lasted.all():  # both at the same tick
             return self._count(np.asarray(a).tolist(), np.asarray(b).tolist())
         differ = self._differed_before(a, b)  # every change inverts it
         up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
@@ -229,7 +229,7 @@ class CountWindow(NamedTuple):
     """The promises of A and B up to a tick, already counted: ticks, the counts starting there, and the final state."""
 
     stop: int
-    before: int  # counts at its start
+    before: int  # counts at the start of the window
     ticks: Any
     counts: Any
     decoder: QuadratureDecoder

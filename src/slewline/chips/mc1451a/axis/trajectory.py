@@ -82,13 +82,13 @@ class Trajectory:
     def arrive(self, n: int) -> None:
         """Complete the run up to this cycle."""
         if n:
-            self.feedback.read(n - 1)  # level in the cycle before, if it was read then
+            self.feedback.read(n - 1)  # level in the previous cycle, if it was read then
         pulses = self.pulses
         if pulses.law is not None:
             if pulses.move(n):
                 self.generator.wrapped()
             i = n - pulses.since
-            self.state.velocity = pulses.sign * pulses.law.velocity(i - 1)  # position error up to here
+            self.state.velocity = pulses.sign * pulses.law.velocity(i - 1)  # position error up to this cycle
             if i >= pulses.cycles:
                 landing = pulses.landing
                 pulses.cut(n)

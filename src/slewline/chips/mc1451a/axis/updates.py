@@ -44,7 +44,7 @@ class Updates:
 
     def begin(self) -> None:
         """Begin without any command, after reset."""
-        self.omitted: list[str] = []  # registers named in the finding, whose absence prevents a start
+        self.omitted: list[str] = []  # registers named in the finding, without which the axis does not start
 
     def settings(self, n: int) -> None:
         """Apply the immediate settings: profile mode, motor, pulse range."""

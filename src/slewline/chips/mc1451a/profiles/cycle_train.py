@@ -38,7 +38,7 @@ ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
 BLOCK = 3 << 12  # steps expanded at a time: they fit into the cache, and into allocated memory
 STRETCH = 1 << 10  # cycles expanded at a time if steps are rare
-NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
+NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; the sum's bits are then those of this plus the integer
 NEAREST_BITS = 0x4338 << 48
 
 

@@ -29,7 +29,7 @@ class RegistersAtStart(NamedTuple):
     start_ps: int
     mode: int
     target: int  # 1/65536 step
-    speed: int  # speed of the cycle before, signed
+    speed: int  # speed in the previous cycle, signed
     position: int
     velocity: int  # limited by the pulse range
     acceleration: int

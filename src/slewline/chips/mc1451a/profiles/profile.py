@@ -82,7 +82,7 @@ class MoveLimits:
         return self.slower(speed), False
 
     def slower(self, speed: int) -> int:
-        """Return the next speed in a deceleration, which goes down to s, then to zero."""
+        """Return the next speed in a deceleration, first to s, then to zero."""
         return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
 
 
@@ -258,7 +258,7 @@ class Phases(NamedTuple):
         t1, j = self.jerked, self.jerk
         if phase <= 2:
             return self._risen(phase, t)
-        if phase >= 6:  # as phase 2 and 1, from the other end
+        if phase >= 6:  # like phases 2 and 1, from the other end
             x6, v2, a, j = self._risen(8 - phase, sum(self.lengths) - t)
             return self.distance * SIX - x6, v2, -a, j
         risen, peak = 2 * t1 + self.steady, self.peak

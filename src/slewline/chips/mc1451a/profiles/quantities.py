@@ -65,7 +65,7 @@ class Forces:
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
-        """Return the segment at `start` and those that begin by `stop` (ps), in ascending order."""
+        """Return the segment at `start` and all segments that begin by `stop` (ps), in ascending order."""
         self.pulses.axis.check_kept(start)
         self.motion.catch_up()
         past = self.pulses.past
@@ -108,7 +108,7 @@ class Forces:
         begun, over = entry.first - zero, None if following is None else following.first - zero
         parts = 0
         for phase, (length, piece) in enumerate(zip(phases.lengths, curve(phases, self.per_s), strict=True), 1):
-            late = max(begun * UNIT - parts, 0)  # of the phase, worked by an earlier run
+            late = max(begun * UNIT - parts, 0)  # of the phase, processed by an earlier run
             if length and late < length and (over is None or parts < over * UNIT):
                 acceleration = piece.acceleration + piece.jerk * (late / UNIT / self.per_s)
                 at = self.ps(zero, parts + late)

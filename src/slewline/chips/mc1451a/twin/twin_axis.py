@@ -391,7 +391,7 @@ class TwinAxis:
         curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
         if velocity == 0 and curve is None:
             return
-        heading = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the least velocity
+        heading = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the minimum velocity
         if heading != self.direction:
             self.direction = heading
             self.defer(lambda: drivers[f"dir{number}"].drive(1 if heading > 0 else 0))
