@@ -198,7 +198,7 @@ class RecordMotions:
     def _interrupted(self, motion: RecordMotion, begun: float) -> bool:
         """Return whether the requested motion ends the present one.
 
-        A position further on in the same direction waits for the end of the present motion, as in EPICS.
+        A position further on in the same direction waits for the end of the present motion, as in the motor record.
         """
         new = self.wanted
         if new is None or self.owner.motor.stopping is None:

@@ -1,4 +1,4 @@
-"""The chips' languages: decoders, assembler, disassembler, linter and reference.  The data sheets are its only input.
+"""The chips' languages: decoders, assembler, disassembler, linter and reference.  They read only the data sheets.
 
 A dialect is the form in which commands are written, sent and stored: a folder with a class that implements
 `dialect.py`.  A lint rule is in `lint.py` if it holds for any program, in the `rules.py` of a dialect, in

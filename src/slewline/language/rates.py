@@ -6,7 +6,7 @@ For a register with `fraction` binary places, whose unit is per cycle to the pow
 
 Here, a second has 25 MHz / 8192 = 3051.7578125 cycles.  A manual may use a round number in its worked examples, 3030
 (330 µs), and truncate steps per cycle to six digits before scaling them: 4.07425 steps/cycle, 267010.  `manual`
-does the same, with which a motor runs 0.72 % too fast.
+does the same; a motor then runs 0.72 % too fast.
 
 Scripts and hosts may write a rate with its unit, which `spoken` reads: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
 """
@@ -128,7 +128,7 @@ def per_second(arg: Arg, value: int, per_s: Fraction) -> Fraction:
 
 
 def step_ratio(arg: Arg, counts: int, steps: int) -> int:
-    """Return the encoder counts per step, from both numbers per motor turn, in the register format of stall detection.
+    """Return the encoder counts per step, from counts and steps per motor turn, in the register format for stalls.
 
     Raises:
         UsageError: the ratio is not a whole number in the register's unit, so the position error would drift.

@@ -34,7 +34,7 @@ def supply(system: System, factor: float) -> System:
 
 
 def current(system: System, factor: float) -> System:
-    """Return a system whose current is multiplied by a factor; if resistors set the current, by changing them."""
+    """Return a system whose current is multiplied by a factor, through the resistance if resistors set the current."""
     motor, driver, load = system
     if driver.kind in ("voltage", "bilevel"):
         series = (motor.resistance + driver.series) / factor - motor.resistance
@@ -163,7 +163,7 @@ class Scenario:
 def scenarios(
     system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, suffix: str = ""
 ) -> tuple[Scenario, ...]:
-    """Return all scenarios: each row that changes the system, in both directions; half steps from even and odd steps.
+    """Return all scenarios: each row that changes the system, in both directions; half steps also from an odd step.
 
     Args:
         suffix: a suffix for the names of all scenarios.

@@ -208,7 +208,7 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Report the rate that the first such motion reaches, and the others' lines; it is seldom a mistake."""
+    """Report the rate that the first such motion reaches, and the others' lines; they are seldom mistakes."""
     if not short:
         return
     statement, found, remedy = min(short, key=lambda each: each.statement.line)

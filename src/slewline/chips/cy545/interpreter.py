@@ -92,7 +92,7 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes from an index only become part of a command; -1 if none may arrive as one value."""
+        """Count the bytes from index `at` that only become part of a command; -1 if none may arrive as one value."""
         if self.program.entering or self.program.running:
             return -1
         return self.decoder.kept(data, at, self.registers.ascii)

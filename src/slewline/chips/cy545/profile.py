@@ -42,7 +42,7 @@ class Law(NamedTuple):
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:
-        """Return the clocks per unit of the rate parameter; for S 0 the divisor is 256."""
+        """Return the clocks per unit of the rate parameter; for S 0 they are 256 times the least."""
         return (256 - slope) * self.unit
 
 

@@ -91,7 +91,7 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes from an index only become part of a command."""
+        """Count the bytes from index `at` that only become part of a command."""
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The GS-C200 and GS-C200S data sheet as data, from the GS-C200/GS-C200S data sheet (SGS-Thomson, June 1994).
+"""The GS-C200 and GS-C200S as data, from their common data sheet (SGS-Thomson, June 1994).
 
 The two modules differ in a few command rows and in the position counter; everything else is common.  The sheet
 states rates and times, but no crystal, so the model counts picoseconds.  No surviving copy includes the figures; values

@@ -106,7 +106,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes from an index `feed` only stores: none of them ends a command or is a mistake."""
+        """Count the bytes from index `at` that `feed` only stores: none of them ends a command or is a mistake."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])

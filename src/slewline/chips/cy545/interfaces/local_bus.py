@@ -91,7 +91,7 @@ class LocalBus:
         """Return the digits set on the thumbwheel switches for a command, most significant first, 0 to 15 each.
 
         The address of a digit is inferred (quirk CY545-UND-THUMB-ADDRESS): the low five bits of the letter and three
-        digit-count bits.
+        bits that contain the number of the digit.
 
         Args:
             letter: the letter of the command.

@@ -43,7 +43,7 @@ class FlowReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes from an index only become part of a command; -1 if none may arrive as one value."""
+        """Count the bytes from index `at` that only become part of a command; -1 if none may arrive as one value."""
 
 
 class ParallelPort:
@@ -188,7 +188,7 @@ class ParallelPort:
             self.exchange.taken()  # type: ignore[union-attr]
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes from an index the port accepts as one value without acting before the last one."""
+        """Count the bytes from index `at` that the port accepts as one value without acting before the last one."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.first is not self.at_letter or self.bits.shared == "CTS":

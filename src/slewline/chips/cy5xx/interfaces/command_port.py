@@ -34,14 +34,14 @@ class BusReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes from an index only become part of a command."""
+        """Count the bytes from index `at` that only become part of a command."""
 
     def keep(self, data: bytes) -> None:
         """Add such bytes to the command."""
 
 
 class BusPort:
-    """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, set after the others."""
+    """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, which follows them."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], readout: ReadOut) -> None:
         self.chip, self.kernel, self.clock, self.readout = chip, chip.kernel, chip.clock, readout
@@ -210,7 +210,7 @@ class BusPort:
         return self.stage
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes from an index the port can accept now without acting before the last one."""
+        """Count the bytes from index `at` that the port can accept now without acting before the last one."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:

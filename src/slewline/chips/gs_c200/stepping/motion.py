@@ -33,7 +33,7 @@ def input_name(net: Net) -> str:
 class Motion:
     """The stepping part of the firmware.
 
-    `moving` is true from MOV high high; `stopped` is True if the last motion was stopped by a command.
+    `moving` is True while MOV is high; `stopped` is True if the last motion was stopped by a command.
     """
 
     def __init__(

@@ -76,7 +76,7 @@ class Pulses:
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Update the target and the speed to the start of a cycle; after the end of the run, to its last speed.
+        """Set the target and the speed to those at the start of a cycle; after the run's end, set its last speed.
 
         Returns whether the target has passed an end of its range.
         """

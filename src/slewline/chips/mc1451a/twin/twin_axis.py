@@ -292,7 +292,7 @@ class TwinAxis:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
     def does_not_start(self, zero: set[str]) -> None:
-        """Report, once, an update after which registers of value 0 keep the axis at rest, until they change."""
+        """Report registers whose value of 0 keeps the axis at rest after an update; once, until they change."""
         if zero != self.why:
             self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
         self.why = zero
