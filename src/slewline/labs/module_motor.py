@@ -84,7 +84,7 @@ class ModuleMotor:
 
     @property
     def rates(self) -> tuple[RampParameter, RampParameter]:
-        """The parameters that set the first and the highest rate."""
+        """The parameters that set the first and highest rates."""
         rates = [quantity for quantity in self.calculator.quantities if quantity.per_s == 1]
         return rates[0], rates[-1]
 

@@ -135,7 +135,7 @@ class Dialect(Generic[R]):
         return self.spell(row, instruction.values, labels, names)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction that begins at an address of the buffer; a byte that is not an opcode has no row."""
+        """Return the instruction that begins at an address in the buffer; a byte that is not an opcode has no row."""
         row = sheet.commands.by_code.get(stored[at])
         data = bytes(stored[at : at + (row.size if row else 1)])
         if row and len(data) == row.size:

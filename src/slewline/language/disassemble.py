@@ -33,12 +33,12 @@ def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
 
 
 def instruction(stored: bytes, at: int, sheet: Sheet) -> Instruction:
-    """Return the instruction that begins at an address of the buffer."""
+    """Return the instruction that begins at an address in the buffer."""
     return dialect_of(sheet).cut(stored, at, sheet)
 
 
 def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
-    """Return the text of the instruction that begins at an address of the buffer."""
+    """Return the text of the instruction that begins at an address in the buffer."""
     return _text(instruction(stored, at, sheet), sheet)
 
 

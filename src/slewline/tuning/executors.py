@@ -61,7 +61,7 @@ class Worker(SpawnProcess):
 
 
 class WorkerContext(SpawnContext):
-    """Makes workers, and can end them."""
+    """Creates workers, and can end them."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Interpreter(interpreter.Interpreter):
-    """Interpreter of the CY512: READY does not show the motions of a program, and there are no live commands."""
+    """The CY512's interpreter: READY does not show a program's motions, and there are no live commands."""
 
     lasting = frozenset(("GO", "POSITION", "EXPEND", "UNTIL", "WAIT"))
     announces = False

@@ -48,7 +48,7 @@ def _own(
     trust: Trust = "inferred",
     role: str = "",
 ) -> TextRow:
-    """Return a command that the comparison lists, with the times of a command of the CY525."""
+    """Return a command that the comparison lists, with the times of a CY525 command."""
     time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
     return TextRow(letter, name, args, time_us, description, where, flow=flow, role=role, trust=trust)
 

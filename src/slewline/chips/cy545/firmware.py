@@ -201,7 +201,7 @@ class Cy545(Chip):
 
     @property
     def _lacking(self) -> str:
-        """Characters that would end the line; for a string, its quotation mark."""
+        """The characters that would end the line; for a string, its quotation mark."""
         return "quotation mark" if self._interpreter.decoder.in_string else super()._lacking
 
 

@@ -55,7 +55,7 @@ class Single(NamedTuple):
 
     @property
     def period(self) -> int:
-        """Clocks of a step."""
+        """The clocks of a step."""
         return self.law.periods[self.first] * sheet.JOG_DIVISOR
 
     def parameters(self) -> MotionParameters:

@@ -38,7 +38,7 @@ class Law(NamedTuple):
 
     @property
     def shortest(self) -> int:
-        """Clocks of the fastest step."""
+        """The clocks of the fastest step."""
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:

@@ -131,7 +131,7 @@ class Stepwise(TwinSteps):
         self.registers.continuous = False
 
     async def steps(self, at_start: RegistersAtStart) -> Why | None:
-        """Output step after step, until the samples after one end the motion; return the reason."""
+        """Output step after step, until the samples after a step end the motion; return the reason."""
         periods, first = self.law.periods, at_start.first
         start, slow, fast = self.chip.tick, periods[first], periods[max(first, at_start.rate)]
         up: list[int] = []  # the steps of the ramp up, one by one

@@ -89,7 +89,7 @@ class ParameterHandlers:
         await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
 
     def check_registers(self, text: str, distance: str) -> None:
-        """Report, once each, the parameters of a motion that the manual does not allow, or that have not been set."""
+        """Report, once per parameter, motion parameters that the manual does not allow, or that have not been set."""
         registers = self.registers
         used = (set(registers.values) - {"number"}) | {distance}
         for name in sorted(used & registers.unset):
@@ -104,7 +104,7 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield the conditions that a motion checks: whether one holds, with the code and text of its finding."""
+        """Yield each condition that a motion checks: whether it holds, and the code and text of its finding."""
         return ()
 
 

@@ -95,7 +95,7 @@ class Interpreter:
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:
-        """Add such bytes to the command."""
+        """Add bytes that `kept` has counted to the command."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:

@@ -178,7 +178,7 @@ class UnitRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The steps of the shortest move that reaches the rate."""
+        """The number of steps in the shortest move that reaches the rate."""
         return least(lambda number: self.made(number).reached, 1, self.number.high)
 
     @property

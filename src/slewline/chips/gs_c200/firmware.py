@@ -152,7 +152,7 @@ class GsC(InLines, Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Raise an error: the module has no reset input.
+        """Raise an error, because the module has no reset input.
 
         Raises:
             UsageError: always; `power` switches the supply.
@@ -333,7 +333,7 @@ class GsC(InLines, Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """Location of the instruction in progress."""
+        """The location of the instruction in progress."""
         return self._stored.at
 
     def program_rows(self) -> list[ProgramRow]:

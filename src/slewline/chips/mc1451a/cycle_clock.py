@@ -14,7 +14,7 @@ class CycleClock:
 
     @property
     def per_s(self) -> float:
-        """Cycles per second."""
+        """The number of cycles per second."""
         return self.clock.hz / self.cycle_ticks
 
     def tick(self, n: int) -> int:

@@ -53,7 +53,7 @@ class Units:
         self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
 
     def ps(self, cycles: int) -> int:
-        """Return the picoseconds of a number of cycles."""
+        """Return the duration of a number of cycles in picoseconds."""
         return self.clock.ps(cycles * CYCLE)
 
     def rate(self, arg: Arg, value: int) -> float:

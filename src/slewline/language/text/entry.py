@@ -18,7 +18,7 @@ class Entry:
         self.at_letter, self.counted, self.left = True, False, 0
 
     def ends(self, byte: int) -> bool:
-        """Process a byte; return whether it ends program entry, otherwise it is to be stored."""
+        """Process a byte; return True if it ends program entry, False if it is to be stored."""
         if self.at_letter and byte == self.leave:
             return True
         if self.ascii:

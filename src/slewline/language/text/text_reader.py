@@ -154,7 +154,7 @@ class TextReader(Reader):
         return known if len(known) == needed else None
 
     def spacing(self, row: Row, at: int) -> None:
-        """Report unusual spaces: the chip is expected to accept them, but one is more readable."""
+        """Report unusual spaces: the chip is expected to accept them, but a single space is more readable."""
         rest, end = self.text[at:], len(self.text)
         if not _ARGUMENTS.fullmatch(rest.strip(" ")):
             allowed = "one comma or one space between arguments"
@@ -166,7 +166,7 @@ class TextReader(Reader):
             self.source.report(self.spot(at, end), "spacing", "note", found, section=section, remedy=remedy)
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
-        """Return the value of an argument from its word at a column; None, with a report, if it is not a value."""
+        """Return the argument in a word at a column; if the word is not a value, report it and return None."""
         end, place = at + len(word), self.spot(at, at + len(word))
         where = row.where.split("; ")[-1] if self.spoken.tokens else row.where  # a table of ranges is named last
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"

@@ -86,7 +86,7 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion; without a reason it is complete, or was stopped by command."""
+        """End the motion; if no reason is given, it is complete or was stopped by a command."""
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 

@@ -37,7 +37,7 @@ class BusReader(Protocol):
         """Count the bytes from index `at` that only become part of a command."""
 
     def keep(self, data: bytes) -> None:
-        """Add such bytes to the command."""
+        """Add bytes that `kept` has counted to the command."""
 
 
 class BusPort:

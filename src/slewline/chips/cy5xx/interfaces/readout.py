@@ -20,7 +20,7 @@ class ReadOut:
         self.clear()
 
     def clear(self) -> None:
-        """Forget the last V."""
+        """Discard the selection made by the last V."""
         self.group: tuple[int, bool] | None = None  # and True if V was sent in ASCII
         self.output: bytes | None = None  # the group as captured at its first fetch
         self.fetched = 0

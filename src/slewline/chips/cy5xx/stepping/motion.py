@@ -80,7 +80,7 @@ class Motion:
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait, with the lines of the motion set, for the conditions of its first step except STEP INHIBIT."""
+        """Wait, with the motion's lines already set, for the conditions of its first step except STEP INHIBIT."""
 
     def watched(self) -> list[tuple[Net, int]]:
         """Return the inputs whose changes matter now, each with the level to which it would change."""

@@ -241,14 +241,14 @@ class CountWindow(NamedTuple):
         return int(self.counts[i - 1]) if i else self.before
 
     def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts before a number of ticks: (n,) int64."""
+        """Return the counts before each of many ticks: (n,) int64."""
         import numpy as np
 
         return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
 
 
 class QuadratureCounter:
-    """The channels A and B of an encoder, counted fourfold.
+    """Channels A and B of an encoder, with four counts per period.
 
     Args:
         finding: is called for encoder signals beyond the chip's specification.

@@ -40,7 +40,7 @@ class RegistersAtStart(NamedTuple):
 
     @property
     def per_s(self) -> float:
-        """Cycles per second."""
+        """The number of cycles per second."""
         return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> MotionParameters:
