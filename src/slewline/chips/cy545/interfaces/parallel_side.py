@@ -276,7 +276,7 @@ class ParallelPort:
         """Send a byte; return False if the host withdrew its request before BUSY fell and has not received the byte."""
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
-        await next_round(self.kernel)  # a host whose request is already active releases the bus as FPL falls
+        await next_round(self.kernel)  # a host with a request (a letter) already active releases the bus as FPL falls
         await self.until_request(True)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
         chip.sync_forward()
