@@ -1,14 +1,14 @@
-"""The chips: built-in ones, in an explicit list without scanning, and plug-ins, found by module:Class or entry point.
+"""The chips: the built-in ones, listed explicitly (no scanning), and plug-ins, found by module:Class or entry point.
 
-A plug-in is a class that must have a `sheet`.  It may name further things that the tools use:
+A plug-in is a class that must define `sheet`.  It may define further attributes that the tools use:
 
     class Mx10(LineChip):
         sheet = MX10
-        checks = (go_without_speed,)     # rules for its linter (language/lint.py, Check)
+        checks = (go_without_speed,)     # its lint rules (language/lint.py, Check)
         ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramp_answers.py, Calculator)
         quirks = (Quirk(...),)           # what its manual leaves open (core/datasheet/quirk.py)
 
-A built-in chip is a folder, with the files that it needs:
+A built-in chip is a folder that contains those of the following files that the chip needs:
 
     sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
                      section of the manual; describe, asm, dis and lint read nothing else
@@ -16,19 +16,19 @@ A built-in chip is a folder, with the files that it needs:
                      its own, and the picture at the head shows which object knows which
     instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,
                      loads or shows a register is a column of its row instead
-    motion.py        moves the motor
+    motion.py        generates the steps of a motion
     profile.py       the law of motion: pure functions, parameters in, a plan out; a run is checked before it is
                      promised (core/motion/plan.py, mc1451a/axis/verified.py)
     twin.py          the same motion step by step, the reference with which tests/laws compares the fast path
-    checks.py        rules for its linter alone
+    checks.py        lint rules that apply to this chip only
     ramps.py         its ramp calculator; `slewline tune` searches the `tried` values and `measure` of each
                      `RampParameter`, and `script` returns the commands that a host sends for a move
-    quirks.py        the model's choices where the manual is silent, each with the test that pins it
+    quirks.py        the model's choices where the manual is silent, each with the test that verifies it
 
-Whatever several parts of a family share is in the folder of the family (cy5xx); a letter with another meaning in a
-sister part is a column of cy5xx/letters.py.  A mistake of a host is `self.finding(code, text)` where the chip detects
-it, with a line on the page of findings.  An axis sets `axis.homing` while it homes, and `axis.sought` to the pin that
-it seeks if the command selects that pin.
+Code that several parts of a family share is in the family's folder (cy5xx); a letter with another meaning in a
+sister part is a column of cy5xx/letters.py.  A host's mistake is reported by `self.finding(code, text)` where the chip
+detects it, and has a line on the findings page.  An axis sets `axis.homing` while it homes, and `axis.sought` to the
+pin that it seeks if the command selects that pin.
 
 A new chip is a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other file of the
 package names a chip.
@@ -55,11 +55,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListedChip:
-    """A built-in chip: its name, and the places of its objects, as `module:name` within its folder.
+    """A built-in chip: its name, and where its objects are defined, as `module:name` within its folder.
 
-    `checks` is a function of the sheet that returns the rules of this chip's linter; `ramps` one that returns its ramp
-    calculator; `quirks` are the gaps in its manual; `fitted` is a function of the sheet and all options of the part,
-    and returns the sheet for the tools to use.
+    `checks` is a function that takes the sheet and returns this chip's lint rules; `ramps` is one that returns its ramp
+    calculator; `quirks` are the gaps in its manual; `fitted` is a function that takes the sheet and all the part's
+    options, and returns the sheet for the tools to use.
     """
 
     description: str
@@ -104,7 +104,7 @@ def listed(part: str) -> ListedChip:
     """Return the row of a built-in part by its number, for example "cy525".
 
     Raises:
-        UnknownName: no such part; the message lists the parts.
+        UnknownName: there is no such part; the message lists the parts.
     """
     row = PARTS.get(CATALOGUE.canonical(part))
     if row is None:
@@ -137,8 +137,8 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
         options: options of the part; the sheet includes the changes that they make, for example to rates.
 
     Raises:
-        UnknownName: as `chip_class`.
-        UsageError: as `chip_class`; or an option does not exist, or has a value that is not allowed.
+        UnknownName: as for `chip_class`.
+        UsageError: as for `chip_class`; or an option does not exist, or its value is not allowed.
     """
     row = _ours(part)
     if row is not None:
@@ -152,7 +152,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
 
 def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
-    """Return the lint rules of this part alone, for its own sheet or another one; raise as `chip_class`."""
+    """Return the lint rules of this part only, for its own sheet or another one; raise as `chip_class` does."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]
@@ -166,7 +166,7 @@ def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -
     """Return the ramp calculator of a part, with the part's options applied.
 
     Raises:
-        UnknownName, UsageError: as `sheet_of`; the part has no ramp calculator.
+        UnknownName, UsageError: as for `sheet_of`; also UsageError if the part has no ramp calculator.
     """
     row = _ours(part)
     if row is not None:
@@ -183,7 +183,7 @@ def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -
 
 
 def quirks_of(part: str | type[Chip]) -> tuple[Quirk, ...]:
-    """Return the gaps in the manual of a part, with the model's choices; raise as `chip_class`."""
+    """Return the gaps in the manual of a part, with the model's choices; raise as `chip_class` does."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.quirks)  # type: ignore[no-any-return]
@@ -201,7 +201,7 @@ def _of(row: ListedChip, place: str) -> Any:
 
 
 def _named(part: str | type[Chip], attribute: str, default: Any) -> Any:
-    """Return an attribute that the class of a plug-in names, or the default."""
+    """Return an attribute of a plug-in's class, or the default if the class does not define it."""
     return getattr(part if isinstance(part, type) else chip_class(part), attribute, default)
 
 

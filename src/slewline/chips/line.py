@@ -1,11 +1,11 @@
-"""The common base of chips on a serial line: lines in, answers out, one line in progress at a time.
+"""The common base of chips on a serial line, which receive lines and send answers, one line in progress at a time.
 
     rxd   ... characters ... CR                               a carriage return ends a line; then
     txd                         |<- turnround ->| answer CR   the line is executed, and takes effect with its answer
 
-While an answer is being sent, one further line is kept; any more are lost.  Such a chip has a `LineInterface`.  A
-`LineChip` has no other: it brings its sheet (with a serial line among its channels, and the dialect of lines), and a
-method for each command or an `obey` of its own.
+While an answer is being sent, one further line is kept; others are lost.  Such a chip has a `LineInterface`.  A
+`LineChip` has no other interface: it defines its sheet (with a serial line among its channels, and the lines dialect),
+and a method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Line(NamedTuple):
     Attributes:
         text: the characters.
         faulty: True if a character had a parity or framing error.
-        first_faulty: True if the first character had one.
+        first_faulty: True if the first character had such an error.
         too_long: True if the line was longer than the part accepts.
-        checked: True if checksums were selected when its carriage return came; this applies to the answer as well.
+        checked: True if checksums were selected when its carriage return arrived; this applies to the answer as well.
         end_ps: the end of its carriage return, ps.
     """
 
@@ -56,7 +56,7 @@ class Line(NamedTuple):
 
 
 class LineOwner(Protocol):
-    """The part of a chip that its line interface uses."""
+    """The members of a chip that its line interface uses."""
 
     kernel: Kernel
     name: str
@@ -65,15 +65,15 @@ class LineOwner(Protocol):
 
     @property
     def drivers(self) -> Mapping[str, Driver]:
-        """Drivers by the name of the pin; `txd` among them."""
+        """The drivers by pin name, including `txd`."""
 
     @property
     def pins(self) -> Mapping[str, Terminal]:
-        """Pins by name; `rxd` among them."""
+        """The pins by name, including `rxd`."""
 
     @property
     def under_way(self) -> str:
-        """Work in progress besides a line of the host, in words; "" for none."""
+        """Work in progress other than a line from the host, as text; "" for none."""
 
     def finding(self, code: str, text: str) -> None:
         """Add a finding."""
@@ -88,21 +88,21 @@ class LineOwner(Protocol):
         """Execute a line; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if it has none, or is for another chip."""
+        """Return the command in a line, without address and checksum; None if there is none, or for another chip."""
 
     def busy(self, on: bool) -> None:
-        """Show that the chip begins or ends to execute a line."""
+        """Show that the chip begins or has finished executing a line."""
 
     def refresh_idle(self) -> None:
         """Record whether the chip is idle."""
 
 
 class LineInterface:
-    """The serial side of a chip whose commands are lines: characters in, answers out.
+    """The serial side of a chip whose commands are lines: it receives characters and sends answers.
 
     Args:
-        longest: the greatest number of characters of a line.
-        turnround_ps: the time from the carriage return to the effect of a line, and its answer.
+        longest: the maximum number of characters in a line.
+        turnround_ps: the time from the carriage return to the effect and answer of a line, ps.
         lenient: ignore a line feed between two lines.
     """
 
@@ -128,7 +128,7 @@ class LineInterface:
 
     @property
     def coming(self) -> bytearray:
-        """Characters of the line that has not ended."""
+        """The characters of the line that has not ended yet."""
         if self.receiver is not None:
             self.receiver.catch_up()
         return self._coming
@@ -140,13 +140,13 @@ class LineInterface:
 
     @property
     def odd(self) -> str:
-        """Remark about a line without its end whose characters are unprintable; "" for none."""
+        """A remark about an unfinished line whose characters are unprintable; "" for none."""
         odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
         in_full = self.straps.setting.in_full
         return f"; such characters indicate another rate or format than {in_full}" if odd else ""
 
     def listen(self) -> None:
-        """Begin to receive, at the rate that the straps select now."""
+        """Begin to receive, at the baud rate that the straps now select."""
         self.baud = self.straps.take()
         self.bits = bit_clock(self.baud, self.owner.name)
         self.frames = frames_of(self.bits.hz, self.word, RS232)
@@ -154,7 +154,7 @@ class LineInterface:
         self.owner.refresh_idle()
 
     def hang_up(self) -> None:
-        """Discard the line in progress: the supply is off."""
+        """Discard the line in progress, because the supply is off."""
         for task in (self.listener, self.worker):
             if task is not None:
                 task.kill()
@@ -173,7 +173,7 @@ class LineInterface:
         await self.receiver.receive(self._receive, self._passed, _line_end)
 
     def _passed(self, data: bytes) -> None:
-        """Add good characters, neither carriage returns nor line feeds, to the line."""
+        """Add faultless characters, other than carriage returns and line feeds, to the line."""
         room = self.longest - len(self._coming)
         self._coming += data[: max(room, 0)]
         self._too_long |= len(data) > room
@@ -198,7 +198,7 @@ class LineInterface:
             self._too_long = True
 
     def _line_feed(self, within: bool) -> None:
-        """Report once that the host sends line feeds."""
+        """Report, once, that the host sends line feeds."""
         if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
             return  # the last character may be a checksum
         self.line_feeds = True
@@ -259,7 +259,7 @@ def _line_end(data: bytes, at: int) -> int:
 
 
 class InLines:
-    """Mixin of a chip with a line, for users and hosts; it precedes `Chip` among the bases."""
+    """A mixin for chips on a serial line, with properties for users and hosts; it precedes `Chip` among the bases."""
 
     _for_users: ClassVar[tuple[str, ...]] = ("baud", "checked")
     line: LineInterface
@@ -276,7 +276,7 @@ class InLines:
 
     @property
     def _how_to_end(self) -> str:
-        """Remedy for a line that has not ended; unprintable characters were sent in another format."""
+        """The remedy for a line that has not ended; unprintable characters were sent in another format."""
         return f"{super()._how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
 
     @property
@@ -290,7 +290,7 @@ class InLines:
         return self.line.straps.checked
 
     def strapped_address(self) -> int:
-        """Return the address that the pins select for the start of its lines; 0 for none."""
+        """Return the address, selected by the pins, with which the chip's lines begin; 0 for none."""
         return self.line.straps.address
 
 
@@ -298,7 +298,7 @@ class LineChip(InLines, Chip):
     """A chip that receives commands as lines of text over RS-232.
 
     Attributes:
-        straps: the levels of the pins that select rate, address and checksums.
+        straps: the levels of the pins that select baud rate, address and checksums.
         turnround_ps: the time from the end of a line to the start of its answer, ps.
         up_ps: when the supply was switched on, ps.
         done: the answer of `obey` to a command that returns nothing.
@@ -325,7 +325,7 @@ class LineChip(InLines, Chip):
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Execute a line; return the answers, without their carriage returns.
 
-        The default calls the method named after the row of the command (do_loop for LOOP); its result is the answer.
+        The default calls the method named after the command's row (do_loop for LOOP); its result is the answer.
         """
         command = parse(self.sheet, line.text.decode("ascii", "replace"))
         if isinstance(command, Refusal):
@@ -338,27 +338,27 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if it has none, or is for another chip."""
+        """Return the command in a line, without address and checksum; None if there is none, or for another chip."""
         return line.text
 
     @property
     def under_way(self) -> str:
-        """Work in progress besides a line of the host, in words; "" for none."""
+        """Work in progress other than a line from the host, as text; "" for none."""
         return ""
 
     def busy(self, on: bool) -> None:
-        """Show on a pin, if there is one for it, that the chip begins (True) or has finished (False) a line."""
+        """Show on a pin, if there is one for this, that the chip begins (True) or has finished (False) a line."""
 
     def refresh_idle(self) -> None:
         """Update `idle` after something has begun or ended."""
         self.idle = not self.answering
 
     def listen(self) -> None:
-        """Begin to receive, at the rate that the straps select now."""
+        """Begin to receive, at the baud rate that the straps now select."""
         self.line.listen()
 
     def hang_up(self) -> None:
-        """Stop receiving and sending: the supply is off."""
+        """Stop receiving and sending, because the supply is off."""
         self.line.hang_up()
 
 

@@ -22,12 +22,12 @@ LOOPBACK = "127.0.0.1"
 
 
 def interfaces() -> list[str]:
-    """Return the addresses to listen on: those of EPICS_CAS_INTF_ADDR_LIST, by default this machine's own."""
+    """Return the addresses to listen on: those in EPICS_CAS_INTF_ADDR_LIST, by default this machine's own."""
     return os.environ.get("EPICS_CAS_INTF_ADDR_LIST", "").split() or [LOOPBACK]
 
 
 def port_of_server() -> int | None:
-    """Return the port in EPICS_CAS_SERVER_PORT, or else EPICS_CA_SERVER_PORT; None for the library's default.
+    """Return the port in EPICS_CAS_SERVER_PORT or, if unset, EPICS_CA_SERVER_PORT; None for the library's default.
 
     Raises:
         UsageError: the value is not a port.
@@ -46,7 +46,7 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
 
     Args:
         addresses: addresses of this machine to listen on.
-        began: called with the port when clients can connect.
+        began: is called with the port once clients can connect.
         every_s: how often the position of a motor at rest is queried.
     """
     if all(address.startswith("127.") for address in addresses):  # no packets into the network
@@ -57,7 +57,7 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     log.addHandler(logging.NullHandler())
     port = port_of_server()
     context = Context(dict(record.channels), list(addresses))
-    context.ca_server_port = port or context.ca_server_port  # the library knows one of the two names
+    context.ca_server_port = port or context.ca_server_port  # the library recognises only one of the two names
 
     async def begin(_library: object) -> None:
         began(context.port)

@@ -1,6 +1,6 @@
-"""Effects of puts into the fields of a motor record: one method for each `put` of the table; it returns at completion.
+"""Effects of puts into the fields of a motor record: one method for each `put` in the table; it returns at completion.
 
-A put without an effect here is an error, which the client receives.
+A put without an effect here is an error, which is reported to the client.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Effects:
         await self.motions.begin(RecordMotion(dial))
 
     async def redefine(self, name: str, user: float, dial: float) -> None:
-        """Define the present position: by OFF, or by the position of the module."""
+        """Define the present position, by OFF or by the module's position register."""
         state, motor = self.owner.state, self.owner.motor
         self.at_rest(name)
         frozen = bool(state.kept["FOFF"])
@@ -79,7 +79,7 @@ class Effects:
         await self.pulse()
 
     async def pulse(self) -> None:
-        """Post DMOV 0 and 1, as for every put of a position."""
+        """Post DMOV 0 and then 1, as for every position put."""
         if self.motions.idle:
             for done in (False, True):
                 self.owner.state.done = done
@@ -95,13 +95,13 @@ class Effects:
 
     # -------------------------------------------------------------------------------------------------- coordinates
     async def offset(self, _name: str, value: float) -> None:
-        """Shift user coordinates."""
+        """Shift the user coordinates."""
         state = self.owner.state
         state.offset = value
         state.val = state.user(state.dval)
 
     async def direction(self, _name: str, value: int) -> None:
-        """Reverse user coordinates: VAL is unchanged, unless OFF is frozen."""
+        """Reverse the user coordinates; VAL is unchanged, unless OFF is frozen."""
         state = self.owner.state
         state.sign = -1 if value else 1
         if not state.kept["FOFF"]:
@@ -118,7 +118,7 @@ class Effects:
         self.owner.state.kept[switch] = to
 
     async def limit(self, name: str, value: float) -> None:
-        """Set a limit; a motion that now goes beyond it violates it, and is stopped."""
+        """Set a limit; a motion that would now go beyond it violates the limit and is stopped."""
         state = self.owner.state
         dial = value if name.startswith("D") else state.dial(value)
         upper = name.endswith("HLM") == (name.startswith("D") or state.sign > 0)
@@ -133,10 +133,10 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- rates
     async def rate(self, name: str, value: float) -> None:
-        """Set a rate, or the time or acceleration of a ramp, to the part's nearest value."""
+        """Set a rate, or the time or acceleration of a ramp, to the nearest value that the part supports."""
         state, motor, law = self.owner.state, self.owner.motor, {**self.owner.state.law}
         if name == "HVEL" and motor.homing is None:
-            motor.home(1)  # its message states why it cannot
+            motor.home(1)  # the message states why it cannot
         if name in ("JVEL", "JAR"):
             self._can_jog()
             if state.button in ("JOGF", "JOGR"):
@@ -160,7 +160,7 @@ class Effects:
         state.law = law
 
     def fitted(self, law: Mapping[str, float]) -> dict[str, Ramp]:
-        """Return the ramps nearest to rates and times."""
+        """Return the ramps nearest to the given rates and times."""
         motor, scale, first = self.owner.motor, abs(self.owner.state.resolution), law["VBAS"]
         jog_s = (law["JVEL"] - first) / law["JAR"] if law["JAR"] else law["ACCL"]
         wanted = {
@@ -183,7 +183,7 @@ class Effects:
         state.kept[name] = value
 
     async def disable(self, _name: str, value: int) -> None:
-        """Refuse puts into other fields from now on, or accept them again."""
+        """Refuse puts into other fields from now on, or accept puts again."""
         self.owner.state.kept["DISP"] = value
 
     async def text(self, name: str, value: str) -> None:
@@ -199,7 +199,7 @@ class Effects:
             await self.motions.stop()
 
     async def mode(self, _name: str, value: int) -> None:
-        """Stop, pause, make one motion, or continue; return when all motions that may run are complete."""
+        """Stop, pause, allow one motion, or continue; return when all motions that may run are complete."""
         state, before = self.owner.state, self.owner.state.kept["SPMG"]
         state.kept["SPMG"] = value
         try:
@@ -221,7 +221,7 @@ class Effects:
             raise UsageError(f"{name} {value}; allowed 1; STOP ends a homing")
         self._no_setting(name)
         if motor.homing is None:
-            motor.home(1)  # its message states why it cannot
+            motor.home(1)  # the message states why it cannot
         forward = (name == "HOMF") == (state.resolution > 0)
         await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
 
@@ -248,7 +248,7 @@ class Effects:
     def _can_jog(self) -> None:
         motor = self.owner.motor
         if motor.stopping is None:
-            motor.stop()  # its message states why it cannot: a jog would not end
+            motor.stop()  # the message states why it cannot: a jog would not end
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:

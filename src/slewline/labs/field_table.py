@@ -1,8 +1,8 @@
-"""The fields of a motor record: name, type, access, meaning.  The record, its page and the tests read this table alone.
+"""The fields of a motor record: name, type, access, meaning.  The record, its page and the tests read only this table.
 
-A row with a `put` can be written by clients: the method of `Effects` with that name handles it, and refuses a value
-without effect.  A row without one is read only, unless it is `fixed`: then clients may put its present value, as
-programs do that restore a whole list of fields, and any other value is refused.
+A row with a `put` can be written by clients: the `Effects` method of that name handles the put, and refuses a value
+without effect.  A row without a `put` is read-only, unless it is `fixed`: then clients may put its present value, as
+programs that restore a whole list of fields do, and any other value is refused.
 """
 
 from __future__ import annotations
@@ -36,14 +36,15 @@ class FieldRow(NamedTuple):
     """A field of the record.
 
     Attributes:
-        name: the name of the field; one that begins with "_" is a record of its own next to the motor record.
+        name: the name of the field; a field whose name begins with "_" is a separate record, in addition to the motor
+            record.
         kind: the type of the value, as in Channel Access: double, float, long, short, string or enum.
         description: the meaning of the field and of a put, for the page.
         put: the method of `Effects` that handles a put; "" for none.
-        fixed: True if the field has one value, which may be put.
+        fixed: True if the field has a single value, which may be put.
         value: the initial value; not used if the state computes the field.
         words: the words of an enum.
-        unit: the unit, with {} for that of the motor.
+        unit: the unit, in which {} stands for the motor's unit.
     """
 
     name: str
@@ -57,7 +58,7 @@ class FieldRow(NamedTuple):
 
     @property
     def access(self) -> str:
-        """Access for clients: read, put, or put of its own value only."""
+        """The access for clients: read, put, or put of its own value only."""
         return "put" if self.put else "fixed" if self.fixed else "read"
 
 
@@ -183,7 +184,7 @@ FIELDS: tuple[FieldRow, ...] = (
     _fixed("RTRY", "short", 0, _OPEN_LOOP),
     _fixed("RMOD", "enum", 0, _OPEN_LOOP, words=RETRY),
     _put("DLY", "double", "number", "time at rest before DMOV is 1", unit=TIME),
-    # missing functions of the module
+    # functions that the module lacks
     _fixed("CNEN", "enum", 0, "Disable: the torque cannot be switched", words=("Disable", "Enable")),
     _fixed("PCOF", "double", 0.0, "no position loop", unit=NONE),
     _fixed("ICOF", "double", 0.0, "no position loop", unit=NONE),

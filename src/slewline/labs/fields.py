@@ -1,4 +1,4 @@
-"""Fields of a record on Channel Access: channels of caproto that accept puts, and post the record's values."""
+"""A record's fields on Channel Access: caproto channels that accept puts and post the record's values."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class Field:
-    """A field of the record: puts of clients go to `accept`; values of the record are posted."""
+    """A field of the record: clients' puts are passed to `accept`, and the record's values are posted."""
 
     row: FieldRow
     accept: Put | None = None  # None: clients may only read
 
     async def write(self, value: Any, **more: Any) -> None:
-        """Handle a put of a client."""
+        """Handle a client's put."""
         if self.accept is not None:  # as in `check_access`
             await self.accept(self.preprocess_value(value))  # type: ignore[attr-defined]
 
@@ -47,7 +47,7 @@ class Field:
         await super().write(value, verify_value=False)  # type: ignore[misc]
 
     def plain(self, value: Any) -> Any:
-        """Return the value of a put as a Python value.
+        """Return the value in a put as a Python value.
 
         Raises:
             UsageError: the value is not valid for this field.
@@ -55,7 +55,7 @@ class Field:
         return value.item() if hasattr(value, "item") else value
 
     def check_access(self, hostname: str, username: str) -> AccessRights:
-        """Return the access rights of a client."""
+        """Return a client's access rights."""
         return AccessRights.READ | (AccessRights.WRITE if self.accept is not None else 0)
 
 
@@ -63,7 +63,7 @@ class NumberField(Field):
     """A number."""
 
     def plain(self, value: Any) -> Any:
-        """Return the value of a put, a finite number."""
+        """Return the value in a put, which must be a finite number."""
         number = super().plain(value)
         if not math.isfinite(number):
             raise UsageError(f"{self.row.name} {number}; allowed a number")
@@ -71,11 +71,11 @@ class NumberField(Field):
 
 
 class DoubleField(NumberField, ChannelDouble):
-    """A number in the unit of the motor, or in seconds."""
+    """A number in the motor's unit, or in seconds."""
 
 
 class FloatField(NumberField, ChannelFloat):
-    """A number of single precision."""
+    """A single-precision number."""
 
 
 class ShortField(NumberField, ChannelShort):
@@ -90,12 +90,12 @@ class TextField(Field, ChannelString):
     """A text."""
 
     def plain(self, value: Any) -> str:
-        """Return the text of a put."""
+        """Return the text in a put."""
         return value.decode("latin-1") if isinstance(value, bytes) else str(value)
 
 
 class EnumField(Field, ChannelEnum):
-    """One of a list of words, by its number."""
+    """One of a list of words, identified by its number."""
 
     async def post(self, value: Any) -> None:
         """Post a word to clients."""
@@ -125,12 +125,12 @@ TEXT_ENDS = 39  # longest text, characters
 
 
 def unit_of(row: FieldRow, unit: str) -> str:
-    """Return the unit of a field, from that of the motor, cut to the permitted length."""
+    """Return a field's unit, derived from the motor's unit, cut to the permitted length."""
     return row.unit.format(unit)[:UNIT_ENDS]
 
 
 def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the limits of a field from the values of all fields, as metadata of its channel."""
+    """Return a field's limits, derived from the values of all fields, as metadata for its channel."""
     if row.name not in LIMITED:
         return {}
     low, high = (round(values[name]) if row.kind == "long" else values[name] for name in LIMITED[row.name])
@@ -139,7 +139,7 @@ def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def field_of(row: FieldRow, values: Mapping[str, Any], alarm: ChannelAlarm) -> Any:
-    """Return the channel of a field, with its initial value from the values of all fields."""
+    """Return a field's channel, with its initial value taken from the values of all fields."""
     more: dict[str, Any] = {}
     value = values[row.name]
     if row.kind == "enum":

@@ -1,14 +1,14 @@
-"""A motor on a real module: moves to positions, homings, stops, with the commands of the part's sheet.
+"""A motor on a real module: moves to positions, homing runs and stops, using the commands of the part's sheet.
 
     motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
-    motor.move(1200)                     # or motor.move(1200, motor.fitted(100, 2000, 0.05)): with another ramp
-    while not motor.at_rest():           # waits some milliseconds
+    motor.move(1200)                     # or, with another ramp, motor.move(1200, motor.fitted(100, 2000, 0.05))
+    while not motor.at_rest():           # waits a few milliseconds
         ...
     motor.position
 
-If a part only moves in a program, each move is one: entered, run, and kept until the next one.  If a part reports
-whether it is busy, its state is queried; otherwise the position is queried when the move should be over by its law of
-motion, because the part may not receive before.
+If a part moves only in a program, each move is a program, which is entered, run, and kept until the next one.  If a
+part reports whether it is busy, its state is queried; otherwise the position is queried when, by the law of motion, the
+move should be over, because the part may not receive earlier.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from ..language.ramp_answers import Calculator, Ramp, RampParameter, Value, Values
     from ..modules.module import Module
 
-LOOK_S = 0.05  # between two queries whether it is at rest
+LOOK_S = 0.05  # between two queries as to whether it is at rest
 LOOKS = 40  # queries for a program without motion
 SETTLED_S = 0.1  # after a move, until a part receives again
-LATE_S = 5.0  # delay of a move beyond its law, until the module must answer
+LATE_S = 5.0  # how long after the end predicted by the law the module must answer
 LONGER = 2.0  # and factor, because its clock may differ
 
 
@@ -42,8 +42,8 @@ class ModuleMotor:
     Args:
         module: the module, which may be moved.
         calculator: the ramp calculator of the part.
-        values: parameters of a ramp, such as {"T": 100} or {"T": "1000 steps/s"}; all that the part has.
-        crystal_hz: the crystal of the part; None for that of its sheet.
+        values: all ramp parameters of the part, such as {"T": 100} or {"T": "1000 steps/s"}.
+        crystal_hz: the part's crystal frequency; None for that of its sheet.
 
     Raises:
         UsageError: a parameter is missing, wrong or unknown; or the part cannot move to positions.
@@ -73,24 +73,24 @@ class ModuleMotor:
     # ------------------------------------------------------------------------------------------------------ properties
     @property
     def limits(self) -> tuple[int, int]:
-        """The lowest and highest position of a move by command."""
+        """The lowest and highest positions to which a command can move."""
         assert self.goto is not None  # noqa: S101  # the constructor has refused that
         return self.goto.args[0].low, self.goto.args[0].high
 
     @property
     def ramp(self) -> Ramp:
-        """The ramp of its moves."""
+        """The ramp of the motor's moves."""
         return self.calculator.ramp(self.values, self.crystal_hz)
 
     @property
     def rates(self) -> tuple[RampParameter, RampParameter]:
-        """The parameters that set the first and the highest rate."""
+        """The parameters that set the first and highest rates."""
         rates = [quantity for quantity in self.calculator.quantities if quantity.per_s == 1]
         return rates[0], rates[-1]
 
     @property
     def fastest(self) -> float:
-        """The highest rate that its parameter can set (steps/s)."""
+        """The highest rate that the rate parameter can set (steps/s)."""
         _, top = self.rates
         highest = self.calculator.arg(top.name).high
         return self.calculator.ramp({**self.values, top.name: highest}, self.crystal_hz).top
@@ -110,7 +110,7 @@ class ModuleMotor:
         return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
-        """Return how many lines of another program the next move would overwrite."""
+        """Return how many lines of a foreign program the next move would overwrite."""
         (listing, *_) = (*self.sheet.acting("list"), None)
         if not self.entered or listing is None:
             return 0
@@ -121,10 +121,10 @@ class ModuleMotor:
 
     # ---------------------------------------------------------------------------------------------------------- motions
     def move(self, position: int, ramp: Ramp | None = None) -> None:
-        """Begin a move to a position, by default with its own ramp.
+        """Begin a move to a position, by default with the motor's own ramp.
 
         Raises:
-            ModuleFailure: the module does not execute it.
+            ModuleFailure: the module does not execute the command.
         """
         assert self.goto is not None  # noqa: S101  # the constructor has refused that
         ramp = self.ramp if ramp is None else ramp
@@ -159,25 +159,25 @@ class ModuleMotor:
         return dialect_of(self.sheet).spell(row, (value,))
 
     def _leave_entry(self) -> None:
-        """End open program entry without a run, if the part can."""
+        """End an open program entry without running the program, if the part supports this."""
         row = self.sheet.leave[-1]
         if self.module.entering and not row.starts:
             with suppress(ModuleFailure):
                 self.module.ask(row.form)
 
     def home(self, direction: int, ramp: Ramp | None = None) -> None:
-        """Begin a homing, by default with its own ramp: its first rate is that of the homing.
+        """Begin a homing run, by default with the motor's own ramp, whose first rate is the homing rate.
 
         Raises:
-            UsageError: the part has no homing with a selectable direction.
-            ModuleFailure: the module does not execute it.
+            UsageError: the part has no homing command with a selectable direction.
+            ModuleFailure: the module does not execute the command.
         """
         if self.homing is None:
             raise UsageError(
                 f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
             )
         self._program(self.ramp if ramp is None else ramp)
-        for _ in range(LOOKS):  # a program without a motion is over soon; another one causes a refusal of the homing
+        for _ in range(LOOKS):  # a program without a motion is soon over; any other makes the module refuse to home
             if self.at_rest():
                 break
         self.module.ask(self._spelled(self.homing, direction))
@@ -187,8 +187,8 @@ class ModuleMotor:
         """Set the position register, without motion.
 
         Raises:
-            UsageError: the part has no command for it, or not for this position.
-            ModuleFailure: the module does not execute it.
+            UsageError: the part has no command for this, or none for this position.
+            ModuleFailure: the module does not execute the command.
         """
         if self.presetting is None:
             raise UsageError(f"{self.sheet.part}: has no command that sets its position; shift OFF instead")
@@ -201,21 +201,21 @@ class ModuleMotor:
         self.look()
 
     def stop(self) -> None:
-        """Stop it, by a ramp if the part has one.
+        """Stop the motor, with a ramp if the part has one.
 
         Raises:
             UsageError: the part executes no command while it moves.
-            ModuleFailure: the module does not execute it.
+            ModuleFailure: the module does not execute the command.
         """
         if self.stopping is None:
             raise UsageError(f"{self.sheet.part}: accepts no command while it moves; stop it by its pins")
         self.module.ask(self.stopping.form)
 
     def at_rest(self) -> bool:
-        """Return whether it is at rest, with `position` updated.  This waits some milliseconds.
+        """Return whether the motor is at rest, and update `position`.  This waits a few milliseconds.
 
         Raises:
-            ModuleFailure: the module does not report it.
+            ModuleFailure: the module does not report the position.
         """
         self.module.port.pause(LOOK_S)
         if self.state is None:
@@ -233,12 +233,12 @@ class ModuleMotor:
         """Query the position of a motor at rest.
 
         Raises:
-            ModuleFailure: the module does not report it.
+            ModuleFailure: the module does not report the position.
         """
         self.position = int(self.module.value("position"))
 
     def _has_answered(self) -> bool:
-        """Query the position, once the motor should be at rest; return whether the module has answered."""
+        """Query the position once the motor should be at rest; return whether the module has answered."""
         self.left_s -= LOOK_S
         if self.left_s > 0:
             return False

@@ -1,15 +1,15 @@
-"""A motor on a module as a motor record of EPICS, on Channel Access.
+"""A module's motor as an EPICS motor record, on Channel Access.
 
     field_table.py     the fields: types, access, meaning
     record_state.py    their values: positions, limits, rates, switches
     effects.py         the effects of puts
-    record_motions.py  one motion after the other, in the thread that communicates with the module
-    fields.py          channels of caproto
+    record_motions.py  one motion after another, in the thread that communicates with the module
+    fields.py          the caproto channels
 
-A put into a field has its effect; then every field that has changed is posted, RBV before DMOV, and the put completes.
-A put of a position completes when all motions are over.  If a client dies, the motion continues.
+A put into a field takes effect; then every field that has changed is posted, RBV before DMOV, and the put completes.
+A position put completes when all motions are over.  If a client dies, the motion continues.
 
-A module reports its position at rest only, so RBV is constant while the motor moves.
+A module reports its position only at rest, so RBV is constant while the motor moves.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ LONGEST_NAME = 55  # characters: NAME_able is the name of a record as well, whic
 
 
 def check_name(name: str) -> None:
-    """Check that a record can have a name.
+    """Check that a name is allowed for a record.
 
     Raises:
-        UsageError: it is empty, too long, names a field, or has a character that is not allowed in names of records.
+        UsageError: the name is empty, too long, names a field, or contains a character not allowed in record names.
     """
     record, dot, field = name.partition(".")
     odd = NOT_IN_NAMES.search(name)
@@ -69,10 +69,10 @@ class MotorRecord:
 
     Args:
         name: the name of the record; fields are NAME.VAL and so on.
-        find: finds the motor; called in another thread, again after a loss of communication.
+        find: finds the motor; is called in another thread, and again after communication is lost.
         resolution: units per step.
         units: the name of the unit, such as "mm".
-        say: called with messages for the user.
+        say: is called with messages for the user.
 
     Raises:
         UsageError: a record cannot have this name, resolution or unit.
@@ -111,14 +111,14 @@ class MotorRecord:
 
     @property
     def channels(self) -> Mapping[str, Any]:
-        """The channels of the record, by their names."""
+        """The record's channels, by name."""
         fields = {f"{self.name}.{key}": each for key, each in self.fields.items() if key != "_able"}
         able = dict.fromkeys((f"{self.name}_able", f"{self.name}_able.VAL"), self.fields["_able"])
         return {self.name: self.fields["VAL"]} | fields | able
 
     # ------------------------------------------------------------------------------------------------------------ puts
     async def _put(self, row: FieldRow, value: Any) -> None:
-        """Handle a put of a client into a field; report a refusal here, too."""
+        """Handle a client's put into a field; report a refusal on this side, too."""
         try:
             value = self.fields[row.name].plain(value)
             if self.state.kept["DISP"] and row.name not in ("DISP", "_able"):
@@ -137,7 +137,7 @@ class MotorRecord:
         await asyncio.sleep(NEWS_S)
 
     def _same(self, row: FieldRow, value: Any) -> None:
-        """Accept the present value of a field, and refuse any other one."""
+        """Accept the present value of a field, and refuse any other value."""
         has = self.posted[row.name]
         same = math.isclose(value, has, rel_tol=1e-6) if row.kind in NUMBERS else value == has
         if not same:
@@ -145,7 +145,7 @@ class MotorRecord:
             raise UsageError(f"allowed {allowed}: {row.description}")
 
     async def publish(self) -> None:
-        """Post the fields that have changed, limits first, in the order of the state."""
+        """Post the fields that have changed: limits first, then in the order of the state."""
         async with self.posting:
             values = self.state.values()
             for key in LIMITED:
@@ -161,7 +161,7 @@ class MotorRecord:
                     await self.fields[key].post(value)
 
     async def _describe(self) -> None:
-        """Set the unit and the decimals of all fields."""
+        """Set the unit and the number of decimals of all fields."""
         for field in self.fields.values():
             if field.row.kind in NUMBERS:
                 unit = unit_of(field.row, self.posted["EGU"])
@@ -198,13 +198,13 @@ class MotorRecord:
             return
 
     def _here(self) -> None:
-        """Adopt a position of the module that no motion of this record has caused."""
+        """Adopt a module position that no motion of this record has caused."""
         if self.state.position != self.motor.position:
             self.state.position = self.motor.position
             self.state.settle()
 
     async def check(self, every_s: float) -> None:
-        """Query the position of the module at rest periodically, to detect a lost module or a motion by hand."""
+        """Query the module's position periodically at rest, to detect a lost module or a motor moved by hand."""
         while True:
             await asyncio.sleep(every_s)
             if not self.motions.idle or self.state.lost:
@@ -221,6 +221,6 @@ class MotorRecord:
                 await self.publish()
 
     def close(self) -> None:
-        """Close the port of the module."""
+        """Close the module's port."""
         self.motions.thread.submit(self.motor.module.port.close)
         self.motions.thread.shutdown()

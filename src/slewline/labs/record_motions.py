@@ -1,4 +1,4 @@
-"""The motions of a motor record: one after the other, the most recent request next.
+"""The motions of a motor record: one after another, with the most recent request next.
 
                  begin(motion)                     SPMG Go
        at rest ---------------> requested <------------------- paused
@@ -6,8 +6,8 @@
           |     over, or STOP      v           SPMG Pause       |
           +------------------- in progress ---------------------+
 
-A separate thread communicates with the module, one command after the other.  A new motion ends the one in progress, if
-the part can stop; all puts wait until no motion is requested any more.
+A separate thread communicates with the module, one command after another.  A new motion ends the one in progress if
+the part can stop; all puts wait until no motion is requested any longer.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ Result = TypeVar("Result")
 
 
 class RecordMotion(NamedTuple):
-    """A requested motion: to a dial position, or a homing if `homing` is a direction in steps.
+    """A requested motion: to a dial position, or a homing run if `homing` is a direction (in steps).
 
-    `button` is the field that is 1 meanwhile: that of a homing, of a jog, or "".
+    `button` is the field that is 1 during the motion: the homing field or the jog field; "" for neither.
     """
 
     dial: float = 0.0
@@ -40,7 +40,7 @@ class RecordMotion(NamedTuple):
 
 
 class Owner(Protocol):
-    """The part of a record that its motions use."""
+    """The members of a record that its motions use."""
 
     motor: ModuleMotor
     state: RecordState
@@ -58,7 +58,7 @@ class RecordMotions:
     Attributes:
         wanted: the next motion.
         current: the motion in progress.
-        task: done when no motion is requested any more; None if none is.
+        task: is done when no motion is requested any longer; None if none is requested.
     """
 
     def __init__(self, owner: Owner, name: str) -> None:
@@ -71,7 +71,7 @@ class RecordMotions:
         self.halting = ""  # "stop" or "pause": the motion in progress is to end
 
     async def within(self, call: Callable[[], Result]) -> Result:
-        """Call a function of the module, in the thread that communicates with it."""
+        """Call a function that uses the module, in the thread that communicates with it."""
         return await asyncio.get_running_loop().run_in_executor(self.thread, call)
 
     @property
@@ -84,7 +84,7 @@ class RecordMotions:
         """Request a motion; return when all motions are over.
 
         Raises:
-            SlewlineError: one has failed.
+            SlewlineError: a motion has failed.
         """
         self.wanted = motion
         self.changed.set()
@@ -93,7 +93,7 @@ class RecordMotions:
         await self.over()
 
     async def stop(self, pause: bool = False) -> None:
-        """Stop, and discard the requested motion, or keep it for later; return when the motor is at rest.
+        """Stop, and discard the requested motion or, for a pause, keep it; return when the motor is at rest.
 
         Raises:
             UsageError: the part executes no command while it moves.
@@ -102,7 +102,7 @@ class RecordMotions:
         state = self.owner.state
         if state.moving:
             if self.owner.motor.stopping is None:
-                self.owner.motor.stop()  # its message states why it cannot
+                self.owner.motor.stop()  # the message states why it cannot
             self.halting = "pause" if pause else "stop"
         if not pause:
             self.wanted = None
@@ -116,14 +116,14 @@ class RecordMotions:
         """Wait until no motion is requested.
 
         Raises:
-            SlewlineError: one has failed.
+            SlewlineError: a motion has failed.
         """
         if self.task is not None and (failure := await asyncio.shield(self.task)) is not None:
             raise failure
 
     # ------------------------------------------------------------------------------------------------------ one by one
     async def _work(self) -> SlewlineError | None:
-        """Make the requested motions, one after the other; return a failure."""
+        """Perform the requested motions, one after another; return a failure, or None."""
         state, failure, arrived = self.owner.state, None, True
         state.done = False
         await self.owner.publish()
@@ -157,7 +157,7 @@ class RecordMotions:
         return failure
 
     async def _motion(self, motion: RecordMotion) -> bool:
-        """Make a motion; return whether the target position still holds: for a move that was not stopped."""
+        """Perform a motion; return whether its target position is still valid, as after a move that was not stopped."""
         state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
         state.missed, state.button = False, motion.button
         if motion.homing:
@@ -183,7 +183,7 @@ class RecordMotions:
         return True
 
     async def _leg(self, motion: RecordMotion, begun: float, onward: bool, start: Callable[[], None]) -> bool:
-        """Make a move or a homing; return whether it reached its own end."""
+        """Perform a move or a homing run; return whether it reached its own end."""
         state, motor, stopped = self.owner.state, self.owner.motor, False
         state.moving, state.forward = True, onward
         await self.owner.publish()

@@ -3,7 +3,7 @@
                 MRES          DIR, OFF
     steps  <---------->  dial  <------>  user            RVAL RRBV   DVAL DRBV   VAL RBV
 
-Limits are stored in dial coordinates, as DHLM and DLLM; those of the user follow OFF and DIR.
+Limits are stored in dial coordinates, as DHLM and DLLM; the user limits follow OFF and DIR.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ class RecordState:
 
     Args:
         resolution: units per step.
-        steps: the positions to which the part can move, lowest and highest.
+        steps: the lowest and highest positions to which the part can move.
         position: the position of the motor, in steps.
-        ramp: the ramp of its moves.
+        ramp: the ramp of the motor's moves.
         fastest: the highest rate of the part (steps/s).
 
     Attributes:
-        kept: values of fields that return the last put.
-        val, dval: the target position, user and dial.
-        low, high: the limits, dial.
-        ramps: the ramps of moves, of backlash moves, of jogs and homings.
-        law: rates and times of the ramps as they were put; the ramps are the part's nearest.
+        kept: the values of fields that return the last value put.
+        val, dval: the target position, in user and dial coordinates.
+        low, high: the limits, in dial coordinates.
+        ramps: the ramps of moves, backlash moves, jogs and homing runs.
+        law: the rates and times of the ramps as they were put; `ramps` are the nearest that the part supports.
     """
 
     def __init__(self, resolution: float, steps: tuple[int, int], position: int, ramp: Ramp, fastest: float) -> None:
@@ -80,18 +80,18 @@ class RecordState:
 
     @property
     def dial_position(self) -> float:
-        """The last position at rest, dial."""
+        """The last position at rest, in dial coordinates."""
         return self.position * self.resolution
 
     @property
     def user_limits(self) -> tuple[float, float]:
-        """The lowest and the highest position, in user coordinates."""
+        """The lowest and highest positions, in user coordinates."""
         low, high = self.user(self.low), self.user(self.high)
         return (low, high) if self.sign > 0 else (high, low)
 
     @property
     def unlimited(self) -> bool:
-        """True if the limits are off: both are 0."""
+        """True if the limits are off, which means that both are 0."""
         return self.low == 0 == self.high
 
     def beyond(self, dial: float) -> bool:
@@ -102,9 +102,9 @@ class RecordState:
         return soft or not least <= self.raw(dial) <= most
 
     def violates(self, dial: float) -> bool:
-        """Return whether a move to a dial position is refused; one towards the range is allowed.
+        """Return whether a move to a dial position is refused; a move towards the range is allowed.
 
-        With a backlash distance the start of the second move counts, too.
+        With a backlash distance, the start of the second move is checked, too.
         """
         least, most = self.steps
         ends = [leg for leg, _ in self.legs(dial)]
@@ -114,7 +114,7 @@ class RecordState:
         return not back and any(self.beyond(end) for end in ends)
 
     def legs(self, dial: float) -> list[tuple[float, Ramp]]:
-        """Return the moves that lead to a dial position, each with its ramp: two to take up backlash."""
+        """Return the moves that lead to a dial position, each with its ramp; there are two if backlash is taken up."""
         backlash = self.kept["BDST"]
         preferred = (dial > self.dial_position) == (backlash > 0)
         same = self.law["BVEL"] == self.law["VELO"] and self.law["BACC"] == self.law["ACCL"]
@@ -149,7 +149,7 @@ class RecordState:
 
     # ----------------------------------------------------------------------------------------------------------- fields
     def values(self) -> Mapping[str, Any]:
-        """Return the values of all variable fields, in the order in which they are posted: DMOV last."""
+        """Return the values of all variable fields in the order in which they are posted, with DMOV last."""
         return {**self.kept, **self._coordinates(), **self._rates(), **self._motion()}
 
     def _coordinates(self) -> Mapping[str, Any]:
@@ -198,10 +198,10 @@ class RecordState:
 
 
 def acceleration(ramp: Ramp) -> float:
-    """Return the gain in rate of a ramp, divided by its time (steps/s^2); 0 without a ramp."""
+    """Return the increase in rate over a ramp, divided by the ramp time (steps/s^2); 0 without a ramp."""
     return (ramp.top - ramp.start) * PS_PER_S / ramp.time_ps if ramp.time_ps else 0.0
 
 
 def digits(resolution: float) -> int:
-    """Return the number of decimals of a position."""
+    """Return the number of decimals in a position."""
     return max(0, -math.floor(math.log10(abs(resolution))))

@@ -1,7 +1,7 @@
-"""Program text to program buffer, and to the byte streams that a host would send for it.
+"""The assembler: translates program text to program buffer contents and to the byte streams that a host would send.
 
-A text is assembled whole or refused whole: one exception has all problems, each with place, picture and remedy.
-Warnings do not prevent assembly; they are in `Assembly.findings`.
+A text is either assembled or refused as a whole: one exception lists all problems, each with place, picture and remedy.
+Warnings do not prevent assembly; they are listed in `Assembly.findings`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SCRIPT = 1000  # bytes of a script that fit into their columns of a listing
 
 
 class RefusedProgram(ProgramError):
-    """Refusal of a text with errors.  `problems` lists them, in the order of the text."""
+    """Raised for a text with errors; `problems` lists them in text order."""
 
     def __init__(self, problems: list[Problem], text: str, where: str) -> None:
         super().__init__("\n\n".join(picture(problem, text, where, severity=False) for problem in problems))
@@ -39,10 +39,10 @@ class ListingLine(NamedTuple):
 class Assembly:
     """An assembled program.
 
-    `stored` is the program buffer, `lines` has the address of each instruction, `labels` that of each label; `preset`
-    has the commands outside program entry, which a host sends in command mode; `findings` has the warnings.  `framing`
-    has the commands that begin and end program entry.  For a part that receives packets, and stores none of them,
-    `stored` is the output of the host.
+    `stored` is the program buffer; `lines` gives the address of each instruction, `labels` that of each label; `preset`
+    contains the commands outside program entry, which a host sends in command mode; `findings` lists the warnings.
+    `framing` contains the commands that begin and end program entry.  For a part that receives packets and stores none
+    of them, `stored` is the output of the host.
     """
 
     sheet: Sheet
@@ -56,7 +56,7 @@ class Assembly:
 
     @property
     def base(self) -> int:
-        """Address of its first byte."""
+        """The address of the first byte."""
         return self.statements[0].address if self.statements else 0
 
     def data_of(self, statement: Statement) -> bytes:
@@ -73,14 +73,15 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     """Assemble one program; return the bytes that are stored, with addresses, labels and warnings.
 
     Args:
-        text: the program, one command per line; without the commands that begin and end program entry, the whole text
+        text: the program, one command per line; if no commands begin and end program entry, the whole text
             is the program.
         sheet: the data sheet of the part.
         where: the name of the text in messages.
-        resolve: store addresses for labels; otherwise letters, which the chip keeps until the instruction is executed.
+        resolve: store addresses in place of labels; otherwise letters, which the chip keeps until it executes the
+            instruction.
 
     Raises:
-        ProgramError: the text has errors; `problems` of the exception has all of them.
+        ProgramError: the text has errors, all of which the exception lists in `problems`.
     """
     source = read(text, sheet, bare=True)
     link(source)
@@ -101,7 +102,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
 
 
 def link(source: Source) -> None:
-    """Report problems of whole programs: undefined labels, and a buffer that overflows."""
+    """Report problems of whole programs: undefined labels and a buffer overflow."""
     sheet, room = source.sheet, source.sheet.buffer_bytes
     dialect, section = dialect_of(sheet), sheet.sections.get("labels", "")
     for block in source.blocks:
@@ -126,7 +127,7 @@ def entry_and_end(sheet: Sheet) -> tuple[Row, ...]:
 
 
 def units(sheet: Sheet) -> str:
-    """Return the unit of the program memory in the manual, such as "bytes"."""
+    """Return the manual's unit for program memory, such as "bytes"."""
     return f"{sheet.memory_unit}s"
 
 
@@ -139,7 +140,7 @@ def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
 def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
     """Return the characters that an ASCII host sends to enter the program, including its start and end, with labels.
 
-    `check`: every line with its checksum, for a part that has them.
+    `check`: send every line with its checksum, for a part that uses checksums.
 
     Raises:
         UsageError: the part stores no program.
@@ -149,9 +150,9 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
 
 
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
-    """Return the bytes that a binary host sends to enter the program: addresses for labels, since binary has no labels.
+    """Return the bytes that a binary host sends to enter the program, with addresses, since binary has no labels.
 
-    `single_count`: one count for all bytes after the first opcode, which are sent as stored.
+    `single_count`: send one count for all bytes after the first opcode, which are sent as stored.
 
     Raises:
         UsageError: the part has no binary mode, or stores no program.

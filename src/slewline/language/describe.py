@@ -1,4 +1,4 @@
-"""The data sheet as Markdown: the output of `slewline describe`, and a generated page of the documentation."""
+"""The data sheet as Markdown: the output of `slewline describe`, and a generated documentation page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LEVEL = {0: "low", 1: "high", None: ""}
 
 
 def describe(sheet: Sheet, command: str | None = None) -> str:
-    """Return the whole sheet, or a single command by its letter or name, in all its forms.
+    """Return the whole sheet, or all forms of a single command, given by its letter or name.
 
     Raises:
         UnknownName: the part has no such command; the message lists its commands.
@@ -34,7 +34,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
 
 
 def describe_command(sheet: Sheet, command: str) -> str:
-    """Return one command in full: how it is written, sent and stored, its arguments, its duration."""
+    """Return one command in full: how it is written, sent and stored, its arguments and its duration."""
     dialect = dialect_of(sheet)
     if command == dialect.mark and sheet.labels:
         return dialect.labels_in_full(sheet)
@@ -45,7 +45,7 @@ def describe_command(sheet: Sheet, command: str) -> str:
 
 
 def syntax(row: Row) -> str:
-    """Return how a command is written: its head, and the names of its arguments."""
+    """Return the syntax of a command: its head, and the names of its arguments."""
     return " ".join([row.head, *(f"<{arg.name}>" for arg in row.args)])
 
 
@@ -65,7 +65,7 @@ def _head(sheet: Sheet) -> str:
 
 
 def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
-    """Return the serial port: format, rates, addresses, answers."""
+    """Return the description of the serial port: format, baud rates, addresses, answers."""
     format_ = f"{port.bits} data bits, {port.parity} parity, {port.stop} stop bits"
     longest = f"; lines of up to {dialect.longest} characters" if dialect.longest else ""
     check = f"; checksums while `{port.checksum_pin}` is high" if port.checksum_pin else ""
@@ -84,7 +84,7 @@ def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
 
 
 def _sides(sheet: Sheet) -> str:
-    """Return the two interfaces of a part with a bidirectional bus and a serial line."""
+    """Return the description of both interfaces of a part with a bidirectional bus and a serial line."""
     bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
     if bus is None or line is None:
         return ""
@@ -157,7 +157,7 @@ def _at_once(sheet: Sheet) -> str:
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
-    """Return the role of a pin, its axis if there are several, and its level if that is not the active one."""
+    """Return the role of a pin, its axis if there are several, and its level if this is not the active level."""
     axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
     return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
@@ -235,7 +235,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Return options, then those of tables, as a table."""
+    """Return options as a table, followed by the options within table options."""
     heads = ("option", "default", "allowed", "meaning")
     rows = [
         (

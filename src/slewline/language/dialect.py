@@ -1,10 +1,10 @@
-"""How commands are written, sent and stored: the interface of every dialect.  A sheet names its own.
+"""How commands are written, sent and stored: the interface of every dialect.  A sheet names its dialect.
 
     text/        a letter and its arguments, as text or binary                R 100        52 01 64
-    lines/       a line of text, and one for its answer                       jc1,18
+    lines/       a line of text, and a line for its answer                    jc1,18
     packets/     a command byte and words, written as a mnemonic              SET_POS 12345
 
-Assembler, disassembler, linter and reference query the dialect for the differences, and know no part by name.
+The assembler, disassembler, linter and reference query the dialect for the differences, and know no part by name.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Check = Callable[[Source], None]
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """A mistake of a host; the chip model reports it as a finding."""
+    """A host's mistake; the chip model reports it as a finding."""
 
     code: str
     text: str
@@ -38,8 +38,8 @@ class Note:
 class Command:
     """A complete command.
 
-    `values` are numbers, a label operand being the code of its letter; `digits` is how many decimal digits had to be
-    converted, since that takes the chip time; `stored` are the bytes that program entry puts into the buffer; `text` is
+    `values` are numbers, in which a label is the code of its letter; `digits` is how many decimal digits had to be
+    converted, which takes the chip time; `stored` are the bytes that program entry puts into the buffer; `text` is
     the command in a transcript.
     """
 
@@ -52,7 +52,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A line that is not a command: "unknown", or its "argument" does not fit or is out of "range".
+    """A line that is not a command: it is "unknown", or its "argument" does not fit or is out of "range".
 
     `text` has the details.  The other fields locate the problem: characters `at` to `end`, the text found there, the
     allowed values, and the remedy.
@@ -71,20 +71,20 @@ R = TypeVar("R", bound=Row)
 
 
 class Dialect(Generic[R]):
-    """Form of commands, written, sent and stored.  Instructions are tokens, opcode and arguments, unless overridden."""
+    """The written, sent and stored form of commands.  Unless overridden, an instruction is an opcode with arguments."""
 
     name = ""
     row_type: type[Row] = Row  # type of its commands
     mark = ""  # mark after the letter of a label
     streams = False  # True if it has a binary form
-    longest = 0  # greatest length of a line, characters; 0: no limit in the manual
+    longest = 0  # maximum line length, characters; 0: the manual states no limit
     where = ""  # the section of the manual that describes it
     answers: Mapping[str, str] = MappingProxyType({})  # the answers of a part, and their meaning
     constant_bit: int | None = None  # bit of a character that noise on a line must leave intact to be detected
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Rules of the linter, besides those for all parts."""
+        """The lint rules of this dialect, other than those for all parts."""
         return ()
 
     # --------------------------------------------------------------------------------------------------- program text
@@ -93,11 +93,11 @@ class Dialect(Generic[R]):
         raise NotImplementedError
 
     def directs(self, text: str) -> bool:
-        """Return whether a line without @ is directed at the host all the same."""
+        """Return whether a line, although it has no @, is directed at the host."""
         return False
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        """Return why no host can send a line; None if it can, so that the part answers any mistake in it."""
+        """Return why no host can send a line; None if a host can, in which case the part answers any mistake in it."""
         return None
 
     def label(self, letter: str) -> str:
@@ -109,17 +109,17 @@ class Dialect(Generic[R]):
 
         Args:
             labels: letters whose codes are written as letters where a label is allowed.
-            names: labels of addresses.
+            names: labels by address.
         """
         raise NotImplementedError
 
     def meaning_of(self, answer: str) -> str:
-        """Return the sheet's text about an answer; empty if the answer needs none."""
+        """Return the sheet's text about an answer; empty if the answer needs no explanation."""
         return self.answers.get(answer, "")
 
     # -------------------------------------------------------------------------------------------------- program buffer
     def stored(self, statement: Statement) -> bytes:
-        """Return an instruction as stored in the program buffer, or as a host writes it if none is stored."""
+        """Return an instruction as stored in the program buffer, or as a host sends it if the part stores none."""
         return statement.row.pack(statement.values)
 
     def start(self, statements: Sequence[Statement]) -> int:
@@ -127,15 +127,15 @@ class Dialect(Generic[R]):
         return 0
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement that has its address in a program, completed with its branch address."""
+        """Return a statement, whose address in the program is known, completed with its branch address."""
         return statement
 
     def shown(self, row: R, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
-        """Return the text of an instruction of the buffer; `labels` and `names` as for `spell`."""
+        """Return the text of an instruction in the buffer; `labels` and `names` are those of `spell`."""
         return self.spell(row, instruction.values, labels, names)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction that begins at an address of the buffer; a byte that is not an opcode has no row."""
+        """Return the instruction that begins at an address in the buffer; a byte that is not an opcode has no row."""
         row = sheet.commands.by_code.get(stored[at])
         data = bytes(stored[at : at + (row.size if row else 1)])
         if row and len(data) == row.size:
@@ -158,13 +158,13 @@ class Dialect(Generic[R]):
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
-        """Return the text that a host sends to enter a program, each line with its checksum if `checked`."""
+        """Return the text that a host sends to enter a program; if `checked`, each line has its checksum."""
         raise NotImplementedError
 
     def entered_binary(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
     ) -> bytes:
-        """Return the bytes that a host sends to enter a program in binary form, with addresses as labels.
+        """Return the bytes that a host sends to enter a program in binary form, with addresses in place of labels.
 
         Raises:
             UsageError: the part has no binary form.
@@ -172,7 +172,7 @@ class Dialect(Generic[R]):
         raise UsageError(f"the {sheet.part.upper()} has no binary commands; choose ascii, the form that a host sends")
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
-        """Return lines of bytes in hexadecimal as a host sends them, one command per line."""
+        """Return the bytes that a host sends, as lines of hexadecimal numbers, one command per line."""
         return lines
 
     def check_stream(self, sheet: Sheet) -> None:
@@ -183,7 +183,7 @@ class Dialect(Generic[R]):
 
     # ------------------------------------------------------------------------------------------------------ reference
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return the rows that may be meant by a text that is neither form nor name of a command."""
+        """Return the rows that may be meant by a text that is neither a form nor a name of a command."""
         return []
 
     def table(self, sheet: Sheet) -> str:
@@ -219,7 +219,7 @@ def dialect_of(sheet: Sheet) -> Dialect[Any]:
 
 
 def spoken_as(sheet: Sheet, kind: type[D]) -> D:
-    """Return the dialect of a sheet, of a given kind.
+    """Return the dialect of a sheet, which must be of a given kind.
 
     Raises:
         SheetError: the dialect is of another kind.
@@ -233,27 +233,27 @@ def spoken_as(sheet: Sheet, kind: type[D]) -> D:
 def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     """Return the remedy for text that does not fit `row`; empty if none is known.
 
-    A character that is in the manual but not accepted by the chip explains more than the command does.
+    If a character is used in the manual but not accepted by the chip, that explains more than the command does.
     """
     odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
     return sheet.slips.get(odd or (row.form if row else ""), "")
 
 
 def digits_meant(word: str) -> str:
-    """Return the remedy for a number with letters O or l among its digits; empty for any other word."""
+    """Return the remedy for a number with the letter O or l among its digits; empty for any other word."""
     digits = word.translate(LIKE_DIGITS)
     meant = digits != word and digits.isascii() and digits.isdigit()
     return f"write {digits}, {IN_DIGITS}" if meant else ""
 
 
 def number_meant(word: str) -> str:
-    """Return the remedy for a word in place of a decimal number: hexadecimal, or with letters in it; empty for none."""
+    """Return the remedy for a word in place of a decimal number, if it is hexadecimal or contains letters; else ""."""
     found = HEXADECIMAL.fullmatch(word)
     return digits_meant(word) or (f"write {int(found[1] or found[2], 16)}, in decimal" if found else "")
 
 
 def state_remedy(sheet: Sheet, entering: bool) -> str:
-    """Return how to allow a command that belongs outside, or into, program entry; empty for a part without programs."""
+    """Return how to allow a command that belongs outside or inside program entry; empty for parts without programs."""
     if entering:
         if sheet.enter is None:
             return f"the {sheet.part.upper()} stores no programs: its host sends the lines, as slewline run does"

@@ -1,4 +1,4 @@
-"""Program buffer to text that assembles to the same bytes; address and bytes follow each line as a comment.
+"""The disassembler: translates a program buffer to text that assembles to the same bytes, which follow as comments.
 
 E
 A$N 100         ; 00  4E 64 00
@@ -18,12 +18,12 @@ from .dialect import Command, Note, dialect_of
 from .statements import Instruction
 
 COMMENT = 16  # column of the comments
-SHOWN = 16  # equal bytes shown one by one
+SHOWN = 16  # equal bytes shown individually
 NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
-    """Return the buffer, cut into instructions from its first byte on; a byte that is not an opcode is separate."""
+    """Return the buffer, cut into instructions from its first byte; a byte that is not an opcode is a separate item."""
     found: list[Instruction] = []
     at = 0
     while at < len(stored):
@@ -33,19 +33,20 @@ def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
 
 
 def instruction(stored: bytes, at: int, sheet: Sheet) -> Instruction:
-    """Return the instruction that begins at an address of the buffer."""
+    """Return the instruction that begins at an address in the buffer."""
     return dialect_of(sheet).cut(stored, at, sheet)
 
 
 def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
-    """Return the text of the instruction that begins at an address of the buffer."""
+    """Return the text of the instruction that begins at an address in the buffer."""
     return _text(instruction(stored, at, sheet), sheet)
 
 
 def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
     """Return the buffer as program text, with a line end after every line, including the start and end of its entry.
 
-    `labels`: name branch targets, while there are letters; the text then assembles with `resolve=True`.
+    `labels`: name branch targets with letters as long as there are any left; the text then assembles with
+    `resolve=True`.
     """
     program = instructions(stored, sheet)
     names = _names(program, sheet) if labels and sheet.labels else {}
@@ -65,9 +66,9 @@ def program_rows(stored: bytes, sheet: Sheet) -> list[ProgramRow]:
 
 
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
-    """Return the commands of a binary stream, one per line, and its problems.
+    """Return the commands of a binary stream, one per line, and the problems found in it.
 
-    A program is read as the chip stores it: counts do not matter there, and one count may cover the whole program.
+    A program is read as the chip stores it: byte counts are ignored there, and one count may cover the whole program.
     """
     decoder = dialect_of(sheet).decoder(sheet)
     texts: list[str] = []
@@ -128,7 +129,7 @@ def _text(instruction: Instruction, sheet: Sheet, names: Mapping[int, str] = NO_
 
 
 def _hex(data: bytes) -> str:
-    """Return bytes in hexadecimal; for many equal bytes, their number."""
+    """Return bytes in hexadecimal; many equal bytes are shown by their number."""
     if len(data) > SHOWN and len(set(data)) == 1:
         return f"{data[:1].hex().upper()} ({len(data)} times)"
     return data.hex(" ").upper()

@@ -15,7 +15,7 @@ def directives(source: Source) -> list[Directive]:
 
 
 def driven(source: Source) -> None:
-    """Report directives that drive an output: two outputs on one net are a conflict."""
+    """Report directives that drive an output pin, because two outputs on one net conflict."""
     outputs = {pin.name: pin for pin in source.sheet.pins if pin.in_out == "out"}
     for item in directives(source):
         found = DRIVEN.match(item.text)

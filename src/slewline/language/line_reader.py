@@ -1,4 +1,4 @@
-"""The parser of a line of a program text; each dialect has its own."""
+"""The parser of a program text line; each dialect has its own."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .statements import Operand, Source, Statement
 
 
 class Reader:
-    """Parser of a line of a text; `at` is an index into the line."""
+    """Parses one line of a text; `at` is an index into the line."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         self.source = source
@@ -34,12 +34,12 @@ class Reader:
         self.source.items.append(Statement(place.line, place.column, self.text[begin:end], row, operands, labels))
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Read the commands of the line; labels of the line above name the first of them.
+        """Read the commands of the line; labels from the line above name the first command.
 
         Returns:
-            Labels at the end of the line, which name the first command of the next one.
+            Labels at the end of the line, which name the first command of the next line.
         """
         raise NotImplementedError
 
     def end(self, labels: tuple[str, ...]) -> None:
-        """Report labels without a line after them."""
+        """Report labels that no line follows."""

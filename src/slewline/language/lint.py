@@ -1,7 +1,7 @@
-"""The problems of a program text, found without running it.  It never raises, even for a text full of errors.
+"""The linter: finds the problems in a program text without running it.  It never raises, however bad the text.
 
-The rules here hold for every part that stores programs, and read only its sheet.  Its dialect has others, and the
-rules of a single part, for example whether a ramp reaches its rate in the distance, are passed in as `checks`.
+The rules here hold for every part that stores programs, and read only its sheet.  Its dialect has further rules, and
+the rules of a single part, for example whether a ramp reaches its rate in the distance, are passed in as `checks`.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from .statements import Block, Operand, Source, Statement
 
 __all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]
 
-STATES = 4096  # a program with more states of registers than this is checked with the first ones
+STATES = 4096  # a program with more register states than this is checked only with the first ones
 S = TypeVar("S")
 
 
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
-    """Return the problems of a text, errors and warnings, in the order of their places.
+    """Return the problems of a text, both errors and warnings, in the order of their places.
 
-    The text is the input of a host, as for `slewline run`: only the lines after a command that begins program entry are
+    The text is a host's input, as for `slewline run`: only the lines after a command that begins program entry are
     a program.
 
     Args:
-        text: the text, one command a line.
+        text: the text, one command per line.
         sheet: the data sheet of the part.
         checks: further rules, such as `checks_of` returns.
     """
@@ -63,11 +63,11 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
     """Follow a program from an address, with both outcomes of every branch.
 
     Args:
-        states: the possible registers at the start, hashable.
+        states: the possible register states at the start, which must be hashable.
         step: returns the registers after an instruction.
 
     Returns:
-        The states in which the program ends, or all states in it if it never ends.
+        The states in which the program may end or, if it never ends, all states that occur in it.
     """
     at = {statement.address: statement for statement in block.statements}
     todo = [(address, state) for state in states]
@@ -88,7 +88,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 
 
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
-    """Return every branch, with the program of its target; in command mode, the program entered before it."""
+    """Return every branch, with the program that contains its target: in command mode, the one entered before it."""
     found = []
     before = None
     for statement in source.statements:
@@ -100,7 +100,7 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
 
 
 def reached(source: Source, block: Block) -> set[int]:
-    """Return the addresses of all instructions reached from the first byte or from a branch in command mode."""
+    """Return the addresses of all instructions that are reached from the first byte or by a branch in command mode."""
     at = {statement.address: statement for statement in block.statements}
     starts = [block.address_of(target) for jump, target, goal in branches(source) if goal is block and jump.block < 0]
     todo = [block.base, *(address for address in starts if address is not None)]
@@ -122,7 +122,7 @@ def section(row: Row) -> str:
 
 
 def targets(source: Source) -> None:
-    """Report branches to a byte that is not the first of an instruction; the chip does not check it."""
+    """Report branches to a byte that is not the first of an instruction; the chip does not check this."""
     unit = units(source.sheet).removesuffix("s")
     for statement, target, block in branches(source):
         address = block.address_of(target)

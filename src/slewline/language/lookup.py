@@ -1,4 +1,4 @@
-"""Commands of a part by letter, name, line or code."""
+"""Looks up a part's commands by letter, name, line or code."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SIGNED = "±"  # used in forms, but not on keyboards
 
 
 def find(sheet: Sheet, command: str) -> list[Row]:
-    """Return the rows of a command, by letter (all its forms), name, a line with it, or the code of a packet.
+    """Return the rows of a command, given by letter (all its forms), name, a line that contains it, or a packet code.
 
     Raises:
         UnknownName: the part has no such command; the message lists its commands.

@@ -1,4 +1,4 @@
-"""Pieces of Markdown for all references."""
+"""Markdown building blocks for all references."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def source(of: Row | Pin) -> str:
-    """Return the place of a row or a pin in the manual, with a mark if it is inferred."""
+    """Return where in the manual a row or a pin is described, with a mark if it is inferred."""
     return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"

@@ -1,4 +1,4 @@
-"""A problem of a text, its place, and a picture of it.
+"""Problems of a text, with their places, and pictures that show them.
 
 weld.txt, line 3, column 3: RATE 200: allowed 0..127 (manual, T.V)
     R 200
@@ -23,7 +23,7 @@ class HasPlace(Protocol):
 
     @property
     def line(self) -> int:
-        """Number of the line."""
+        """The line number."""
 
     @property
     def column(self) -> int:
@@ -31,7 +31,7 @@ class HasPlace(Protocol):
 
     @property
     def length(self) -> int:
-        """Number of its characters."""
+        """The number of characters."""
 
 
 class Place(NamedTuple):
@@ -45,7 +45,7 @@ class Place(NamedTuple):
 @formerly(message="says")
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
-    """A problem of a text: its place, the text found, the allowed values, the manual's section, the remedy."""
+    """A problem in a text: its place, the text found, the allowed values, the manual's section and the remedy."""
 
     line: int
     column: int
@@ -66,7 +66,7 @@ class Problem:
 
 
 def picture(problem: Problem, text: str, name: str, severity: bool = True) -> str:
-    """Return one problem, with its line, carets under its characters, and the remedy."""
+    """Return one problem, with its line, carets under the characters concerned, and the remedy."""
     lines = text.splitlines()
     line = lines[problem.line - 1] if 0 < problem.line <= len(lines) else ""
     blank = re.sub(r"[^\t]", " ", line[: problem.column - 1].ljust(problem.column - 1))  # keeps tabs

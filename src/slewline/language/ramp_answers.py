@@ -1,4 +1,4 @@
-r"""The queries of a ramp calculator to a part, and the part's answers.  No time passes, and no chip runs.
+r"""The ramp calculator's queries to a part, and the part's answers.  No time passes, and no chip runs.
 
     rate                                      forward:  parameters -> time, steps and acceleration of the ramp,
      top .......________                                the moves that reach the rate, and the time of a move
@@ -6,8 +6,8 @@ r"""The queries of a ramp calculator to a part, and the part's answers.  No time
      start  _/            \_                            the free parameters whose ramp is nearest
             |<->| time, steps
 
-A part brings a `Calculator` (its `ramps.py`): its parameters, named as the commands that set them, the `Ramp` of a set
-of values, and a search for free ones.  The numbers always follow its law of motion (`profile.py`).
+A part provides a `Calculator` (in its `ramps.py`): its parameters, named after the commands that set them, the `Ramp`
+of a set of values, and a search for free parameters.  The numbers always follow its law of motion (`profile.py`).
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 # ------------------------------------------------------------------------------------------------------------- queries
 @dataclass(frozen=True, slots=True)
 class RampParameter:
-    """A parameter of a ramp, a number within the range of `arg`, or one of the names in `choices`.
+    """A ramp parameter: a number within the range of `arg`, or one of the names in `choices`.
 
-    `default` applies if no value is given.  A `free` one can be searched for.  `per_s` is the power of seconds in the
-    denominator of its quantity: 1 for a rate, 2 for an acceleration.  A parameter that is `only` for a choice, such as
-    ("profile", "s-curve"), does not exist with another.
+    `default` applies if no value is given.  A `free` parameter can be searched for.  `per_s` is the power of seconds in
+    the denominator of its quantity: 1 for a rate, 2 for an acceleration.  A parameter that is `only` for a choice, such
+    as ("profile", "s-curve"), does not exist with another choice.
 
-    For trials of ramps (slewline tune), values are spaced evenly in `measure`, a number that increases with them;
+    For ramp trials (slewline tune), values are spaced evenly in `measure`, a number that increases with them;
     `tried` are the default values to try.
     """
 
@@ -65,41 +65,41 @@ class RampParameter:
 
     @property
     def allowed(self) -> str:
-        """Its allowed values, in words."""
+        """The allowed values, as text."""
         if self.arg is None:
             return ", ".join(self.choices)
         return range_of(self.arg)
 
 
 class Wanted(NamedTuple):
-    """The goal of a search: time in ps, acceleration in steps/s^2 (mean), or steps."""
+    """The goal of a search: a time in ps, a mean acceleration in steps/s^2, or a number of steps."""
 
     goal: Goal
     value: float
 
     def error(self, ramp: Ramp) -> float:
-        """Return the distance of a ramp from the goal, in the unit of the goal."""
+        """Return the difference between a ramp and the goal, in the goal's unit."""
         return abs(self.of(ramp) - self.value)
 
     def of(self, ramp: Ramp) -> float:
-        """Return the time, acceleration or steps of a ramp, whichever is the goal."""
+        """Return a ramp's time, acceleration or number of steps, whichever is the goal."""
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """Return the least distance from the goal of a ramp within bounds."""
+        """Return the smallest possible difference between a ramp within bounds and the goal."""
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
 # ------------------------------------------------------------------------------------------------------------- answers
 class RampSegment(NamedTuple):
-    """A segment of a ramp: steps at one rate, or one cycle for a part that works in cycles.
+    """A ramp segment: steps at one rate or, for a part that works in cycles, one cycle.
 
     Attributes:
-        begin_ps: its start, counted from the start of the first step or cycle, ps.
-        position: the number of steps before it.
-        steps: the number of steps in it.
+        begin_ps: the start of the segment, counted from the start of the first step or cycle, ps.
+        position: the number of steps before the segment.
+        steps: the number of steps in the segment.
         rate: the rate, steps/s.
-        parameter: the rate parameter of the part; None if it has none.
+        parameter: the part's rate parameter; None if the part has none.
     """
 
     begin_ps: int
@@ -113,9 +113,9 @@ class Accelerations(NamedTuple):
     """The accelerations of a ramp, steps/s^2.
 
     Attributes:
-        first: the acceleration at its start.
-        mean: the gain in rate divided by the time of the ramp.
-        greatest: the greatest acceleration.
+        first: the acceleration at the start of the ramp.
+        mean: the increase in rate divided by the ramp time.
+        greatest: the maximum acceleration.
     """
 
     first: float
@@ -129,9 +129,9 @@ class Move(ABC):
     Attributes:
         steps: the number of steps.
         time_ps: the time from the start of the first step or cycle until the part reports the end of the move, ps.
-        top: the greatest rate, steps/s.
+        top: the highest rate, steps/s.
         reached: True if `top` is the top rate of the ramp; False if the move is too short for it.
-        legs: the names of the legs, "up", "slew", "down" ..., each with its number of steps.
+        legs: the legs by name ("up", "slew", "down" ...), each with its number of steps.
     """
 
     called = "move"  # in messages
@@ -147,7 +147,7 @@ class Move(ABC):
 
     @abstractmethod
     def trains(self) -> Sequence[Train]:
-        """Return the step trains of the move, one after the other; the first begins at time 0."""
+        """Return the step trains of the move, in sequence; the first begins at time 0."""
 
     def times(self) -> NDArray[np.int64]:
         """Return the start of every step: (n,) int64 ps, ascending."""
@@ -165,7 +165,7 @@ class Ramp(ABC):
         crystal_hz: the frequency of the crystal, Hz.
         start: the rate of the first step, steps/s.
         top: the rate after the ramp, steps/s.
-        time_ps: the time from the start of the first step or cycle to that of the first one at `top`, ps.
+        time_ps: the time from the start of the first step or cycle to the start of the first one at `top`, ps.
         steps: the number of steps in that time; a whole number, unless the part works in cycles.
     """
 
@@ -184,13 +184,13 @@ class Ramp(ABC):
 
     @property
     def acceleration(self) -> float:
-        """The mean acceleration, steps/s^2: the gain in rate divided by the time of the ramp; 0 without a ramp."""
+        """The mean acceleration, steps/s^2: the increase in rate divided by the ramp time; 0 without a ramp."""
         return (self.top - self.start) * PS_PER_S / self.time_ps if self.time_ps else 0.0
 
     @property
     @abstractmethod
     def accelerations(self) -> Accelerations:
-        """The first, mean and greatest acceleration of the ramp."""
+        """The first, mean and maximum accelerations of the ramp."""
 
     @property
     @abstractmethod
@@ -208,7 +208,7 @@ class Ramp(ABC):
             distance: the number of steps, within `distances`.
 
         Raises:
-            UsageError: not a whole number, or a move that the part cannot make.
+            UsageError: `distance` is not a whole number, or the part cannot make such a move.
         """
         number, (least, most, remark) = whole(distance), self.distances
         if number is None or not least <= number <= most:
@@ -218,11 +218,11 @@ class Ramp(ABC):
     @property
     @abstractmethod
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps of a move, and the parameter that limits it, such as " (N)"."""
+        """The minimum and maximum numbers of steps in a move, and the parameter that limits them, such as " (N)"."""
 
     @abstractmethod
     def made(self, distance: int) -> Move:
-        """Return the move of a number of steps, which is within `distances`."""
+        """Return the move of a number of steps that is within `distances`."""
 
 
 for kind in (Ramp, Move):
@@ -247,7 +247,7 @@ missing(
 
 
 class Search(NamedTuple):
-    """A search for values of the `free` parameters, for the `best` (a number) ramps nearest to the goal `wanted`."""
+    """A search for values of the `free` parameters: `best` is how many of the ramps nearest to `wanted` to find."""
 
     wanted: Wanted
     fixed: Values
@@ -257,7 +257,7 @@ class Search(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """Values of free parameters, and bounds of the searched quantity of their ramp: its value is within them."""
+    """Values of free parameters, and bounds that enclose the searched quantity of their ramp."""
 
     values: dict[str, int]
     bounds: tuple[float, float] = ANYTHING
@@ -271,10 +271,10 @@ class Calculator(ABC):
     parameter = ""  # name of `parameter` in a segment of a ramp
 
     def quantity(self, name: str) -> RampParameter:
-        """Return the parameter with a name, in upper or lower case.
+        """Return the parameter that has a name, given in upper or lower case.
 
         Raises:
-            UnknownName: there is none; the message lists the parameters.
+            UnknownName: there is no such parameter; the message lists the parameters.
         """
         for quantity in self.quantities:
             if quantity.name.lower() == name.lower():
@@ -284,22 +284,22 @@ class Calculator(ABC):
         raise UnknownName(message + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
-        """Return why a ramp has no steps, if its rate is not above the first one; empty if it has some."""
+        """Return why a ramp has no steps: its rate is not above its first rate; empty if the ramp has steps."""
         if ramp.time_ps or ramp.top > ramp.start:
             return ""
         rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
         return f"the rate is not above the first one ({', '.join(rates)})"
 
     def without_defaults(self, values: Values) -> dict[str, Value]:
-        """Return values without parameters that are at their default and cannot be searched for."""
+        """Return values, omitting parameters that are at their defaults and cannot be searched for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
         return {name: value for name, value in values.items() if value != defaults.get(name)}
 
     def arg(self, name: str) -> Arg:
-        """Return the range of a parameter that is a number.
+        """Return the range of a numeric parameter.
 
         Raises:
-            UsageError: it is not a number.
+            UsageError: the parameter is not numeric.
         """
         arg = self.quantity(name).arg
         if arg is None:
@@ -311,7 +311,7 @@ class Calculator(ABC):
         """Return the ramp of a full set of values, all within their ranges."""
 
     def fitted(self, values: Values) -> dict[str, Value | bool]:
-        """Return the options of the part among some values, if they are not at their defaults."""
+        """Return those values that are options of the part and not at their defaults."""
         options = {option.name for option in self.sheet.options}
         truth: dict[Value, bool] = {"True": True, "False": False}
         return {
@@ -330,15 +330,15 @@ class Calculator(ABC):
 
     @abstractmethod
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the value of a parameter nearest to a rate with its unit (rates.py); None if `text` is not a rate.
+        """Return the parameter value nearest to a rate with its unit (rates.py); None if `text` is not a rate.
 
         Raises:
-            UsageError: the unit of another quantity, or a rate far outside the range.
+            UsageError: the unit belongs to another quantity, or the rate is far outside the range.
         """
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free parameters that include the best, in the order of their nearest bounds.
+        """Yield values of the free parameters, the best ones among them, in the order of their nearest bounds.
 
         Raises:
             UsageError: these parameters cannot be searched for together.
@@ -347,15 +347,15 @@ class Calculator(ABC):
 
 # ------------------------------------------------------------------------------------------------------ reading values
 def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -> tuple[dict[str, Value], list[str]]:
-    """Check the values from a user; return all values, and the names of the parameters to search for.
+    """Check a user's values; return all values, and the names of the parameters to search for.
 
     Args:
-        given: by name, in upper or lower case: whole numbers are arguments of the command; text such as "4000 steps/s"
-            is allowed, too.
-        search: a `free` parameter that is not given is searched for; otherwise it needs a value or has a default.
+        given: values by name, in upper or lower case: whole numbers are command arguments; text such as "4000 steps/s"
+            is also allowed.
+        search: search for `free` parameters that are not given; otherwise every parameter needs a value or a default.
 
     Raises:
-        UnknownName: no such parameter.
+        UnknownName: there is no such parameter.
         UsageError: a value is out of range, of the wrong kind, or missing.
     """
     part = calculator.sheet.part
@@ -390,7 +390,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
 
 
 def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
-    """Return a value in the part's form; raise as `read`."""
+    """Return a value in the part's form; raise as `read` does."""
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
         for choice in quantity.choices:
@@ -422,14 +422,14 @@ def _unit(quantity: RampParameter) -> str:
 def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
     """Return the ramps nearest to the goal, best first.
 
-    Of two at the same distance the slower one comes first.  Of ramps with the same value of the goal only one is
-    listed: the slowest, and of these the one with the least value of its last free parameter, and so on.
+    Of two ramps equally near to the goal, the slower one comes first.  Of ramps with equal values of the goal, only
+    the slowest is listed, and of equally slow ones, the one with the smallest last free parameter, and so on.
     """
     wanted = search.wanted
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
     for candidate in calculator.candidates(search):
         if len(best) == search.best and wanted.beyond(candidate.bounds) > max(key[0] for key, _ in best.values()):
-            break  # the rest is further off than all ramps found
+            break  # the rest are further off than all ramps found
         ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
         key = (wanted.error(ramp), -ramp.time_ps, tuple(reversed(candidate.values.values())))
         has = wanted.of(ramp)
@@ -441,7 +441,7 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
 
 
 def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
-    """Return the least number from `low` to `high` that is enough, as all above it are; None if none is."""
+    """Return the smallest number from `low` to `high` that is enough, as all larger ones are; None if none is."""
     if not enough(high):
         return None
     while low < high:
@@ -454,13 +454,13 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
 
 
 def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
-    """Yield `count` values on each side of the one where a non-increasing measure of them reaches a target.
+    """Yield `count` values on each side of the value at which their non-increasing measure reaches a target.
 
-    Of values with the same measure only the least is included.
+    Of values with the same measure, only the smallest is included.
     """
 
     def first(most: float) -> int:
-        """Return the least value whose measure is `most` or less."""
+        """Return the smallest value whose measure is `most` or less."""
         value = least(lambda each: measure(each) <= most, low, high)
         return high if value is None else value
 

@@ -1,14 +1,14 @@
 """Rates in common units, and in the registers of a chip that counts in cycles.
 
-A register with `fraction` bits after the binary point, whose unit has the cycle in its denominator `cycles` times:
+For a register with `fraction` binary places, whose unit is per cycle to the power `cycles`:
 
     register = rate * 2^fraction / (cycles per second)^cycles           12,345 steps/s: 4.04521 steps/cycle: 265107
 
-Here 25 MHz / 8192 = 3051.7578125 cycles make a second.  A manual may use a round number in its worked examples, 3030
-(330 µs), and cut steps per cycle off after six digits before it scales them: 4.07425 steps/cycle, 267010.  `manual`
+Here, a second has 25 MHz / 8192 = 3051.7578125 cycles.  A manual may use a round number in its worked examples, 3030
+(330 µs), and truncate steps per cycle to six digits before scaling them: 4.07425 steps/cycle, 267010.  `manual`
 does the same; a motor then runs 0.72 % too fast.
 
-Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
+Scripts and hosts may write a rate with its unit, which `spoken` reads: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Rate = int | float | Fraction | Decimal
 
 
 def cycles_per_s(sheet: Sheet, crystal_hz: int | None = None) -> Fraction:
-    """Return the cycles in a second, exactly, at the crystal of the sheet or another one."""
+    """Return the exact number of cycles per second, at the sheet's crystal or another one."""
     return Fraction(crystal_hz or sheet.crystal_hz, sheet.times["cycle"].ticks)
 
 
@@ -40,21 +40,21 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
     """Return the nearest register value for a rate in steps/s, steps/s^2 or steps/s^3, according to the register.
 
     Raises:
-        UsageError: a rate beyond the range of the register, or not a number.
+        UsageError: the rate is beyond the register's range, or is not a number.
     """
     return _within_range(arg, _number(rate) / per_s**arg.cycles, rate)
 
 
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
-    """Return the nearest register value, a half upwards, for a rate as text; None if `text` is not a rate.
+    """Return the nearest register value (a half is rounded up) for a rate as text; None if `text` is not a rate.
 
     Args:
-        text: a decimal number with steps/s or steps/cycle after it, to the right power for an acceleration or a jerk:
+        text: a decimal number followed by steps/s or steps/cycle, to the right power for an acceleration or a jerk:
             steps/s2 or steps/s^2, steps/cycle3.
         per_s: cycles in a second.
 
     Raises:
-        UsageError: the unit of another register, or a rate beyond the range of this one.
+        UsageError: the unit belongs to another register, or the rate is beyond this register's range.
     """
     match = _SPOKEN.fullmatch(text.strip())
     if match is None:
@@ -67,10 +67,10 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
 
 
 def steps_per_s(text: str) -> Fraction | None:
-    """Return the rate in a text such as "4000 steps/s", exactly; None if there is none.
+    """Return the exact rate in a text such as "4000 steps/s"; None if there is none.
 
     Raises:
-        UsageError: a rate in turns, which requires the steps per turn of a motor.
+        UsageError: the rate is in turns, which requires the motor's steps per turn.
     """
     match = _SPOKEN.fullmatch(text.strip())
     if match is None:
@@ -85,11 +85,11 @@ def nearest_rate(
 
     Args:
         where: part and parameter, for messages.
-        rates: the rate of a parameter from `low` to `high`, steps/s, rising.
-        source: where the manual has them, for messages.
+        rates: returns the rate of a parameter from `low` to `high`, steps/s, increasing.
+        source: where the manual lists the rates, for messages.
 
     Raises:
-        UsageError: less than half of the lowest rate, or more than twice the highest one.
+        UsageError: the rate is less than half the lowest rate, or more than twice the highest.
     """
     rate = steps_per_s(text)
     if rate is None:
@@ -116,19 +116,19 @@ def units(arg: Arg) -> str:
 
 
 def manual(arg: Arg, rate: Rate, round_per_s: int) -> int:
-    """Return the register value as in the manual's examples: a round number of cycles per second, and six digits."""
+    """Return the register value as in the manual's examples: with round cycles per second, and six digits."""
     exact = _number(rate)
     cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * round_per_s**arg.cycles)
     return _within_range(arg, Fraction(cut), rate)
 
 
 def per_second(arg: Arg, value: int, per_s: Fraction) -> Fraction:
-    """Return the rate of a register value, exactly, in steps per second (to the power of `arg.cycles`)."""
+    """Return the exact rate of a register value, in steps per second (to the power of `arg.cycles`)."""
     return Fraction(value, 1 << arg.fraction) * per_s**arg.cycles
 
 
 def step_ratio(arg: Arg, counts: int, steps: int) -> int:
-    """Return the encoder counts per step, both for one turn of the motor, in the register format of stall detection.
+    """Return the encoder counts per step, from counts and steps per motor turn, in the register format for stalls.
 
     Raises:
         UsageError: the ratio is not a whole number in the register's unit, so the position error would drift.
@@ -154,7 +154,7 @@ def _number(rate: Rate) -> Fraction:
 
 
 def _within_range(arg: Arg, exact: Fraction, shown: object) -> int:
-    """Return the whole number nearest to a value in the register's unit, a half upwards."""
+    """Return the whole number nearest to a value in the register's unit; a half is rounded up."""
     value = floor(exact * (1 << arg.fraction) + Fraction(1, 2))
     if not arg.allows(value):
         # ten digits: eight would round the highest velocity and the highest jerk up to refused values

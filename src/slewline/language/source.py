@@ -1,17 +1,17 @@
-"""Program text: lines in, statements with places out.  Assembler and linter read the same statements.
+"""Program text: lines in, statements with places out.  The assembler and the linter read the same statements.
 
-A text contains the input of a host, one command per line, each in the dialect of the part:
+A text contains a host's input, one command per line, each in the part's dialect:
 
     ; weld.txt                   a comment runs to the end of the line
     R 80                         before program entry: command mode
     E                            program entry begins
-    A$N 100                      a label is directly before its instruction, or alone on the line above
+    A$N 100                      a label is directly before its instruction, or alone on the line above it
     Q                            program entry ends
     @wait 20 ms                  a directive to the host, not for the chip
 
-No function here raises.  Each problem of a text becomes a `Problem` with a place, so that all of them can be shown
-together; a statement that the chip would still accept is kept next to its problem, so that the addresses after it are
-right.
+No function here raises.  Each problem in a text becomes a `Problem` with a place, so that all of them can be shown
+together; a statement that the chip would still accept is kept along with its problem, so that the addresses after it
+are right.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def host_lines(text: str) -> list[tuple[int, int, str]]:
 def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     """Return the whole text, parsed.
 
-    A text that never enters a program is one stored program if `bare` is set, otherwise it is the input of a host in
+    A text that never enters a program is one stored program if `bare` is set; otherwise it is a host's input in
     command mode.
     """
     source = Source(sheet)
@@ -91,7 +91,7 @@ def _arrange(source: Source, bare: bool) -> None:
 
 
 def _outside(source: Source, item: Statement, block: Block | None) -> None:
-    """Report a command outside a program that is not allowed at its place."""
+    """Report a command outside a program that is not allowed where it is."""
     row, sheet = item.row, source.sheet
     enter, ends = sheet.enter, " or ".join(row.form for row in sheet.leave)
     if item.labels:
@@ -128,9 +128,9 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
 def commented(text: str, sheet: Sheet) -> list[Problem]:
     """Return a warning for each line with a command whose comment consists only of commands of the part.
 
-    Return another one for each line with a comment in the style of other languages.
+    Return a further warning for each line with a comment in the style of another language.
 
-    A line that is only a comment is intended: a command that was disabled.
+    A line that is nothing but a comment is assumed to be intended: a disabled command.
     """
     found = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -151,7 +151,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return problems, with a remedy for lines that have a comment of another language."""
+    """Return the problems, adding a remedy on lines with a comment in the style of another language."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)
@@ -162,12 +162,12 @@ def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
 
 
 def _mark(code: str) -> re.Match[str] | None:
-    """Return the start of a comment of another language; None in a string of a part, and after @."""
+    """Return the start of a comment in the style of another language; None within a part's string, and after @."""
     return None if '"' in code or code.lstrip().startswith("@") else MARK.search(code)
 
 
 def _is_command(text: str, sheet: Sheet) -> bool:
-    """Return whether a text is a command of a part; a word in lower case is not."""
+    """Return whether a text is a command of a part; a lower-case word is not."""
     source = Source(sheet)
     labels = dialect_of(sheet).reader(source, 1, 1, text).take(())
     if labels or not all(isinstance(item, Statement) for item in source.items):

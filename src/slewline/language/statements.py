@@ -1,4 +1,4 @@
-"""The parts of a program text: statements with places, directives, its programs, and its problems."""
+"""The parts of a program text: statements with places, directives, programs and problems."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Operand:
 class Statement:
     """A command.
 
-    `block` is the number of its program, `address` its byte there, `size` its number of bytes; in command mode both
-    numbers are -1.
+    `block` is the number of its program, `address` its address there, `size` its number of bytes; in command mode,
+    `block` and `address` are -1.
     """
 
     line: int
@@ -40,7 +40,7 @@ class Statement:
 
     @property
     def length(self) -> int:
-        """Number of its characters."""
+        """The number of characters."""
         return len(self.text)
 
     @property
@@ -50,19 +50,19 @@ class Statement:
 
     @property
     def end(self) -> int:
-        """Address after it."""
+        """The address after the command."""
         return self.address + self.size
 
     @property
     def target(self) -> Operand | None:
-        """Operand with the branch target."""
+        """The operand that is the branch target."""
         pairs = zip(self.row.args, self.operands, strict=True)
         return next((operand for arg, operand in pairs if arg.name == "target"), None)
 
 
 @dataclass(frozen=True, slots=True)
 class Directive:
-    """A line that begins with @, or is directed at the host otherwise; it is not for the chip."""
+    """A line that begins with @, or is otherwise directed at the host; it is not for the chip."""
 
     line: int
     column: int
@@ -70,7 +70,7 @@ class Directive:
 
     @property
     def length(self) -> int:
-        """Number of its characters."""
+        """The number of characters."""
         return len(self.text)
 
     @property
@@ -83,7 +83,7 @@ Item = Statement | Directive
 
 
 class Instruction(NamedTuple):
-    """An instruction of the buffer.  Without a row: a byte that is not an opcode, or an incomplete instruction."""
+    """An instruction in the buffer.  Without a row it is a byte that is not an opcode, or an incomplete instruction."""
 
     address: int
     data: bytes
@@ -93,7 +93,7 @@ class Instruction(NamedTuple):
 
 @dataclass(slots=True)
 class Block:
-    """A stored program, from the command that begins its entry to the one that ends it, and from address `base` on."""
+    """A stored program, from the command that begins its entry to the one that ends it; its first address is `base`."""
 
     statements: list[Statement] = field(default_factory=list)
     labels: dict[str, int] = field(default_factory=dict)
@@ -108,7 +108,7 @@ class Block:
 
     @property
     def size(self) -> int:
-        """Bytes in the buffer."""
+        """The number of bytes in the buffer."""
         return self.end - self.base
 
     def address_of(self, target: Operand) -> int | None:
@@ -116,14 +116,14 @@ class Block:
         return self.labels.get(target.label) if target.label else target.value
 
     def loop_start(self, loop: Statement) -> int:
-        """Return the start of a loop without a target: after the mark above it, or location 0."""
+        """Return the start of a loop without a target: after the loop mark above it, or location 0."""
         marks = (s.end for s in self.statements if s.row.role == "mark" and s.address < loop.address)
         return max(marks, default=0)
 
 
 @dataclass(slots=True)
 class Source:
-    """A parsed text: its items in order, its programs, its problems."""
+    """A parsed text: its items in order, its programs and its problems."""
 
     sheet: Sheet
     items: list[Item] = field(default_factory=list)

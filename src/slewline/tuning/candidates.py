@@ -1,4 +1,4 @@
-"""The candidates: the moves of the chip at the points of a grid, by their time, the fastest first."""
+"""The candidates: the chip's moves at the points of a grid, ordered by duration, fastest first."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ EVERY = 500  # places between two reports
 
 
 class Candidates:
-    """Moves of a grid: the duration of each, and the instants of its steps.
+    """The moves of a grid: the duration of each, and the instants of its steps.
 
     Args:
-        steps: of the move.
-        on_listed: called now and then with the number of points computed.
+        steps: the number of steps in the move.
+        on_listed: is called from time to time with the number of points computed.
 
     Raises:
-        UsageError: the part refuses every one.
+        UsageError: the part refuses every move.
     """
 
     def __init__(
@@ -79,5 +79,5 @@ class Candidates:
         return self._keys[place]
 
     def neighbours(self, place: int) -> list[int]:
-        """Return the grid points next to one that have a move, the fastest first."""
+        """Return those neighbours of a grid point that have a move, fastest first."""
         return sorted((each for each in self.grid.neighbours(place) if each in self.rank), key=self.rank.__getitem__)

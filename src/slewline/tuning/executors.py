@@ -24,7 +24,7 @@ MOST_JOBS = 256
 
 
 class Workers(NamedTuple):
-    """An executor, the number of runs kept in flight, and the message for its failure."""
+    """An executor, the number of runs kept in flight, and the message shown if the executor fails."""
 
     executor: Executor
     window: int
@@ -32,7 +32,7 @@ class Workers(NamedTuple):
 
 
 class Inline(Executor):
-    """Computes immediately, in this thread."""
+    """Executes calls immediately, in this thread."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return a completed future with the result of a call."""
@@ -48,20 +48,20 @@ class Worker(SpawnProcess):
     """A process of the pool, which ends with its parent."""
 
     def start(self) -> None:
-        """Begin."""
+        """Start the process."""
         with termination_deferred():
             super().start()
 
     def run(self) -> None:
-        """Compute the tasks of the pool."""
+        """Execute the pool's tasks."""
         signal(SIGINT, SIG_IGN)  # Windows does not delay signals
-        obey_termination()  # with which a pool whose worker has died ends the others
+        obey_termination()  # used by a pool whose worker has died to end the others
         follow(end_of_parent)
         super().run()
 
 
 class WorkerContext(SpawnContext):
-    """Makes workers, and can end them."""
+    """Creates workers, and can end them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -81,7 +81,7 @@ class WorkerContext(SpawnContext):
 
 @contextmanager
 def cancelled_quietly() -> Iterator[None]:
-    """Silence the thread of a pool whose workers are killed: it fails at a task that has been cancelled before."""
+    """Silence the thread of a pool whose workers are killed, which fails at a task that was already cancelled."""
     from concurrent.futures import InvalidStateError
 
     before = threading.excepthook
@@ -99,7 +99,7 @@ def cancelled_quietly() -> Iterator[None]:
 
 @contextmanager
 def processes(jobs: int) -> Iterator[Workers]:
-    """Yield a pool of processes of this machine; with one job nothing is started.
+    """Yield a pool of processes on this machine; with one job, no process is started.
 
     Raises:
         UsageError: the number of processes is not allowed.
@@ -127,16 +127,16 @@ def processes(jobs: int) -> Iterator[Workers]:
 
 @contextmanager
 def dask(address: str) -> Iterator[Workers]:
-    """Yield the executor of a cluster of Dask.
+    """Yield the executor of a Dask cluster.
 
-    A cluster runs any code sent to it as pickles: use only your own cluster.
+    A cluster runs any code sent to it as pickles, so use only your own cluster.
 
     Raises:
         UsageError: Dask is not installed, or the cluster is not found, has no workers, or has another version of
             slewline.
     """
     try:
-        make: Any = import_module("distributed").Client  # typed in some of its versions only
+        make: Any = import_module("distributed").Client  # typed only in some versions
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
@@ -147,7 +147,7 @@ def dask(address: str) -> Iterator[Workers]:
         raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
     silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]
     for logger, _ in silent:
-        logger.setLevel(CRITICAL)  # one message is enough for a lost cluster: ours
+        logger.setLevel(CRITICAL)  # our own message is enough for a lost cluster
     try:
         threads = sum(client.nthreads().values())
         if not threads:
@@ -161,7 +161,7 @@ def dask(address: str) -> Iterator[Workers]:
 
 
 def version_here() -> str:
-    """Return the version of slewline, which workers must have."""
+    """Return the version of slewline, which must be the workers' version, too."""
     return __version__
 
 

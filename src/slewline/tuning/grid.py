@@ -1,11 +1,11 @@
-"""The grid: values of the parameters of a ramp, and their neighbours.
+"""The grid: the values of ramp parameters, and their neighbours.
 
 F=3..10             every integer
 S=1..254/8          eight values, evenly spaced in the parameter's `measure`
-R=4..40 by 4        every fourth
-R=4,8,15            these
-R=400 steps/s..4000 steps/s/12      rates in their unit
-R=120 rpm..1200 rpm/12              or in turns, if the steps per turn of the motor are known
+R=4..40 by 4        every fourth value
+R=4,8,15            these values
+R=400 steps/s..4000 steps/s/12      rates with their unit
+R=120 rpm..1200 rpm/12              or in turns, if the motor's steps per turn are known
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ FORMS = "a range such as 3..10, 1..254/8 (eight of them) or 4..40 by 4, or a lis
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Parameters with their values, ascending; points are numbered from 0 to `size` - 1, the last parameter first."""
+    """Parameters with their values in ascending order; points are numbered 0 to `size` - 1, last parameter first."""
 
     names: tuple[str, ...]
     values: tuple[tuple[Value, ...], ...]
 
     @property
     def size(self) -> int:
-        """Number of grid points."""
+        """The number of grid points."""
         return prod(map(len, self.values))
 
     def at(self, place: int) -> dict[str, Value]:
@@ -56,7 +56,7 @@ class Grid:
         return tuple(reversed(found))
 
     def neighbours(self, place: int) -> Iterator[int]:
-        """Yield the grid points where one parameter has the next lower or higher value: at most two per parameter."""
+        """Yield the grid points at which one parameter has the next lower or higher value: up to two per parameter."""
         apart = 1
         for of, digit in zip(reversed(self.values), reversed(self.digits(place)), strict=True):
             if digit:
@@ -84,11 +84,12 @@ def read_grid(
     """Return the grid described by a user; omitted parameters have their default values (`tried`).
 
     Args:
-        per_turn: the steps per turn of the motor, for rates in turns; None: there is no motor.
+        per_turn: the motor's steps per turn, for rates in turns; None if there is no motor.
 
     Raises:
         UnknownName: a parameter does not exist.
-        UsageError: a value is not one of the parameter or out of range, or the grid has more than a million points.
+        UsageError: a value is not valid for its parameter or is out of range, or the grid has more than a million
+            points.
     """
     part = calculator.sheet.part
     texts = _split(part, given) if isinstance(given, str) else dict(given or {})
@@ -136,7 +137,7 @@ def _split(part: str, text: str) -> dict[str, Given]:
 def _values(
     calculator: Calculator, quantity: RampParameter, given: Given | None, hz: int, per_turn: int | None
 ) -> tuple[Value, ...]:
-    """Return the values of a parameter, ascending."""
+    """Return the values of a parameter, in ascending order."""
     where = f"{calculator.sheet.part}: {quantity.name}"
     if given is None:
         if not quantity.tried and quantity.default is None:

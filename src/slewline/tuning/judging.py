@@ -1,4 +1,4 @@
-"""The judge: one move under one scenario, in step or not.  A pure function of plain data, which an executor may map."""
+"""The judge: decides whether a move stays in step under a scenario.  A pure function of plain data, for executors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DIVERGED = 1e6  # full steps, of a state that has become NaN
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """Data to be judged: the instants of the steps, int64 ps, and the scenario."""
+    """The data to be judged: the instants of the steps, int64 ps, and the scenario."""
 
     times: NDArray[np.int64]
     scenario: Scenario
@@ -29,7 +29,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether steps were lost; the lag at rest and the greatest one under way, in full steps."""
+    """Whether steps were lost; the lag at rest and the maximum lag during the move, in full steps."""
 
     lost: bool
     error: float
@@ -37,7 +37,7 @@ class Verdict:
 
 
 def judge(run: Trial) -> Verdict:
-    """Return the verdict on a move: lost with 0.6 full steps or more at rest, or more than 3.9 under way.
+    """Return the verdict on a move: steps are lost if the lag is at least 0.6 full steps at rest or over 3.9 in motion.
 
     The rotor may ring for a while: it is observed until its lag has been below 0.6 for 15 ms, or for 0.6 s.
     """
@@ -67,14 +67,14 @@ def judge(run: Trial) -> Verdict:
 
 @lru_cache(maxsize=64)
 def law_of(scenario: Scenario) -> MotorLaw:
-    """Return the law of a scenario."""
+    """Return the motor law of a scenario."""
     from ..parts.motors.law import MotorLaw
 
     return MotorLaw(scenario.motor, scenario.driver, scenario.load, scenario.stepping, scenario.step_ps)
 
 
 def engine() -> str:
-    """Return the fastest available engine; all have the same bits."""
+    """Return the fastest available engine; all engines produce the same results, bit for bit."""
     from ..parts.motors.integration import numba_is_there
 
     return "numba" if numba_is_there() else "python"

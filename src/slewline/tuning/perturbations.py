@@ -1,4 +1,4 @@
-"""Possible deviations from the data sheets: rows, each a change of motor, driver and load."""
+"""Possible deviations from the data sheets, as rows, each of which changes motor, driver and load."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ System: TypeAlias = tuple[MotorData, DriverData, LoadData]
 
 # ----------------------------------------------------------------------------------------------------------- changes
 def load(system: System, factor: float) -> System:
-    """Return a system with a factor on the load torque."""
+    """Return a system whose load torque is multiplied by a factor."""
     motor, driver, load = system
     return motor, driver, replace(load, torque=load.torque * factor)
 
 
 def inertia(system: System, factor: float) -> System:
-    """Return a system with a factor on the inertia of rotor and load."""
+    """Return a system whose rotor and load inertias are multiplied by a factor."""
     motor, driver, load = system
     return replace(motor, inertia=motor.inertia * factor), driver, replace(load, inertia=load.inertia * factor)
 
 
 def supply(system: System, factor: float) -> System:
-    """Return a system with a factor on the supply of the driver, or on both supplies if it has two."""
+    """Return a system whose driver supply (or both supplies, if there are two) is multiplied by a factor."""
     motor, driver, load = system
     return motor, replace(driver, supply=driver.supply * factor, high=driver.high * factor), load
 
 
 def current(system: System, factor: float) -> System:
-    """Return a system with a factor on the current; if resistors set it, through their resistance."""
+    """Return a system whose current is multiplied by a factor, through the resistance if resistors set the current."""
     motor, driver, load = system
     if driver.kind in ("voltage", "bilevel"):
         series = (motor.resistance + driver.series) / factor - motor.resistance
@@ -43,7 +43,7 @@ def current(system: System, factor: float) -> System:
 
 
 def friction(system: System, factor: float) -> System:
-    """Return a system with a factor on friction and stiction of motor and load."""
+    """Return a system whose motor and load friction and stiction are multiplied by a factor."""
     motor, driver, load = system
     stiction = None if load.stiction is None else load.stiction * factor
     loaded = replace(load, friction=load.friction * factor, stiction=stiction)
@@ -51,7 +51,7 @@ def friction(system: System, factor: float) -> System:
 
 
 def drag(system: System, factor: float) -> System:
-    """Return a system with a factor on the viscous drag of motor and load: less of it is less damping."""
+    """Return a system whose motor and load viscous drag is multiplied by a factor; less drag means less damping."""
     motor, driver, load = system
     iron = (motor.drag - motor.viscous) * factor
     less = replace(motor, iron=iron, viscous=motor.viscous * factor)
@@ -71,7 +71,7 @@ CHANGES: dict[str, Callable[[System, float], System]] = {
 # -------------------------------------------------------------------------------------------------------------- rows
 @dataclass(frozen=True, slots=True)
 class Perturbation:
-    """Changes that are made together, as pairs (quantity, factor)."""
+    """Changes that are applied together, as pairs (quantity, factor)."""
 
     name: str
     changes: tuple[tuple[str, float], ...] = ()
@@ -84,7 +84,7 @@ class Perturbation:
 
 
 def alone(what: str, percent: float) -> Perturbation:
-    """Return a row with one change, in percent."""
+    """Return a row with a single change, in percent."""
     return Perturbation(f"{what} {percent:+g} %", ((what, 1 + percent / 100),))
 
 
@@ -92,7 +92,7 @@ NOMINAL = Perturbation("nominal")
 WORST = tuple((what, 1 + percent / 100) for what, percent in {
     "load": 20, "inertia": 20, "supply": -10, "current": -20, "friction": 25, "drag": -30,
 }.items())  # fmt: skip
-USUAL = (  # tried first before any count is known: the perturbations that lost most steps in trials
+USUAL = (  # tried first while no counts are known: the perturbations that caused most step losses in trials
     Perturbation("all that is bad", WORST),
     alone("current", -20),
     alone("inertia", 20),
@@ -109,7 +109,7 @@ EXAMPLE = 'such as "load 20%, supply -10%": without a sign, up and down; or "non
 
 
 def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
-    """Return the rows that a user sets, always with the nominal one; None: the usual ones.
+    """Return the rows that a user selects, always including the nominal one; for None, the usual rows.
 
     Raises:
         UnknownName: a quantity does not exist.
@@ -147,7 +147,7 @@ def _rows(item: str) -> Iterator[Perturbation]:
 # --------------------------------------------------------------------------------------------------------- scenarios
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A condition under which a candidate is judged; `first` is the command from which the move begins."""
+    """A condition under which a candidate is judged; `first` is the commanded step from which the move begins."""
 
     name: str
     motor: MotorData
@@ -163,14 +163,14 @@ class Scenario:
 def scenarios(
     system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, suffix: str = ""
 ) -> tuple[Scenario, ...]:
-    """Return all scenarios: each row that changes the system, in both directions; half steps from even and odd ones.
+    """Return all scenarios: each row that changes the system, in both directions; half steps also from an odd step.
 
     Args:
-        suffix: suffix of all their names.
+        suffix: a suffix for the names of all scenarios.
     """
     found = []
     seen: list[System] = []
-    for row in sorted(rows, key=lambda row: bool(row.changes)):  # scenarios equal to the nominal one are left out
+    for row in sorted(rows, key=lambda row: bool(row.changes)):  # scenarios equal to the nominal one are omitted
         changed = row.of(system)
         if changed not in seen:
             seen.append(changed)

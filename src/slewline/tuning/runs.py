@@ -1,4 +1,4 @@
-"""Runs, each judged once, by this process, by a pool, or in an earlier session that left a log."""
+"""Runs, each judged only once: by this process, by a pool, or in an earlier session that left a log."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenari
 
 
 class Outcome(NamedTuple):
-    """Outcome of a candidate: the scenario in which it fails, if any, and its greatest lag up to there."""
+    """A candidate's outcome: the scenario in which it fails, if any, and its maximum lag up to that scenario."""
 
     place: int
     killer: Scenario | None
@@ -30,13 +30,13 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it is in step under every scenario."""
+        """Whether the candidate stays in step under every scenario."""
         return self.killer is None
 
 
 @dataclass(slots=True)
 class _Chain:
-    """The scenarios of a candidate, one after the other until the first loss."""
+    """The scenarios of a candidate, one after another until steps are lost."""
 
     number: int
     place: int
@@ -46,7 +46,7 @@ class _Chain:
     names: list[str] = field(default_factory=list)
 
     def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
-        """Return the outcome if the known verdicts suffice; None: the next scenario has to be judged first."""
+        """Return the outcome if the known verdicts suffice; None if the next scenario must be judged first."""
         while len(self.names) < len(self.scenarios):
             scenario = self.scenarios[len(self.names)]
             verdict = verdicts.get((self.key, scenario.name))
@@ -60,12 +60,12 @@ class _Chain:
 
     @property
     def next(self) -> Scenario:
-        """Scenario whose verdict is not known."""
+        """The next scenario, whose verdict is not yet known."""
         return self.scenarios[len(self.names)]
 
     @property
     def asks(self) -> tuple[str, str]:
-        """Key of that verdict."""
+        """The key of the next scenario's verdict."""
         return self.key, self.next.name
 
 
@@ -75,11 +75,11 @@ class _Row:
 
     done: dict[int, Outcome] = field(default_factory=dict)  # by number
     flying: dict[Future[Verdict], _Chain] = field(default_factory=dict)
-    waiting: dict[tuple[str, str], list[_Chain]] = field(default_factory=dict)  # moves of the same steps
+    waiting: dict[tuple[str, str], list[_Chain]] = field(default_factory=dict)  # moves with the same steps
 
 
 class Runs:
-    """All verdicts, and the computation of more.
+    """All known verdicts, and the computation of further ones.
 
     Args:
         judge: a pure function that can be pickled.
@@ -91,14 +91,14 @@ class Runs:
         self.verdicts: dict[tuple[str, str], Verdict] = {} if log is None else log.verdicts
         self.here = 0  # runs judged in this session
         self.asked: set[tuple[str, str]] = set()  # runs on which an outcome depends
-        self.killed: Counter[str] = Counter()  # candidates, by the scenario that they failed in
+        self.killed: Counter[str] = Counter()  # candidates, by the scenario in which they failed
 
     def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[Outcome]:
-        """Yield the outcomes of grid points, in their order, whatever the order of their computation.
+        """Yield the outcomes of grid points in the order of the points, whatever the order of computation.
 
         Args:
-            order: the scenarios of the nth.
-            known: how many outcomes must have been yielded before that order is defined.
+            order: returns the scenarios of the nth candidate.
+            known: returns how many outcomes must have been yielded before that order is defined.
         """
         row = _Row()
         begun = yielded = 0
@@ -151,7 +151,7 @@ class Runs:
             row.waiting[chain.asks] = []
 
     def _keep(self, chain: _Chain, future: Future[Verdict]) -> None:
-        """Record the verdict of an executor."""
+        """Record a verdict returned by an executor."""
         try:
             verdict = future.result()
         except EXECUTORS_FAIL as error:
@@ -166,7 +166,7 @@ class Runs:
         self.verdicts[chain.asks] = verdict
 
     def _land(self, row: _Row, normal: bool) -> None:
-        """Cancel runs not begun; keep finished ones, and wait for the rest if nothing has failed."""
+        """Cancel runs that have not begun; keep finished ones, and wait for the rest if nothing has failed."""
         left = {future: chain for future, chain in row.flying.items() if not future.cancel()}
         if normal:
             wait(left)

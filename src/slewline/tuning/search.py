@@ -1,8 +1,8 @@
-"""The search: from the fastest move on, each under the most frequent causes of failure first, until one holds.
+"""The search: moves are judged fastest first, each under the most frequent causes of failure first, until one holds.
 
-No conclusion is drawn from one move to another: the first that holds under every scenario is the fastest of the grid,
-whatever the shape of the region.  The scenarios of the nth candidate are in order of the failures among the first n/2,
-so the result depends neither on how many runs are in flight nor on which is finished first.
+No conclusion is drawn from one move about another: the first that holds under every scenario is the fastest in the
+grid, whatever the shape of the region that holds.  The scenarios of the nth candidate are ordered by the failures among
+the first n/2, so the result depends neither on how many runs are in flight nor on which of them finishes first.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import NamedTuple
 from .perturbations import Scenario
 from .runs import Outcome, Runs
 
-WORST = 1.8  # greatest lag of a recommended move, steps; at 2 a rotor is at an unstable equilibrium
+WORST = 1.8  # maximum lag of a recommended move, steps; at 2 the rotor is at an unstable equilibrium
 
 
 class Progress(NamedTuple):
-    """Progress of a search: `left` candidates that are faster than the best so far are not decided yet."""
+    """The progress of a search: `left` candidates that are faster than the best so far are still undecided."""
 
     doing: str  # "listing the moves", "the fastest that holds" ...
     done: int
@@ -35,11 +35,11 @@ OnProgress = Callable[[Progress], object]
 
 @dataclass(frozen=True, slots=True)
 class Picked:
-    """Grid points: the fastest move that holds, the recommended one, and the greatest lag of each."""
+    """Grid points: the fastest move that holds, the recommended move, and the maximum lag of each."""
 
     best: Outcome | None
     recommended: Outcome | None
-    switched: bool  # the recommended one was judged with a switching chopper, too
+    switched: bool  # the recommended move was judged with a switching chopper, too
 
 
 class BestFirst:
@@ -47,9 +47,9 @@ class BestFirst:
 
     Args:
         runs: the runs to be judged.
-        scenarios: all scenarios that a move must hold under.
-        switching: the same with a switching chopper, for the recommended move; or none.
-        whole: judge every candidate, the nominal scenarios first; that is a map.
+        scenarios: all scenarios under which a move must hold.
+        switching: the same scenarios with a switching chopper, for the recommended move; may be empty.
+        whole: judge every candidate, under the nominal scenarios first, which results in a map.
     """
 
     def __init__(
@@ -63,12 +63,12 @@ class BestFirst:
         self.runs, self.candidates, self.whole, self.on_progress = runs, runs.candidates, whole, on_progress
         self.scenarios, self.switching = tuple(scenarios), tuple(switching)
         self.known: dict[int, Outcome] = {}  # by place
-        self._killers: list[str | None] = []  # of the candidates, the fastest first
+        self._killers: list[str | None] = []  # of the candidates, fastest first
         self._kills: Counter[str] = Counter()  # of the first `_counted` of them
         self._counted = 0
 
     def find(self) -> Picked:
-        """Return the fastest move that holds, and the recommended one."""
+        """Return the fastest move that holds, and the recommended move."""
         best: Outcome | None = None
         for outcome in self.runs.outcomes(self.candidates.order, self._order, lambda number: number // 2):
             self.known[outcome.place] = outcome
@@ -90,7 +90,7 @@ class BestFirst:
 
     # ----------------------------------------------------------------------------------------------- order of scenarios
     def _order(self, number: int) -> Sequence[Scenario]:
-        """Return the scenarios of the nth candidate, by their failures among the first n/2."""
+        """Return the scenarios of the nth candidate, ordered by failures among the first n/2."""
         while self._counted < number // 2:
             killer = self._killers[self._counted]
             if killer is not None:
@@ -103,7 +103,7 @@ class BestFirst:
 
     # ------------------------------------------------------------------------------------------------- the recommended
     def _recommended(self, best: Outcome) -> Picked:
-        """Return the first move, from the best one on, with enough margin to be recommended."""
+        """Return the first move, beginning with the best, that has enough margin to be recommended."""
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
         for done, place in enumerate(self.candidates.order[first:], first):
@@ -120,7 +120,7 @@ class BestFirst:
         return Picked(best, None, False)
 
     def _settled(self, places: Sequence[int], order: Sequence[Scenario]) -> Iterator[Outcome]:
-        """Yield the outcomes of grid points; unknown ones are judged, up to the first that does not hold."""
+        """Yield the outcomes of grid points; unknown ones are judged, up to the first point that does not hold."""
         yield from (self.known[each] for each in places if each in self.known)
         unknown = [each for each in places if each not in self.known]
         for outcome in self.runs.outcomes(unknown, lambda _: order, lambda _: 0):
@@ -128,7 +128,7 @@ class BestFirst:
             yield outcome
 
     def _switched(self, place: int, around: Sequence[int]) -> bool:
-        """Return whether a move also holds with the switching chopper, and its neighbours under nominal conditions."""
+        """Return whether a move holds with the switching chopper, too, and its neighbours under nominal conditions."""
         nominal = [each for each in self.switching if each.nominal]
         if not self.switching:
             return True

@@ -1,10 +1,10 @@
-"""The log of a sweep: JSON, one line per judged run, written immediately.  A sweep that was killed is resumed from it.
+"""The log of a sweep: JSON, one line per judged run, written immediately.  A killed sweep can be resumed from it.
 
     {"tune": 1, "digest": "5c0f...", "slewline": "0.1.0", "task": {...}}
     {"move": "9a1e...", "values": {"F": 3, ...}, "run": "nominal, forward", "lost": false, "error": 0.02, "worst": 1.4}
 
-A line without its end was being written when the process was killed: it is cut off.  One sweep at a time writes to a
-log, which it locks.
+A line without a line end was being written when the process was killed, and is cut off.  Only one sweep at a time
+writes to a log, which it locks meanwhile.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ def digest(task: Mapping[str, Any]) -> str:
 
 
 def interrupted(log: Log | None, here: int, most: int | None) -> str:
-    """Return the message for an interrupted search: the part kept, and how to resume.
+    """Return the message for an interrupted search: what has been kept, and how to resume.
 
     Args:
         here: the number of runs judged since the start.
-        most: the greatest number of runs; None: they are not counted yet.
+        most: the maximum number of runs; None if they have not been counted yet.
     """
     of = "" if most is None else f" of up to {most:,}"
     if log is None:
@@ -51,13 +51,13 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
 
 
 class Log:
-    """The log in a file: a new one is begun, one of the same task is continued.
+    """The log in a file: a new log is begun, a log of the same task is continued.
 
     Args:
-        task: all data that verdicts depend on, for JSON.
+        task: all data on which verdicts depend, for JSON.
 
     Raises:
-        UsageError: the file is not a log, is that of another task, is in use by another sweep, or cannot be read or
+        UsageError: the file is not a log, is the log of another task, is in use by another sweep, or cannot be read or
             written.
     """
 
@@ -97,7 +97,7 @@ class Log:
             self._write({"tune": VERSION, "digest": digest(task), "slewline": __version__, "task": task})
 
     def _read(self, task: Mapping[str, Any]) -> int:
-        """Read the existing lines; return how many bytes of them are complete lines."""
+        """Read the existing lines; return how many bytes belong to complete lines."""
         whole = 0
         self._file.seek(0)
         file = BufferedReader(cast("FileIO", self._file))
@@ -178,7 +178,7 @@ def _object(line: bytes) -> dict[str, Any] | None:
 
 
 def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
-    """Yield the differences between two values for JSON, the outermost names first."""
+    """Yield the differences between two JSON values, outermost names first."""
     if isinstance(was, dict) and isinstance(now, dict):
         for name in dict.fromkeys([*was, *now]):
             yield from differences(was.get(name, _ABSENT), now.get(name, _ABSENT), f"{where}.{name}".lstrip("."))

@@ -1,4 +1,4 @@
-"""The task of a tuning, and its result: values that can be pickled, and written as JSON."""
+"""A tuning task, and its result: values that can be pickled and written as JSON."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class TuningTask:
     grid: Grid
     perturbations: tuple[Perturbation, ...]
     step_ps: int = STEP_PS
-    given: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as a user gave them
+    given: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as given by the user
 
     @property
     def system(self) -> System:
-        """Motor, driver and load."""
+        """The motor, driver and load."""
         return self.motor, self.driver, self.load
 
     def scenarios(self) -> tuple[Scenario, ...]:
@@ -44,14 +44,14 @@ class TuningTask:
         return scenarios(self.system, self.perturbations, self.stepping, self.step_ps)
 
     def switching(self) -> tuple[Scenario, ...]:
-        """Return the same scenarios with a switching chopper, if the driver is the mean of one."""
+        """Return the same scenarios with a switching chopper, if the driver is an averaged chopper."""
         if self.driver.kind != "averaged":
             return ()
         system = self.motor, replace(self.driver, kind="chopper"), self.load
         return scenarios(system, self.perturbations, self.stepping, CHOPPED_PS, ", switching")
 
     def as_json(self) -> dict[str, Any]:
-        """Return all data that verdicts depend on."""
+        """Return all data on which verdicts depend."""
         found = asdict(replace(self, given={}))
         del found["given"]
         found["grid"] = {name: list(of) for name, of in zip(self.grid.names, self.grid.values, strict=True)}
@@ -61,12 +61,12 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class Chosen:
-    """A move with which no steps are lost.
+    """A move that loses no steps.
 
     Attributes:
-        values: its parameters, by name.
+        values: the move's parameters, by name.
         time_ps: the time of the move, ps.
-        worst: the greatest lag under any perturbation, in full steps.
+        worst: the maximum lag under any perturbation, in full steps.
     """
 
     values: Mapping[str, Value]
@@ -83,11 +83,11 @@ class MapPlace:
     """A candidate on the map of the grid.
 
     Attributes:
-        values: its parameters, by name.
-        time_ps: the time of the move, ps; None if the part refuses it.
+        values: the move's parameters, by name.
+        time_ps: the duration of the move, ps; None if the part refuses the move.
         description: the verdict: "holds", "fails", "fails nominally" (without any perturbation) or "refused".
-        killer: the perturbation under which the move fails; None if it holds, or the part refuses it.
-        worst: the greatest lag, in full steps; None if it was not computed.
+        killer: the perturbation under which the move fails; None if it holds or if the part refuses it.
+        worst: the maximum lag, in full steps; None if it was not computed.
     """
 
     values: Mapping[str, Value]
@@ -98,7 +98,7 @@ class MapPlace:
 
 
 class NothingHolds(UsageError):
-    """Every candidate loses steps: no move of the grid holds."""
+    """Every candidate loses steps, so no move in the grid holds."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,13 +110,13 @@ class Tuned:
         candidates: the number of candidates in the grid.
         refused: the number of candidates that the part refuses.
         best: the fastest move that holds; None if none does.
-        recommended: the fastest move with a margin to failing moves; None if there is none.
+        recommended: the fastest move with a margin to all failing moves; None if there is none.
         switched: True if the recommended move was judged with the switching chopper as well.
         runs: the number of runs on which the result is based.
-        runs_here: the number of them that were computed in this session.
-        exhaustive: the number of runs that a full map would take.
-        killers: the number of candidates that failed under each perturbation, by its name.
-        map: every candidate, if all were judged; else empty.
+        runs_here: the number of those runs that were computed in this session.
+        exhaustive: the number of runs that a full map would require.
+        killers: the number of candidates that failed under each perturbation, by perturbation name.
+        map: every candidate, if all were judged; otherwise empty.
     """
 
     task: TuningTask
@@ -140,17 +140,17 @@ class Tuned:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Assumptions for figures of the motor that were left out, in words; empty for a motor with a name."""
+        """The assumptions made for omitted motor figures, as text; empty for a motor given by name."""
         return assumptions(self.task.given.get("motor"))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Effects that may decide the result besides the ramps, such as a great ripple of the chopper, in words."""
+        """Effects other than the ramps that may decide the result, such as a large chopper ripple, as text."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.given.get("driver"))
 
     @property
     def chosen(self) -> Chosen:
-        """The recommended move, or the fastest one that holds if none is recommended.
+        """The recommended move or, if none is recommended, the fastest one that holds.
 
         Raises:
             NothingHolds: no move holds.

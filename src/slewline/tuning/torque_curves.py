@@ -1,4 +1,4 @@
-"""Torque curves in closed form: the pull-out torque of a motor, and the torque that a ramp needs; no verdicts."""
+"""Torque curves in closed form: a motor's pull-out torque, and the torque that a ramp requires; no verdicts."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def hold(system: System) -> float:
 
 
 def resonance(system: System) -> float:
-    """Return the natural frequency of a rotor at a held position, Hz, for small oscillations."""
+    """Return the natural frequency of the rotor at a held position, Hz, for small oscillations."""
     motor, _, load = system
     inertia = motor.inertia + (0.0 if load.stiffness else load.inertia)
     return sqrt(motor.teeth * hold(system) / inertia) / (2 * pi)
 
 
 def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the greatest torque at some rates, full steps/s: that of the current, as far as the supply drives it."""
+    """Return the maximum torque at some rates, full steps/s, from the current that the supply can drive."""
     import numpy as np
 
     motor, driver, _ = system
@@ -52,7 +52,7 @@ def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArr
 
 
 def demand(system: System, times: NDArray[np.int64], micro: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return rates (full steps/s) and torques (N m) of a move: inertia, friction and load at every step."""
+    """Return a move's rates (full steps/s) and torques (N m), from inertia, friction and load at every step."""
     import numpy as np
 
     motor, _, load = system

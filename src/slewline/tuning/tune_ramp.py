@@ -51,25 +51,26 @@ def tune(
     switching: bool = True,
     on_progress: OnProgress = lambda _: None,
 ) -> Tuned:
-    """Return the fastest ramp of a grid with which a motor loses no steps, and the ramp to recommend.
+    """Return the fastest ramp in a grid with which a motor loses no steps, and the recommended ramp.
 
-    The moves are computed as the part makes them.  A move fails if the rotor is 0.6 full steps or more from its command
-    at rest, or more than 3.9 during the move (2.9 for a three-phase reluctance motor), under any perturbation.
-    Recommended is the fastest move whose neighbours in the grid all hold and whose lag never exceeds 1.8 full steps.
+    The moves are computed as the part makes them.  A move fails if the rotor is 0.6 full steps or more from its
+    commanded position at rest, or more than 3.9 during the move (2.9 for a three-phase reluctance motor), under any
+    perturbation.  The recommended move is the fastest one whose grid neighbours all hold and whose lag never exceeds
+    1.8 full steps.
 
     Args:
         part: the part number, "cy525", "gs-c200" ...
-        motor, driver, load: names of built-in ones, descriptions as text, tables, or data of your own.
+        motor, driver, load: the names of built-in ones, descriptions as text, tables, or your own data.
         steps: the number of steps of the move, from rest to rest.
-        grid: the values of the parameters to try, "F=3..10 R=4..40 S=1..254/8", or a mapping; parameters left out have
+        grid: the parameter values to try, such as "F=3..10 R=4..40 S=1..254/8", or a mapping; omitted parameters have
             default values.
         perturb: the perturbations, such as "load 20%, supply -10%", or "none"; by default load, inertia, supply,
             current, friction, drag, and all unfavourable ones together.
-        stepping: the step mode of the motor: "full", "wave", "half", or "micro 8".
+        stepping: the motor's step mode: "full", "wave", "half", or "micro 8".
         crystal, options: as for `slewline.ramp`.
-        executor: an executor of concurrent.futures, to judge several moves at a time; the result is the same.
-        store: a file that keeps the verdicts: a sweep that was interrupted is resumed from it.
-        full_map: judge every candidate; `map` of the result has them all.
+        executor: a concurrent.futures executor, to judge several moves at a time; the result is the same.
+        store: a file that keeps the verdicts, from which an interrupted sweep is resumed.
+        full_map: judge every candidate; the result's `map` then lists all of them.
         switching: if the driver is an averaged chopper, judge the recommended move with the switching chopper as well.
         on_progress: a function that is called with a `Progress` after every candidate.
 
@@ -77,7 +78,7 @@ def tune(
         UnknownName: a part, parameter, motor or perturbation does not exist.
         UsageError: a value is out of range, the store cannot be used, or the executor fails.
         NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
-        KeyboardInterrupt: Ctrl-C; its text has the number of runs in the store.
+        KeyboardInterrupt: Ctrl-C was pressed; the text states the number of runs in the store.
     """
     task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
     workers = INLINE if executor is None else Workers(executor, AHEAD * (cpu_count() or 1), "")
@@ -96,7 +97,7 @@ def task_of(
     crystal: str | int | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> tuple[TuningTask, Calculator]:
-    """Return the task that a user describes; raises as `tune`."""
+    """Return the task that a user describes; raise as `tune` does."""
     calculator = ramps_of(part, options)
     name = calculator.sheet.part
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
@@ -124,7 +125,7 @@ def perform(
     on_progress: OnProgress = lambda _: None,
     judge: Judge = judge,
 ) -> Tuned:
-    """Search the grid of a task; arguments and exceptions as for `tune`."""
+    """Search the grid of a task; the arguments and exceptions are those of `tune`."""
     log = None if store is None else Log(str(store), task.as_json())
     most = None
     runs: Runs | None = None
@@ -170,7 +171,7 @@ def perform(
 
 
 def _map(search: BestFirst) -> Iterable[MapPlace]:
-    """Yield every place of the grid, in its order."""
+    """Yield every grid point, in grid order."""
     candidates = search.candidates
     for place in range(candidates.grid.size):
         values = candidates.values(place)
@@ -196,10 +197,10 @@ REMEDIES = {  # remedies, by the first word of the perturbation
 
 
 def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
-    """Return the error with the cause of failure of the slowest candidate, and a remedy.
+    """Return the error that states why the slowest candidate fails, and a remedy.
 
     Args:
-        note: an error in the current of the motor, which explains the failures.
+        note: an error in the motor's current, which explains the failures.
     """
     from .task import NothingHolds
 

@@ -1,4 +1,4 @@
-"""The picture of a tuning: map, torque curve and lag."""
+"""The picture of a tuning result: map, torque curve and lag."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STATES = {"holds": HOLDS, "fails": FAILS, "fails nominally": FAILS_NOMINALLY, "refused": REFUSED}
-POINTS, STRETCHES = 200, 500  # of the curve; of the lag, each with its least and its greatest
+POINTS, STRETCHES = 200, 500  # of the curve; of the lag, each with its minimum and maximum
 AFTER = 60_000_000_000  # ps shown after the last step
 
 
 def save_tuning(
     path: str | Path, tuned: Tuned, calculator: Calculator, width: str | float = "page", dark: bool = False
 ) -> None:
-    """Draw the result of a tuning into a file, SVG, PNG or PDF.
+    """Draw a tuning result into an SVG, PNG or PDF file.
 
     Args:
-        tuned: with its full map.
+        tuned: the result, including its full map.
 
     Raises:
         NothingHolds: no move was found.
-        UsageError: the suffix is another one, the path cannot be written, or matplotlib is not installed.
+        UsageError: the suffix is not supported, the path cannot be written, or matplotlib is not installed.
     """
     from ..record.pictures.picture_files import SUFFIXES, save
     from ..record.whole_file import check_suffix
@@ -56,7 +56,7 @@ def save_tuning(
 
 
 def picture_of(tuned: Tuned, calculator: Calculator) -> TuningPicture:
-    """Return the picture of the chosen move: recommended, or else the fastest.
+    """Return the picture of the chosen move, which is the recommended or else the fastest one.
 
     Raises:
         NothingHolds: no move was found.
@@ -71,7 +71,7 @@ def _values_text(calculator: Calculator, values: object) -> str:
 
 
 def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
-    """Return the map over the two parameters with most values, the others as in the chosen move."""
+    """Return the map over the two parameters with the most values, with the others as in the chosen move."""
     grid, chosen = tuned.task.grid, tuned.chosen
     sizes = dict(zip(grid.names, map(len, grid.values), strict=True))
     names = sorted(grid.free, key=lambda name: -sizes[name])[:2]
@@ -101,7 +101,7 @@ def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
 
 
 def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
-    """Return the pull-out curve with the demand of the chosen move, and of the next faster one that fails."""
+    """Return the pull-out curve with the torque demands of the chosen move and of the next faster move that fails."""
     import numpy as np
 
     task, chosen = tuned.task, tuned.chosen
@@ -135,7 +135,7 @@ def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
 
 
 def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
-    """Return the lag of the chosen move, without perturbations."""
+    """Return the lag during the chosen move, without perturbations."""
     import numpy as np
 
     task, chosen = tuned.task, tuned.chosen
@@ -150,7 +150,7 @@ def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
 
 
 def outline(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices to be drawn, (n,) ascending: of every stretch the least and the greatest value."""
+    """Return the indices to be drawn, (n,) ascending: those of the minimum and maximum values in every stretch."""
     import numpy as np
 
     if len(values) <= 2 * STRETCHES:

@@ -1,4 +1,4 @@
-"""Rules of the CY500's linter alone: the article's warnings, each at the command that it concerns."""
+"""Lint rules that apply to the CY500 only: the article's warnings, each at the command that it concerns."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ TURNS = ("CW", "CCW")
 
 
 class State(NamedTuple):
-    """Modes and registers, as far as known from the text."""
+    """The modes and registers, as far as the text determines them."""
 
     last: str = ""
     home: bool = False
     jog: bool = False
-    absolute: bool = False  # True if P came after N
+    absolute: bool = False  # True if P was sent after N
     rate: int | None = None
     slope: int = 0
     number: int | None = None
@@ -70,10 +70,10 @@ def after(statement: Statement, state: State) -> State:
 
 
 def warnings(source: Source) -> None:
-    """Run the text, and report the article's warnings."""
+    """Step through the text, and report the article's warnings."""
     judged(source, State(), remarks, after)
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of this part, for `language.lint.lint`."""
+    """Return this part's rules for `language.lint.lint`."""
     return (warnings, written_for)

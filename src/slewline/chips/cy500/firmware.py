@@ -1,6 +1,6 @@
-"""The CY500: the first chip of the family; an external line may start and stop it, step by step, and reverse it.
+"""The CY500, the first chip of the family: external lines can start and stop it, trigger each step, and reverse it.
 
-Most of its behaviour without a source is inferred from its successors: see quirks.py.
+Where no source describes its behaviour, most of it is inferred from its successors: see quirks.py.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 
 class Interpreter(interpreter.Interpreter):
-    """Commands and the stored program; in jog mode, XSS low has priority over the next command."""
+    """Executes commands and the stored program; in jog mode, XSS low has priority over the next command."""
 
     lasting = frozenset(("GOSTEP", "POSITION", "ONESTEP", "UNTIL"))
     announces = False
     instructions: Instructions
 
     async def next_byte(self) -> int:
-        """Return the next byte of the host.  In jog mode the motor runs first for as long as XSS is low."""
+        """Return the next byte from the host.  In jog mode, the motor first runs for as long as XSS is low."""
         port, program, registers, xss = self.port, self.program, self.instructions.registers, self.instructions.dowhile
         while True:
             jogs = registers.jog and self.decoder.at_letter and not program.entering
@@ -45,13 +45,13 @@ class Interpreter(interpreter.Interpreter):
             port.open()
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
-        """Call the handler of a command, and keep the command for the next handler."""
+        """Call the handler of a command, and record the command for the handler after it."""
         registers = self.instructions.registers
         await super().perform(code, values)
         registers.last = self.rows[code].name
 
     async def no_instruction(self, at: int) -> None:
-        """End a program that has no 0 at its end, as if it had one."""
+        """End a program that lacks its final 0, as if the 0 were there."""
         self.chip.finding("end-of-program", "the program ends without 0; the chip returns to command mode")
         self.program.end()
 
@@ -74,7 +74,7 @@ class Cy500(Cy5xx):
         return Stepwise
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the unfinished input of a host: a line, and a P that waits for its G."""
+        """Return the host's unfinished input: a line, and a P that waits for its G."""
         found, state = super().left_over(), self.state
         if state.waits:
             part = self.sheet.part.upper()
@@ -82,9 +82,9 @@ class Cy500(Cy5xx):
         return found
 
     def _law(self) -> Law:
-        """Return the periods by rate parameter, and the start of ramps."""
+        """Return the step periods by rate parameter, and the parameter at which ramps start."""
         return sloped.law(self.options.inferred, PERIODS)
 
     def phase_patterns(self) -> Patterns:
-        """Return the levels of the phases in full steps, one row per step, in clockwise order."""
+        """Return the phase levels in full steps, one row per step, in clockwise order."""
         return sloped.full_steps(self.options.inferred)

@@ -17,7 +17,7 @@ TURNS = ("CW", "CCW")
 
 @dataclass
 class Registers(sloped.Registers):
-    """The modes and flags of the CY500; fields with a factory survive RESET and I, as the parameters do."""
+    """The modes and flags of the CY500; fields with a default factory survive RESET and I, as the parameters do."""
 
     target: int | None = field(default_factory=lambda: None)  # of P; None if N was sent since, or neither
     waits: bool = False  # True while a P waits for its G
@@ -28,9 +28,9 @@ class Registers(sloped.Registers):
     last: str = ""  # the command executed last
 
     def power_up(self) -> None:
-        """Set the registers as after power-up: position and target are unset."""
+        """Set the registers to their state after power-up: position and target are unset."""
         super().power_up()
-        self.target, self.unset = None, {"position"}  # the other parameters have values valid for a motion
+        self.target, self.unset = None, {"position"}  # the other parameters are valid for a motion
 
     @property
     def slope(self) -> int:
@@ -38,12 +38,12 @@ class Registers(sloped.Registers):
 
     @property
     def factor(self) -> int:
-        """Factor in effect: 1 with a slope."""
+        """The factor in effect: 1 if a slope is set."""
         return 1 if self.sloped else super().factor
 
 
 class SlopedMoves(Moves, Protocol):
-    """Motion of the motor, by the law of its slopes."""
+    """Motions of the motor, with slopes."""
 
     law: Law
 
@@ -75,7 +75,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_number(steps)
 
     def do_position(self, position: int) -> Awaitable[None] | None:  # type: ignore[override]
-        """P: load the target of the next G; return the motion, if P itself starts it."""
+        """P: load the target of the next G; if P itself starts the motion, return the motion."""
         self.registers.target, self.registers.waits = position, True
         return self.do_gostep() if self.chip.options.p_starts else None
 
@@ -89,22 +89,22 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.registers.jog = True
 
     def do_leftright(self) -> None:
-        """L: take the direction from the pin from now on."""
+        """L: from now on, take the direction from the pin."""
         self.registers.external = True
 
     def do_cw(self) -> None:
-        """+: turn clockwise; without effect if the pin sets the direction."""
+        """+: set the direction to clockwise; this has no effect if the pin sets the direction."""
         if not self.registers.external:
             super().do_cw()
 
     def do_ccw(self) -> None:
-        """-: turn counter-clockwise; without effect if the pin sets the direction."""
+        """-: set the direction to counter-clockwise; this has no effect if the pin sets the direction."""
         if not self.registers.external:
             super().do_ccw()
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
-        """G: return the motion by N steps or to P; None, with a finding, if neither was sent."""
+        """G: return the motion by N steps or to P; if neither was sent, report a finding and return None."""
         self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "G is ignored in jog mode, in which XSS starts and stops the motor")
@@ -120,7 +120,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
-        """Return the motion of G after P: to a position in the set direction, right round if necessary."""
+        """Return the motion of G after P: to a position in the set direction, past the wrap-around if necessary."""
         self.check_registers("G", "position")
         distance = (target - self.axis.position) * self.sign
         if distance < 0:
@@ -130,7 +130,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(distance % (1 << 16), f"P {target}")
 
     def takes(self, number: int, text: str) -> Awaitable[None]:
-        """Return a motion of a number of steps; the user must make sure that both ramps of a slope fit."""
+        """Return a motion of a number of steps; with a slope, the user must make sure that both ramps fit."""
         registers = self.registers
         ramp = steps(self.motion.law.up(registers.values["rate"], registers.slope))
         if 0 < number < 2 * ramp:
@@ -144,20 +144,20 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     @property
     def sign(self) -> int:
-        """Direction of a motion that begins now: 1 clockwise, -1 counter-clockwise."""
+        """The direction of a motion that begins now: 1 is clockwise, -1 is counter-clockwise."""
         registers = self.registers
         return 1 if (self.chip.pins["xdir"].net.level if registers.external else registers.clockwise) else -1
 
     # ----------------------------------------------------------------------------------------------------- program
     def do_doitnow(self) -> None:
-        """D: run the program from its start; a finding without a program."""
+        """D: run the program from its start; if there is no program, report a finding."""
         if self.program.buffer:
             super().do_doitnow()
         else:
             self.chip.finding("empty-program", "D has no program to run; the chip stays in command mode")
 
     def do_til(self) -> None:
-        """T: run the program from its start while XSS is low; a finding in jog mode, which uses XSS too."""
+        """T: run the program from its start while XSS is low; in jog mode, which uses XSS too, this is a finding."""
         if self.registers.jog:
             self.chip.finding("til-and-jog", "T is sent in jog mode, although both use XSS")
         super().do_til()

@@ -3,7 +3,7 @@ r"""Motion of the CY500: every input is sampled at the start of each step.
 b                              b'
 |______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 µs at 6 MHz before each step
 |
-TRIGGER high delays the step; ABORT low, or XSS high in a run of J, ends the motion; XDIR sets its direction
+TRIGGER high delays the step; ABORT low, or XSS high in a jog run (J), ends the motion; XDIR sets the direction
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from .instructions import Registers
 
 
 def rest(of: Plan, step: int) -> Plan:
-    """Return the rest of a plan from a step on."""
+    """Return the rest of a plan, beginning with the given step."""
     return plan(*((leg.name, tail(leg.runs, max(step - leg.first, 0))) for leg in of.legs), shortest=of.shortest)
 
 
 class Motion(sloped.Motion):
-    """Player of the plans of profile.py.  The text of a motion is its command: G and P, one step of O, a run of J."""
+    """Plays the plans of profile.py.  A motion's text is its command: G and P, one step of O, or a jog run (J)."""
 
     registers: Registers
     holder = "trigger"
@@ -37,7 +37,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters for this motion; O and J have no slope."""
+        """Load the parameters of this motion; motions of O and J have no slope."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.at_start = self.at_start._replace(slope=0)
@@ -78,7 +78,7 @@ class Motion(sloped.Motion):
         return rest(plan, step) if self.faces() else plan
 
     def faces(self) -> bool:
-        """Update the direction from XDIR if the pin is in use; return whether it has changed."""
+        """If XDIR is in use, set the direction from it; return whether the direction has changed."""
         sign = (1 if self.xdir.level else -1) if self.registers.external else self.sign
         turned = sign != self.sign
         if turned:

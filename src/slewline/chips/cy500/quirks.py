@@ -1,6 +1,6 @@
-"""Gaps in our knowledge of the CY500, of which no manual is at hand: the model's choice, its reason, and its test.
+"""Gaps in our knowledge of the CY500, whose manual is not available: the model's choice, its reason, and its test.
 
-UND-...: no source states it, and it is inferred.  CON-...: two sources disagree.  "CY525": as in that manual.  Data
+UND-...: no source states it; the choice is inferred.  CON-...: two sources disagree.  "CY525": as in its manual.  Data
 only.
 """
 

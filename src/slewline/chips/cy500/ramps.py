@@ -1,4 +1,4 @@
-"""The CY500's ramp calculator: R and S."""
+"""The CY500's ramp calculator, for R and S."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ from .sheet import PERIODS
 
 
 def ramps(sheet: Sheet) -> Calculator:
-    """Return the calculator of this part."""
+    """Return this part's ramp calculator."""
     return SlopeRamps(sheet, Law(PERIODS), move)

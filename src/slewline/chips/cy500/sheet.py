@@ -1,11 +1,11 @@
-"""CY500 data sheet as data; no behaviour in this file.
+"""The CY500 data sheet as data; this file contains no behaviour.
 
-No manual of it is at hand: "art." is a magazine article with its command set (tables 1 and 2), "CY525" the CY525 manual
-of 1984: its history, CY500 page and selection guide.
+Its manual is not available: "art." is a magazine article with its command set (tables 1 and 2), "CY525" the CY525
+manual of 1984: its history, CY500 page and selection guide.
 
-Facts that no source states are *inferred*, most of them from the CY525, which fits the socket of the CY512, which
-agrees with the CY500 in nine tenths of pins and instructions.  They are marked, and a bench file replaces them: option
-`inferred`.
+Facts that no source states are *inferred*, most of them from the CY525.  That chip fits the socket of the CY512, which
+shares nine tenths of its pins and instructions with the CY500.  They are marked, and a bench file can replace them:
+option `inferred`.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _us(at_11: int) -> int:
 
 
 def _row(letter: str, name: str, description: str, *args: Arg, like: str = "", **its: Any) -> TextRow:
-    """Return a command; all columns that are not given are those of the CY525."""
+    """Return a command; columns that are not given are copied from the CY525."""
     row: TextRow = sheet.COMMANDS[like or letter]
     both: dict[str, Any] = {"time_us": _us(row.time_us), "where": T2, "code": -1} | its
     return replace(row, form=letter, name=name, description=description, args=args, **both)

@@ -1,4 +1,4 @@
-"""The CY500's motion, one step at a time.  It shares only the law's periods with motion.py and profile.py."""
+"""The CY500's motion, step by step.  It shares only the step periods with motion.py and profile.py."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .instructions import Registers
 
 
 class Stepwise(SlopeStepwise):
-    """Player of every motion, step by step."""
+    """Plays every motion step by step."""
 
     registers: Registers
 
@@ -30,7 +30,7 @@ class Stepwise(SlopeStepwise):
         await super().move(number, sign, text)
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return a function that computes the parameters of a motion; O and J have no slope."""
+        """Return a function that computes the parameters of a motion; motions of O and J have no slope."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.motion_made = self.motion_made._replace(slope=0)
@@ -42,7 +42,7 @@ class Stepwise(SlopeStepwise):
             await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
     def expected(self) -> Callable[[], Ideal]:
-        """Return a function that computes the ideal of this motion, which is endless in jog mode."""
+        """Return a function that computes the ideal motion, which is endless in jog mode."""
         if not self.endless:
             return super().expected()
         runs = ((self.top.period, OPEN),)
@@ -50,7 +50,7 @@ class Stepwise(SlopeStepwise):
 
     # ------------------------------------------------------------------------------------------------------- the steps
     def prepare(self) -> None:
-        """List the steps one by one: up until the rate is reached, and down as far as the number allows."""
+        """List the steps one by one: up until the rate is reached, then down for as many steps as remain."""
         self.endless, self.plan = self.text == "J", deque()
         if self.abort.level == 0:
             self.endless = False
@@ -66,7 +66,7 @@ class Stepwise(SlopeStepwise):
 
     @property
     def top(self) -> TwinStep:
-        """A step at the rate of R."""
+        """A step at rate R."""
         return self.step_of(SLEW, self.motion_made.rate)
 
     def coming(self) -> TwinStep | None:
@@ -74,7 +74,7 @@ class Stepwise(SlopeStepwise):
         return self.top if self.endless else super().coming()
 
     async def should_continue(self, just: TwinStep) -> bool:
-        """Return whether the motion continues, by the target, TRIGGER, ABORT, XSS and XDIR."""
+        """Return whether the motion continues, which depends on the target, TRIGGER, ABORT, XSS and XDIR."""
         if self.coming() is None:
             return False
         if self.trigger.level == 1:

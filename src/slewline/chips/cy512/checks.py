@@ -1,4 +1,4 @@
-"""Rules of the CY512's linter alone: factors after a slope, and moves too short for their ramps."""
+"""Lint rules that apply to the CY512 only: factors after a slope, and moves too short for their ramps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .profile import LAW
 
 
 class State(NamedTuple):
-    """Registers, as far as known from the text."""
+    """The registers, as far as the text determines them."""
 
     rate: int | None = None
     slope: int = 0
@@ -23,7 +23,7 @@ class State(NamedTuple):
 
 
 def remarks(statement: Statement, state: State) -> Iterator[Odd]:
-    """Yield the problems of a command."""
+    """Yield the problems found in a command."""
     name = statement.row.name
     if name == "FACTOR" and state.slope:
         yield Odd("factor-in-slope", "warning", "F after S divides the rates of the ramps, too", "s.3 F")
@@ -53,10 +53,10 @@ def after(statement: Statement, state: State) -> State:
 
 
 def ramps(source: Source) -> None:
-    """Run the text, and check its ramps."""
+    """Step through the text, and check its ramps."""
     judged(source, State(), remarks, after)
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of this part, for `language.lint.lint`."""
+    """Return this part's rules for `language.lint.lint`."""
     return (ramps, written_for)

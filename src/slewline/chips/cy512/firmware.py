@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Interpreter(interpreter.Interpreter):
-    """Interpreter of the CY512: READY does not show the motions of a program, and there are no live commands."""
+    """The CY512's interpreter: READY does not show a program's motions, and there are no live commands."""
 
     lasting = frozenset(("GO", "POSITION", "EXPEND", "UNTIL", "WAIT"))
     announces = False
@@ -46,9 +46,9 @@ class Cy512(Cy5xx):
         return Stepwise
 
     def _law(self) -> Law:
-        """Return the periods by rate parameter, and the start of ramps."""
+        """Return the step periods by rate parameter, and the parameter at which ramps start."""
         return sloped.law(self.options.inferred, PERIODS)
 
     def phase_patterns(self) -> Patterns:
-        """Return the levels of the phases in full steps, one row per step, in clockwise order."""
+        """Return the phase levels in full steps, one row per step, in clockwise order."""
         return sloped.full_steps(self.options.inferred)

@@ -1,11 +1,11 @@
-r"""Motion of the CY512.  TERMINATE ends a step early, so that an encoder can time the next one.
+r"""Motion of the CY512.  TERMINATE ends a step early, so that an encoder can time the next step.
 
     b                  t                 b + period
     |__________________|‾‾‾‾|_ _ _ _ _ _      PULSE
     |                       |
     ABORT, I/O REQUEST      the next step, after PULSE has been high for 16 µs at 6 MHz
 
-TERMINATE is sampled from the earliest time at which the step, with PULSE high after it, lasts for 92 machine cycles.
+Sampling of TERMINATE begins at the earliest time that lets the step, including PULSE high, last 92 machine cycles.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from . import profile
 
 
 class Motion(sloped.Motion):
-    """Player of the plans of profile.py."""
+    """Plays the plans of profile.py."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self.inferred = self.chip.options.inferred
         self.hold_high = bool(self.inferred["held_pulse"])
         self.terminate = self.chip.pins["terminate"].net
-        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the start of a step on
+        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks from the start of a step
 
     # ------------------------------------------------------------------------------------------ before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
@@ -47,7 +47,7 @@ class Motion(sloped.Motion):
     async def look(self, plan: Plan, step: int) -> Plan:
         """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
         if step >= plan.steps:
-            return STOP if self.done < self.number else plan  # an end before the target, or at it
+            return STOP if self.done < self.number else plan  # an end before or at the target
         if not self.aborted and self.abort.is_active:
             plan, step = self.ended("abort", "ABORT", plan, step), 0
         if plan is not STOP and self.request.is_active:
@@ -57,14 +57,14 @@ class Motion(sloped.Motion):
         return plan
 
     def ended(self, option: str, text: str, of: Plan, step: int) -> Plan:
-        """Return the plan that ends the motion: immediately, or after the stop ramp that the option selects."""
+        """Return the plan that ends the motion, either immediately or with the stop ramp that the option selects."""
         self.aborted = True
         self.mark_deviation("command", text)
         down = self.stop_ramp(of, step) if self.inferred[option] == "ramp" else ()
         return plan(("down", down)) if down else STOP
 
     def stop_ramp(self, of: Plan, step: int) -> tuple[tuple[int, int], ...]:
-        """Return the stop ramp from the end of a step."""
+        """Return the stop ramp that begins at the end of a step."""
         over = of.leg(step - 1) if step else of.legs[0]
         if over.name == "down":
             return tail(over.runs, step - over.first)
@@ -76,7 +76,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of the first sample of a net strictly after this instant, and its action within a step."""
+        """Return the tick of a net's first sample strictly after this instant, and its action if within a step."""
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train

@@ -7,7 +7,7 @@
       1   _|              |_
           |up | slew |down|
 
-If both ramps do not fit, the whole move is made at the slowest rate (s.3, comparison, item 10).
+If the ramps do not both fit, the whole move is made at the slowest rate (s.3, comparison, item 10).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def move(number: int, rate: int, slope: int, factor: int, law: Law = LAW) -> Pla
         number: steps, 1 to 65535.
         rate, slope: R and S, 0 to 255.
         factor: F, 1 to 256.
-        law: the periods of the rates, and the start of ramps.
+        law: the step periods by rate parameter, and the parameter at which ramps start.
     """
     up = law.up(rate, slope, factor)
     slew = number - 2 * steps(up)

@@ -1,4 +1,4 @@
-"""The CY512's ramp calculator: R and S."""
+"""The CY512's ramp calculator, for R and S."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from .profile import LAW, move
 
 
 def ramps(sheet: Sheet) -> Calculator:
-    """Return the calculator of this part."""
+    """Return this part's ramp calculator."""
     return SlopeRamps(sheet, LAW, move)

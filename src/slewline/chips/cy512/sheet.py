@@ -1,6 +1,6 @@
-"""CY512 data sheet as data; no behaviour in this file.
+"""The CY512 data sheet as data; this file contains no behaviour.
 
-No manual of it is at hand: its only source is the CY525 manual of 1984, with its history (s.1), its comparison (s.3)
+Its manual is not available: the only source is the CY525 manual of 1984, with its history (s.1), its comparison (s.3)
 and its CY512 page and selection guide ("guide").
 
 The comparison lists the features that are new or different in the CY525, which fits the CY512's socket; so everything
@@ -33,7 +33,7 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 
 def _alike(letter: str, *args: Arg) -> TextRow:
-    """Return a command of the CY525 that the comparison does not list; `args` if their range differs."""
+    """Return a CY525 command that the comparison does not list; pass `args` if their range differs."""
     row: TextRow = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 
@@ -48,7 +48,7 @@ def _own(
     trust: Trust = "inferred",
     role: str = "",
 ) -> TextRow:
-    """Return a command that the comparison lists, with the times of a command of the CY525."""
+    """Return a command that the comparison lists, with the times of a CY525 command."""
     time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
     return TextRow(letter, name, args, time_us, description, where, flow=flow, role=role, trust=trust)
 
@@ -99,7 +99,7 @@ PINS = (
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
 # This meets both stated rates: 5000 steps/s at R 255, and almost 8000 if TERMINATE ends every step.
 FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255, and added by each unit of R below: 16 cycles of 15 clocks
-MIN_TICKS = 92 * 15  # of a step that TERMINATE ends
+MIN_TICKS = 92 * 15  # of a step ended by TERMINATE
 PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in range(RATE.high + 1))  # R 0 ... 255
 
 TIMES = MappingProxyType({

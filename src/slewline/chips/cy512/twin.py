@@ -1,4 +1,4 @@
-"""The CY512's motion, one step at a time: ramps, ABORT, I/O REQUEST, TERMINATE, each sampled when it is due."""
+"""The CY512's motion, step by step: ramps, ABORT, I/O REQUEST and TERMINATE, each input sampled when it is due."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..cy5xx.stepping.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):
-    """Player of every motion, step by step."""
+    """Plays every motion step by step."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -28,7 +28,7 @@ class Stepwise(SlopeStepwise):
         self.plan = deque([*up, *slew, *down])
 
     async def time_out(self, end: int) -> None:
-        """Wait within a step until PULSE may rise; TERMINATE low ends the wait after a minimum time."""
+        """Wait within a step until PULSE may rise; after a minimum time, TERMINATE low ends the wait."""
         chip, least = self.chip, max(self.ticks["terminated"] - self.ticks["pulse_high"], 1)
         await chip.at_tick(min(chip.tick + least, end))
         while chip.tick < end:

@@ -1,1 +1,1 @@
-"""The CY525: sheet, law of motion, handlers, linter, ramps, quirks."""
+"""The CY525: its sheet, law of motion, handlers, lint rules, ramp calculator and quirks."""

@@ -1,8 +1,8 @@
-"""Rules of the CY525's linter alone: whether a ramp reaches its rate in the distance, and whether H has an effect.
+"""Lint rules for the CY525 only: whether a ramp reaches its rate in the distance, and whether H has an effect.
 
-The text is followed as a chip would run it, with registers whose values are known or not (None), with both outcomes of
-every branch; each motion is then checked with its registers.  Counts are exact, since the ramp is the one that the chip
-steps (profile.py); times hold at the reference crystal.
+The text is followed as a chip would run it, with registers whose values are known or unknown (None), and both outcomes
+of every branch; each motion is then checked with its registers.  Step counts are exact, since the ramp is the chip's
+own (profile.py); times hold at the reference crystal.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from .profile import head, ramp, steps
 from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 
 NUMBER_TOP = 65535
-RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room to slew ("32K or so", s.7)
+RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # the longest ramp that leaves room to slew ("32K or so", s.7)
 FIRST_STATED = 3  # the rate table has no values for lower rates (T.VII)
-BRISK = 1000  # steps per second from which many motors need a ramp; a hint, not a limit of the chip
+BRISK = 1000  # steps per second above which many motors need a ramp; a hint, not a limit of the chip
 SHORT_CRAWL = 0.1  # seconds at the first rate, too few for a warning
 
 
 class State(NamedTuple):
-    """Registers, as far as known from the text; `halt` is the line of an H that still waits for its motion."""
+    """The registers, as far as the text determines them; `halt` is the line of an H that no motion has used yet."""
 
     first: int | None = None
     rate: int | None = None
@@ -46,7 +46,7 @@ class KnownMotion(NamedTuple):
 
     @property
     def distance(self) -> int | None:
-        """Steps of the motion; None if not known."""
+        """Steps of the motion; None if the number is not known."""
         if self.statement.row.name == "GO":
             return self.state.number
         position = self.state.position
@@ -88,10 +88,10 @@ def after(statement: Statement, state: State) -> State:
 
 
 class Walk:
-    """All motions of a text, with every set of registers that they can have."""
+    """All motions of a text, each with every set of register values that it can start with."""
 
     def __init__(self, source: Source) -> None:
-        self.motions: dict[KnownMotion, None] = {}  # in the order of their discovery
+        self.motions: dict[KnownMotion, None] = {}  # in order of discovery
         self.halts: dict[int, Statement] = {}
         self.flight = Flight(source)
         walk(source, [State()], self._step, self.flight.directive)
@@ -131,7 +131,7 @@ def motions(source: Source) -> None:
 
 
 def unset(source: Source, found: Iterable[KnownMotion]) -> None:
-    """Report the first motion that uses an unset register: after power-up its value is undefined (s.4)."""
+    """Report the first motion that uses an unset register, whose value is undefined after power-up (s.4)."""
     for statement, state in sorted(found, key=lambda motion: motion.statement.line):
         names = {"F": state.first, "R": state.rate, "S": state.slope, "Z": state.divisor}
         if statement.row.name == "GO":
@@ -188,7 +188,7 @@ def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> boo
 def normal(
     source: Source, motion: KnownMotion, up: tuple[tuple[int, int], ...], first: int, rate: int, short: list[Unreached]
 ) -> None:
-    """Report a move to a target that does not reach its rate, or has a rest at the first rate (s.8)."""
+    """Report a move to a target that does not reach its rate, or that ends with steps at the first rate (s.8)."""
     distance, full = motion.distance or 0, steps(up)
     rest = distance - 2 * full
     if rest < 0:
@@ -208,7 +208,7 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Report the rate that the first such motion reaches, and the lines of the others: it is seldom a mistake."""
+    """Report the rate that the first such motion reaches, and the others' lines; they are seldom mistakes."""
     if not short:
         return
     statement, found, remedy = min(short, key=lambda each: each.statement.line)
@@ -223,7 +223,7 @@ def unreached(source: Source, short: list[Unreached]) -> None:
 
 
 class Flight:
-    """Effects of the host's directives on a continuous motion: rates on the fly, then an abort."""
+    """Follows the effects of the host's directives on a continuous motion: rates on the fly, then an abort."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -249,7 +249,7 @@ class Flight:
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:
-        """Follow a rate on the fly, 0 to 127; report one without a motion, out of range or with a dead stop."""
+        """Follow a rate on the fly, 0 to 127; report a rate without a motion, out of range, or causing a dead stop."""
         if self.current is None:
             found, remedy = "a rate on the fly needs a continuous motion", "send H before the G or P"
             self.source.report(item, "rate-without-halt", "warning", found, section="s.7", remedy=remedy)
@@ -293,7 +293,7 @@ def rates(source: Source) -> None:
 
 
 def size(source: Source) -> None:
-    """Report a program of more than 48 bytes, of which only 48 can be read out (s.6)."""
+    """Report a program of more than 48 bytes, because only 48 bytes can be read out (s.6)."""
     shown = VERIFY_BYTES[1]
     for block in source.blocks:
         beyond = next((statement for statement in block.statements if statement.end > shown), None)
@@ -303,5 +303,5 @@ def size(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of this part, for `language.lint.lint`.  They read its tables; `sheet` names the part."""
+    """Return this part's rules for `language.lint.lint`.  They read the sheet's tables; `sheet` names the part."""
     return (motions, rates, size, written_for)

@@ -1,4 +1,4 @@
-r"""The parameters of a motion of the CY525, and its ideal.
+r"""The parameters of a CY525 motion, and the ideal motion.
 
     steps/s                                  a rate of Table VII every Z * (256 - S) * 452 clocks, straight lines
       R ..............._______________       between them: the piecewise linear curve from which section 8 calculates
@@ -7,8 +7,8 @@ r"""The parameters of a motion of the CY525, and its ideal.
       F .....'                             '
              |<- (R - F) units ->|
 
-The rate of each step is read when it begins; the ideal has no steps.  The condition on which a short motion slews or
-makes its rest at F is that of the motion itself.
+The real motion reads its rate as each step begins; the ideal one has no steps.  Whether a short motion slews, or makes
+its remaining steps at F, is decided as in the real motion.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ class RegistersAtStart(NamedTuple):
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rates of F and R, and S, Z, N."""
+        """Return the parameters for a picture: the rates for F and R, and the values of S, Z and N."""
         return MotionParameters(
             self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number}
         )
 
     def rates(self, first: int, rate: int) -> Mapping[str, float]:
-        """Return the rates of F and R, by name."""
+        """Return the rates for F and R, by name."""
         return {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", first), ("R", rate))}
 
     def ideal(self, start: int, position: int, sign: int, slews: bool, endless: bool) -> Ideal:
@@ -56,7 +56,7 @@ class RegistersAtStart(NamedTuple):
         Args:
             start: the time of the first step, ps.
             position: the position before it.
-            slews: the motion reaches slewing; otherwise the steps left after the ramps are made at F.
+            slews: the motion reaches the slew rate; otherwise the steps left after the ramps are made at F.
             endless: the motion slews until an event ends it.
         """
         first = min(self.first, sheet.RATE_TOP)

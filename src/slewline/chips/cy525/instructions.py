@@ -10,7 +10,7 @@ from ..cy5xx import instructions, registers
 
 @dataclass
 class Registers(registers.Registers):
-    """The registers of the family, and the flag of H."""
+    """The family's registers, and the flag that H sets."""
 
     continuous: bool = False  # the next motion runs until aborted
 
@@ -25,7 +25,7 @@ class Instructions(instructions.Instructions):
         self.declare(position, f"A {position}")
 
     async def do_delay(self, delay: int) -> None:
-        """D: pause for a number of milliseconds, at 11 MHz."""
+        """D: pause for a number of milliseconds (at 11 MHz)."""
         await self.pause("D", delay)
 
     def do_firstrate(self, rate: int) -> None:
@@ -45,7 +45,7 @@ class Instructions(instructions.Instructions):
         self.program.begin(0)
 
     def do_til(self, target: int) -> None:
-        """T: branch to an address of the program while DOWHILE is low."""
+        """T: branch to a program address while DOWHILE is low."""
         program = self.program
         target = program.resolved(target)
         if self.dowhile.is_active:
@@ -56,7 +56,7 @@ class Instructions(instructions.Instructions):
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:
-        """O: show a phase pattern, 0 to 3; above 3 the phases are off, and above 127 a pulse follows."""
+        """O: output a phase pattern, 0 to 3; above 3 the phases are switched off, and above 127 a pulse follows."""
         outputs = self.outputs
         if offset <= 3:
             self.registers.phase = offset

@@ -1,6 +1,6 @@
-"""The CY525's motions: ramps, continuous motion, ABORT, and the requests of a host while the motor turns.
+"""The CY525's motions: ramps, continuous motion, ABORT, and the host's requests while the motor turns.
 
-On a step, ABORT, I/O REQUEST and I/O SELECT are sampled as it begins, STEP INHIBIT at its end.
+ABORT, I/O REQUEST and I/O SELECT are sampled at the beginning of each step, STEP INHIBIT at its end.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ WRAP = 1 << 16
 
 
 class Motion(motion.Motion):
-    """The stepping part of the firmware.  `moving` is true from READY low to MOTION COMPLETE."""
+    """The stepping part of the firmware.  `moving` is True from the falling edge of READY to MOTION COMPLETE."""
 
     registers: Registers
     law: Law
@@ -52,7 +52,7 @@ class Motion(motion.Motion):
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.continuous)
 
     def planned(self) -> Plan:
-        """Return the plan of this motion; a continuous one slews without end if it reaches slewing at all (s.7)."""
+        """Return the plan of this motion; a continuous one slews without end if it reaches its slew rate (s.7)."""
         chip = self.chip
         values = self.registers.values
         self.request_changes = self.request.changes  # at the latest sample
@@ -67,7 +67,7 @@ class Motion(motion.Motion):
         return plan
 
     async def end(self) -> None:
-        """Clear the flag of H, which is for one motion."""
+        """Clear the flag that H sets, which applies to one motion only."""
         self.registers.continuous = False
         await super().end()
 
@@ -122,7 +122,7 @@ class Motion(motion.Motion):
         return await self.rate_request(plan, step)
 
     def stop_ramp(self, plan: Plan, step: int) -> Plan:
-        """Return the plan of an abort: from the present rate down to the first rate; the target may be on the ramp."""
+        """Return an abort's plan: a ramp from the present rate down to the first rate; it may include the target."""
         chip = self.chip
         self.aborted = True
         self.mark_deviation("command", "ABORT")
@@ -188,7 +188,7 @@ class Motion(motion.Motion):
         return await self.change_rate(profile.rate(plan, step))
 
     async def change_rate(self, current: int) -> Plan:
-        """Read a new rate from the bus (s.7): for this motion, a higher one replaces R, a lower one F."""
+        """Read a new rate from the bus (s.7): for this motion, a higher rate replaces R, a lower rate replaces F."""
         rate = self.taken_rate()
         if rate == 0:
             return await self.zero_rate(current)
@@ -202,7 +202,7 @@ class Motion(motion.Motion):
         return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
 
     def slews_at(self, rate: int) -> None:
-        """Set the slew rate from now on."""
+        """Set the slew rate, effective from now."""
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
@@ -249,7 +249,7 @@ class Motion(motion.Motion):
     def stretched(self, leg: str) -> int:
         """Put the position on the bus, high byte, low byte, if I/O SELECT is high as a step begins (fig. 6.5).
 
-        Returns how many clocks longer the step becomes: none at a constant rate, 20 µs (11 MHz) in a ramp.
+        Returns the clocks by which the step becomes longer: none at a constant rate, 20 µs (at 11 MHz) in a ramp.
         """
         if self.select.level != 1:
             return 0

@@ -10,10 +10,10 @@ r"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, 
       steps       ramp   >= 256 or 0   ramp  rest          (s.8)
 
 The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a step takes longer
-than a unit, units fall due faster than they are taken, and each step is one unit faster than the one before; a late
+than a unit, units fall due faster than they are taken, and each step is one unit faster than its predecessor; a late
 unit does not delay the units after it.  The ramp down is the mirror of the ramp up.  If fewer than 256 steps would be
-left for slewing, none is slewed: the motor decelerates immediately and the rest is made at F (s.8, special case).  If
-the travel is too short to reach R, each ramp takes half of it.
+left for slewing, there is no slewing: the motor decelerates immediately and makes the rest at F (s.8, special case).
+If the travel is too short to reach R, each ramp takes half of it.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ra
 
 
 class Law(NamedTuple):
-    """Law by which the rate parameter changes."""
+    """The law by which the rate parameter changes."""
 
     unit: int = sheet.RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
-    jumps: bool = False  # take all units that are due when a step begins, not one
+    jumps: bool = False  # take all units that are due when a step begins, not just one
 
 
 LAW = Law()
@@ -47,12 +47,12 @@ def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
 
 @lru_cache(maxsize=256)
 def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
-    """Return the ramp: runs from the first step at rate `low` to the last one below `high`; empty unless low < high."""
+    """Return the ramp as runs, from the first step at rate `low` to the last below `high`; empty unless low < high."""
     return accelerate(sheet.STEP_TICKS, low, high, unit_ticks(slope, divisor, law), law.jumps)
 
 
 def plan(*parts: tuple[str, Runs]) -> Plan:
-    """Return a plan from named parts, without steps faster than the highest rate."""
+    """Return a plan of named parts, in which no step is faster than the highest rate."""
     return core_plan(*parts, shortest=sheet.STEP_TICKS[sheet.RATE_TOP])
 
 

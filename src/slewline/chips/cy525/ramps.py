@@ -1,7 +1,7 @@
-"""The CY525's parameters for the ramp calculator: F, R, S, Z; the manual's own program for it is in section 8.
+"""The CY525's parameters for the ramp calculator: F, R, S and Z; the manual's own program is in section 8.
 
-The manual calculates with one D for all rates; here every step of the ramp counts (profile.py), at the crystal that is
-fitted.
+The manual uses one value of D for all rates; here the ramp is computed step by step (profile.py), at the crystal that
+is fitted.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ QUANTITIES = (
 
 
 def law_of(values: Values) -> profile.Law:
-    """Return the law that the options among some values select."""
+    """Return the law selected by the options among the values."""
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
@@ -62,7 +62,7 @@ class Cy525Ramps(Calculator):
         self.sheet = sheet
 
     def ramp(self, values: Values, crystal_hz: int) -> UnitRamp:
-        """Return the ramp for values of F, R, S and Z, at a crystal in Hz."""
+        """Return the ramp for values of F, R, S and Z; `crystal_hz` is the crystal frequency."""
         first, rate, slope, divisor = (int(values[name]) for name in "FRSZ")
         law = first, rate, slope, divisor, law_of(values)
         runs = profile.ramp(*law)
@@ -71,18 +71,18 @@ class Cy525Ramps(Calculator):
         )
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the host's commands for a move of a number of steps with these values."""
+        """Return the commands that a host sends for a move of a number of steps with these values."""
         return ["A 0", *(f"{form} {values[form]}" for form in "FRSZ"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter of a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the parameter for a rate such as "500 steps/s"; None if the text is not a rate."""
         top = len(STEP_TICKS) - 1
         return nearest_rate(
             f"cy525: {quantity.name}", text, lambda each: Fraction(crystal_hz, STEP_TICKS[each]), 0, top, " (T.VII)"
         )
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield S and Z for every possible time of a rate unit; of pairs with the same time, that with the least Z."""
+        """Yield S and Z for every possible duration of a rate unit; of equal ones, the pair with the smallest Z."""
         slopes, divisors = (
             range(arg.low, arg.high + 1) if name in search.free else range(fixed := int(search.fixed[name]), fixed + 1)
             for name, arg in (("S", SLOPE), ("Z", DIVISOR))
@@ -105,7 +105,7 @@ class Cy525Ramps(Calculator):
 
 @lru_cache(maxsize=4)
 def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
-    """Return every possible time of a rate unit, clocks, ascending, each with its S and its least Z."""
+    """Return all possible durations of a rate unit (clocks, ascending), each with its S and smallest Z."""
     units: dict[int, tuple[int, int]] = {}
     for divisor in divisors:
         for slope in slopes:
@@ -114,7 +114,7 @@ def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[i
 
 
 class Bounds:
-    """Bounds of a ramp by the clocks of its rate unit, so that most ramps need not be calculated.
+    """Bounds of a ramp, from the clocks per rate unit, so that most ramps need not be calculated.
 
     No unit is taken before it is due, and none later than the steps before it, at one per unit, could have delayed it:
     unit k, due at k * u, is taken by k * u + (the intervals of the k rates before it).  Time follows from the last
@@ -135,7 +135,7 @@ class Bounds:
         self.more = self.late / intervals[-1] if intervals else 0.0
 
     def of(self, unit: int) -> tuple[float, float]:
-        """Return the least and the greatest value of the searched quantity; `unit` in clocks."""
+        """Return the smallest and the largest possible value of the searched quantity; `unit` is in clocks."""
         if self.goal == "steps":
             return self.per_tick * unit - self.fewer - 1, self.per_tick * unit + self.more + 1
         low, high = (ticks * PS_PER_S / self.hz for ticks in (self.units * unit, self.units * unit + self.late))

@@ -1,6 +1,6 @@
-"""The CY525's motion, one step at a time: ramps, ABORT, rates on the fly, read-outs, each sampled when it is due.
+"""The CY525's motion, step by step: ramps, ABORT, rates on the fly and read-outs, each input sampled when it is due.
 
-It shares only the law's two numbers with motion.py and profile.py.
+It shares only the two numbers of `Law` with motion.py and profile.py.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def step_of(kind: str, rate: int) -> TwinStep:
 
 
 class Stepwise(twin.Stepwise):
-    """Player of every motion, step by step."""
+    """Plays every motion step by step."""
 
     registers: Registers
     law: Law
@@ -39,7 +39,7 @@ class Stepwise(twin.Stepwise):
         await super().move(number, sign, text)
 
     async def play(self) -> None:
-        """Output step after step; the first one begins now, and decides whether H has an effect."""
+        """Output step after step; the first step begins now, and decides whether H has an effect."""
         if self.asked_endless:
             if not self.endless:
                 self.chip.finding("halt-without-effect", "too few steps to slew")
@@ -64,7 +64,7 @@ class Stepwise(twin.Stepwise):
         return partial(self.motion_made.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.endless)
 
     def over(self) -> None:
-        """Clear the flag of H, which is for one motion."""
+        """Clear the flag that H sets, which applies to one motion only."""
         self.registers.continuous = False
 
     # ------------------------------------------------------------------------------------------------------- the plan
@@ -89,7 +89,7 @@ class Stepwise(twin.Stepwise):
             self.plan.extend([step_of(CRAWL, self.first)] * (rest - slews))
 
     def ramp_up(self, low: int, high: int, most: int | None = None) -> list[int]:
-        """Return the rates of the steps from one rate up to, not including, another; at most `most` steps."""
+        """Return the rates of the steps from one rate up to, but not including, another; at most `most` steps."""
         unit = (self.registers.values["divisor"] or 256) * (256 - self.registers.values["slope"]) * self.law.unit
         rates: list[int] = []
         rate, ramp_time = low, 0
@@ -107,7 +107,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- one step
     def stretched(self, step: TwinStep) -> int:
-        """Read out the position if I/O SELECT is high; this lengthens a step of a ramp."""
+        """Read out the position if I/O SELECT is high; this lengthens a ramp step."""
         if self.select.level == 0:
             return 0
         if self.request.level == 0:
@@ -182,7 +182,7 @@ class Stepwise(twin.Stepwise):
         return True
 
     def turned_down(self, just: TwinStep) -> bool:
-        """Plan the stop ramp of ABORT, and steps at the first rate to the target; return False if there is no ramp."""
+        """Plan ABORT's stop ramp, then steps at the first rate to the target; return False if there is no ramp."""
         if just.kind == DOWN:  # it already decelerates
             down = [step for step in self.plan if step.kind == DOWN]
         elif not (down := [step_of(DOWN, rate) for rate in reversed(self.ramp_up(self.first, just.rate))]):
@@ -235,7 +235,7 @@ class Stepwise(twin.Stepwise):
         return True
 
     async def zero_rate(self) -> bool:
-        """Slew at zero steps per second, until a higher rate than before comes (True) or ABORT (False)."""
+        """Slew at zero steps per second until a rate higher than before arrives (True) or ABORT goes low (False)."""
         chip, ps, every = self.chip, self.chip.clock.ps, self.ticks["wait_poll"]
         self.outputs.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + self.ticks["slew_blink"])), (1, 0)))
         self.port.motion_complete.drive(0)

@@ -1,1 +1,1 @@
-"""The CY545 and CY545B: two host interfaces, a memory of their own, jogging and homing."""
+"""The CY545 and CY545B: chips with two host interfaces, their own external memory, jogging and homing."""

@@ -1,4 +1,4 @@
-"""Rules of the CY545's linter alone: motions, the mode register, and commands during a running program."""
+"""Lint rules that apply to the CY545 only: motions, the mode register, and commands sent while a program runs."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return the value that a command writes into the mode register; None for none, or for one from switches."""
+    """Return the value that a command writes into the mode register; None if there is none or it is on switches."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 
 
 def forms(source: Source) -> None:
     """Check the form of commands, text or binary: the host's by its mode, a program's by the mode at its entry."""
-    text: bool | None = True  # form of the host's commands; None: not known
+    text: bool | None = True  # form of the host's commands; None: unknown
     for item in source.items:
         if isinstance(item, Directive):
             text = True if item.verb in RESETS else None if item.verb == "bytes" else text
@@ -50,7 +50,7 @@ def forms(source: Source) -> None:
 
 
 def misread(source: Source, statement: Statement, text: bool | None) -> None:
-    """Report a mode command in a program that makes the chip misread the commands after it."""
+    """Report a mode command that, within a program, makes the chip misread the commands after it."""
     mode, following = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is following[-1]:
         return
@@ -90,7 +90,7 @@ def running(sheet: Sheet) -> Check:
 
 
 def meets(source: Source, item: Statement, started: Statement, live: bool) -> None:
-    """Report a command that may come during a program started by an earlier one."""
+    """Report a command that may arrive while a program started by an earlier command runs."""
     begun = f"the program that {started.text} of line {started.line} started may still run"
     if live and item.row.form in REFUSED:
         found = f"{item.text}: {begun}, and would ignore it"
@@ -103,5 +103,5 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of this part, for `language.lint.lint`."""
+    """Return this part's rules for `language.lint.lint`."""
     return (motions(sheet), modes, forms, running(sheet), written_for)

@@ -1,4 +1,4 @@
-"""The program in external memory: whether it runs, its address, and the counts of its loops."""
+"""The program in external memory: whether it runs, its address, and its loop counts."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 class Program:
     """State of the program in external memory.  Its counter is the memory pointer.
 
-    `at` is the address of the command in progress; `immediate` is True while a command of the host is executed between
-    two of the program.
+    `at` is the address of the command in progress; `immediate` is True while a host command is executed between
+    two commands of the program.
     """
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
@@ -23,7 +23,7 @@ class Program:
         self.clear()
 
     def clear(self) -> None:
-        """Clear program and loops, for RESET and I."""
+        """Clear the program state and its loops, for RESET and I."""
         self.running = self.immediate = self.entering = False  # entering: the host stores a program
         self.at = 0
         self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command's address, passes left
@@ -31,30 +31,30 @@ class Program:
 
     @property
     def direct(self) -> bool:
-        """True if the command in progress is one of the host, whether a program runs or not."""
+        """True if the command in progress comes from the host, whether or not a program runs."""
         return self.immediate or not self.running
 
     @property
     def counter(self) -> int | None:
-        """Address of the command in progress, or of the next during a command of the host; None if no program runs."""
+        """Address of the command in progress or, during a host command, of the next one; None if no program runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at
 
     def begin(self) -> None:
-        """Run from the pointer on, with no loop counts: every end of a program clears them."""
+        """Run from the pointer, with no loop counts: they are cleared whenever a program ends."""
         if not self.running:
             self.reported.clear()
         self.running = True
         self.at = self.registers.pointer
 
     def end(self) -> None:
-        """End the program: the pointer is after the command that stopped it."""
+        """End the program; the pointer is left after the command that stopped it."""
         self.running = False
         self.loops.clear()
 
     def go_to(self, target: int) -> None:
-        """Continue at a byte of this page, the page of the byte after the branch."""
+        """Continue at a byte of this page, which is the page of the byte after the branch."""
         self.registers.pointer = self.registers.pointer // sheet.PAGE_BYTES * sheet.PAGE_BYTES + target
 
     def finding_once(self, code: str, text: str) -> None:
@@ -67,7 +67,7 @@ class Program:
         """Count a pass of a loop; return whether another one follows.
 
         Args:
-            letter: the letter of the loop command; each has one count.
+            letter: the letter of the loop command; each letter has one count.
             count: the argument of the command; 0 counts as `whole`, a full turn of the counter.
         """
         if letter not in self.loops:

@@ -1,4 +1,4 @@
-"""The CY545 and the CY545B: they own the objects, start and stop the firmware, and have the public properties.
+"""The CY545 and the CY545B: the classes that own the objects, start and stop the firmware, and provide the properties.
 
 registers, user_bits      the memory of the chip, and the lines that programs switch and test
 local_bus                 memory, thumbwheel switches and HP display on the data bus
@@ -98,7 +98,7 @@ class Cy545(Chip):
         return Stepwise, Homewise
 
     def run(self) -> Coroutine[Any, Any, None]:
-        """Run the firmware from reset on."""
+        """Run the firmware, beginning at reset."""
         return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
@@ -112,11 +112,11 @@ class Cy545(Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Pulse RESET high for 30 clocks from now on."""
+        """Pulse RESET high for 30 clocks, beginning now."""
         self.pin("reset").pulse(1, self.clock.ps(30) + 1)
 
     def _powered_up(self) -> None:
-        """Set all state to its values after power-up; drive every output."""
+        """Set all state to its power-up values; drive every output."""
         self._restart()
         self._driven(True)
         self._sides.reset()
@@ -124,7 +124,7 @@ class Cy545(Chip):
     def _restart(self) -> None:
         """Set registers, position, mode and outputs as after power-up, and end a program: RESET and I (ch.10).
 
-        A transfer in progress continues, but the serial side measures its rate again.
+        A transfer in progress continues, but the serial side measures its baud rate again.
         """
         self.state.clear()
         self.state.clockwise = self.options.direction == "+"
@@ -136,14 +136,14 @@ class Cy545(Chip):
         self._sides.restart()
 
     def _cleared(self) -> None:
-        """Clear program, motion, command and bus after the firmware was stopped."""
+        """Clear the program, motion, command and bus state after the firmware was stopped."""
         self._motion.killed()
         self._home.killed()
         self.on_command("")
         self._restart()
 
     def _driven(self, on: bool) -> None:
-        """Drive every output to its level in reset; release all of them without supply."""
+        """Drive every output to its reset level; without supply, release all outputs."""
         for row in self.sheet.pins:
             if row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset if on and row.in_out == "out" else None)
@@ -156,7 +156,7 @@ class Cy545(Chip):
 
     # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the unfinished input of a host: a line, and a program without its end."""
+        """Return the host's unfinished input: a line, and a program that has not been ended."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
@@ -171,7 +171,7 @@ class Cy545(Chip):
 
     @property
     def baud(self) -> float:
-        """The rate of the serial side; 0 if it is not known."""
+        """The baud rate of the serial side; 0 if it is not known."""
         return self._serial.rate or 0
 
     @property
@@ -186,7 +186,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """Address of the command in progress, or of the next one during a command of the host."""
+        """Address of the program command in progress or, during a host command, of the next one."""
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:
@@ -201,11 +201,11 @@ class Cy545(Chip):
 
     @property
     def _lacking(self) -> str:
-        """Characters that would end the line; for a string, its quotation mark."""
+        """The characters that would end the line; for a string, its quotation mark."""
         return "quotation mark" if self._interpreter.decoder.in_string else super()._lacking
 
 
 class Cy545B(Cy545):
-    """A CY545B on a bench: it accepts commands of the host while it runs a program."""
+    """A CY545B on a bench: it accepts host commands while it runs a program."""
 
     sheet = sheet.CY545B

@@ -1,4 +1,4 @@
-"""The parameters of a motion of the CY545, and its ideal: a rate every unit of time, and straight lines between."""
+"""The parameters of a CY545 motion, and the ideal motion: one rate per unit of time, joined by straight lines."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class RegistersAtStart(NamedTuple):
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rates of F and R, and S, N."""
+        """Return the parameters for a picture: the rates for F and R, and the values of S and N."""
         rates = {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", self.first), ("R", self.rate))}
         return MotionParameters(rates, {"S": self.slope, "N": self.number})
 
@@ -55,7 +55,7 @@ class Single(NamedTuple):
 
     @property
     def period(self) -> int:
-        """Clocks of a step."""
+        """The clocks of a step."""
         return self.law.periods[self.first] * sheet.JOG_DIVISOR
 
     def parameters(self) -> MotionParameters:

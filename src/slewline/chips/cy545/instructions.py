@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers.  Those of commands with text receive the characters after the numbers.
+    """The command handlers.  Handlers of commands with text also receive the characters after the numbers.
 
     Args:
-        begin: sets everything as after reset, for I.
+        begin: restores the state after reset, for I.
     """
 
     registers: Registers
@@ -63,7 +63,7 @@ class Instructions(instructions.ParameterHandlers):
         self.registers.continuous = True
 
     def do_mode(self, mode: int) -> None:
-        """O: load the mode register and show its bits on their pins; bits of unknown use are a finding."""
+        """O: load the mode register and output its bits on their pins; report a finding for bits of unknown use."""
         self.registers.load("mode", mode)
         self.bits.show()
         unknown = mode & (sheet.MB_6 | sheet.MB_3)
@@ -78,7 +78,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
-        """B: set, clear, write, AND or OR user bits; a finding if the data bus is in use."""
+        """B: set, clear, write, AND or OR user bits; if the data bus is in use, report a finding."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding(
@@ -109,11 +109,11 @@ class Instructions(instructions.ParameterHandlers):
         return super().do_go()
 
     async def do_home(self, argument: int) -> None:
-        """H: seek the edge of the home sensor at the bit in the argument."""
+        """H: seek the edge of the home sensor that is connected to the bit in the argument."""
         await self.home.seek(argument)
 
     async def do_delay(self, delay: int) -> None:
-        """D: pause for a number of milliseconds, at 12 MHz."""
+        """D: pause for a number of milliseconds (at 12 MHz)."""
         await self.pause("D", delay)
 
     async def do_initialize(self) -> None:
@@ -148,7 +148,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.end()
 
     def do_jump(self, target: int) -> None:
-        """J: continue at a byte of this page; as a command of the host, start the program there."""
+        """J: continue at a byte of this page; as a host command, start the program there."""
         self.program.go_to(target)
         if self.program.direct:
             self.program.begin()
@@ -162,14 +162,14 @@ class Instructions(instructions.ParameterHandlers):
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
-        """L and Z: branch while passes are left; as a command of the host, start the program there."""
+        """L and Z: branch while passes are left; as a host command, start the program there."""
         if self.program.direct:
             self.branch_as_command(letter, count != 1, target)
         elif self.program.passes_left(letter, count, whole):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch until the bits match the argument; as a command of the host this is a finding."""
+        """T: branch until the bits match the argument; as a host command this is a finding."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)
@@ -177,7 +177,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def branch_as_command(self, letter: str, away: bool, target: int) -> None:
-        """Report a branch that the host has sent, although it belongs in a program."""
+        """Report a branch command that was sent by the host, although it belongs in a program."""
         became = "the program starts at its target" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a command of the host: {became}")
@@ -186,7 +186,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # -------------------------------------------------------------------------------------------------------- display
     async def do_query(self, *given: int, data: bytes) -> None:
-        """?: send a parameter or a listing to the display device; an unknown letter is a finding."""
+        """?: send a parameter or a listing to the display device; report a finding for an unknown letter."""
         letter = data.decode("latin-1")
         if letter == sheet.LISTING and given:
             await self.display.listing(given[0])
@@ -207,9 +207,9 @@ class Instructions(instructions.ParameterHandlers):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
-        """Send characters to the display device, for the command that begins with a quotation mark."""
+        """Send characters to the display device; the handler of the command that begins with a quotation mark."""
         await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:
-        """[: write values to the local bus from an address on."""
+        """[: write values to the local bus, beginning at an address."""
         await self.local_bus.show(address, data)

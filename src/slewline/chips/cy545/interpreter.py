@@ -1,9 +1,9 @@
-"""Execution of commands: those of a host over either side, those of the program, and jog between them.
+"""Execution of commands: host commands from either side, program commands, and jog steps between them.
 
-    idle:     the first byte of a command, from the side that begins one, or else a step of jog
-    program:  on the CY545B a command of the host, if one has begun; else the next one from memory
+    idle:     the first byte of a command, from the side that begins one, or else a jog step
+    program:  on the CY545B a host command, if one has begun; else the next command from memory
 
-A command of the host takes its time from its last byte on, then acts; BUSY rises after that.  A motion, a delay or a
+A host command takes its time, counted from its last byte, then acts; then BUSY rises.  A motion, a delay or a
 wait takes as long as it lasts.
 """
 
@@ -33,7 +33,7 @@ REFUSED = frozenset("EQXYJLTZ")  # commands refused while a program runs (quirk 
 
 
 class Interpreter:
-    """The firmware from reset on."""
+    """The firmware, beginning at reset."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class Interpreter:
         arbiter.port.watched_nets = arbiter.serial.arrived, arbiter.port.bits.pins[6], *(net for net, _ in jog.watched)
 
     async def run(self) -> None:
-        """Execute commands as they come, and a program when one is started."""
+        """Execute commands as they arrive, and a program when one is started."""
         if self.chip.options.autostart:
             self.program.begin()
             await self.run_program()
@@ -72,7 +72,7 @@ class Interpreter:
 
     # ------------------------------------------------------------------------------------------- commands of the host
     async def command(self) -> CommandText | None:
-        """Return the next command of a host; None for an invalid line, or a request withdrawn while a program runs."""
+        """Return the host's next command; None for an invalid line, or for a request withdrawn while a program runs."""
         running = self.program.running
         byte = await (self.arbiter.letter(running=True) if running else self.first_letter())
         if byte < 0:
@@ -92,7 +92,7 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from an index on, only become part of a command; -1 if none may come as one value."""
+        """Count the bytes from index `at` that only become part of a command; -1 if none may arrive as one value."""
         if self.program.entering or self.program.running:
             return -1
         return self.decoder.kept(data, at, self.registers.ascii)
@@ -106,7 +106,7 @@ class Interpreter:
         return found
 
     async def first_letter(self) -> int:
-        """Return the first byte of a command while nothing is in progress; until it comes, JOG is sampled."""
+        """Return the first byte of a command while nothing is in progress; until it arrives, JOG is sampled."""
         chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
@@ -125,7 +125,7 @@ class Interpreter:
             chip.sync_forward()
 
     async def execute(self, command: CommandText) -> None:
-        """Execute a command of the host, and end it; the program that it has started runs after it."""
+        """Execute and finish a host command; a program that it has started runs afterwards."""
         chip, arbiter = self.chip, self.arbiter
         chip.waits(f"{command.text} in progress")
         chip.on_command(command.text)
@@ -146,7 +146,7 @@ class Interpreter:
             chip.on_command("")
 
     def report_elsewhere(self, command: CommandText) -> None:
-        """Report, once for each mode, that an answer does not go to the serial side, which has sent the query."""
+        """Report, once per mode, that an answer does not go to the serial side, although the query came from there."""
         mode, device = self.registers.values["mode"], self.instructions.display.device
         asked = command.row.form == "?" and self.arbiter.owner is self.arbiter.serial
         if asked and device in ("parallel", "hp") and mode != self.reported_mode:
@@ -181,7 +181,7 @@ class Interpreter:
             await work
 
     async def enter(self) -> None:
-        """E: write the bytes of this side to the memory, until Q."""
+        """E: write the bytes from this side to the memory, until Q."""
         chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
         self.program.entering = True
@@ -200,9 +200,9 @@ class Interpreter:
 
     # ---------------------------------------------------------------------------------------------------- the program
     async def run_program(self) -> None:
-        """Fetch commands and execute them until the program stops; between two of them check the host (CY545B)."""
+        """Fetch and execute commands until the program stops, checking for host commands in between (CY545B)."""
         program, arbiter = self.program, self.arbiter
-        self.skipped = 0  # bytes FF, one after the other
+        self.skipped = 0  # consecutive bytes FF
         arbiter.executing(not self.live)
         while program.running:
             if self.live and arbiter.pending:
@@ -213,7 +213,7 @@ class Interpreter:
         self.chip.on_command("")
 
     async def immediate(self) -> None:
-        """Execute a command of the host between two of the program; refuse one that would make the program branch."""
+        """Execute a host command between two program commands; refuse one that would make the program branch."""
         program = self.program
         program.immediate = True
         try:
@@ -260,7 +260,7 @@ class Interpreter:
         return byte
 
     def skip(self) -> None:
-        """Skip a byte FF in place of a command, as in the empty handshake; a memory full of FF ends the program."""
+        """Skip a byte FF in place of a command, as in the empty handshake; a memory that is all FF ends the program."""
         program = self.program
         program.finding_once("erased-memory", f"FF at address {program.at} in place of a command is skipped")
         self.skipped += 1

@@ -8,7 +8,7 @@
                   | up  |     slew     | down    a step of the ramp down is as long as its mirror image in the ramp up
 
 Where steps last longer than a unit of time, a step advances by several rates; with `jumps` off it advances by one, the
-law of the CY525.  There is no least number of steps to slew.  If the distance is too short for R, the ramp up ends in
+law of the CY525.  Slewing has no minimum number of steps.  If the distance is too short for R, the ramp up ends in
 its middle, and the step in the middle of an odd number belongs to it.
 """
 
@@ -25,11 +25,11 @@ from ..cy5xx.stepping.unit_ramps import accelerate
 
 
 class Law(NamedTuple):
-    """The periods of steps, in clocks, by rate parameter; the growth of the parameter, and whether it jumps."""
+    """The step periods in clocks, by rate parameter; the growth of the parameter, and whether it jumps."""
 
     periods: tuple[int, ...]
     unit: int  # clocks of one rate at S 255
-    jumps: bool = True  # take all rates that are due when a step begins, not one
+    jumps: bool = True  # take all rates that are due when a step begins, not just one
 
     @property
     def top(self) -> int:
@@ -38,16 +38,16 @@ class Law(NamedTuple):
 
     @property
     def shortest(self) -> int:
-        """Clocks of the fastest step."""
+        """The clocks of the fastest step."""
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:
-        """Return the clocks of one rate; S 0 counts as 256 - 0."""
+        """Return the clocks per unit of the rate parameter; for S 0 they are 256 times the least."""
         return (256 - slope) * self.unit
 
 
 def law_of(sheet: Sheet) -> Law:
-    """Return the law of a sheet: its rates, which hold at its crystal, and its options for ramps."""
+    """Return a sheet's law: its rates, which hold at its crystal, and its ramp options."""
     options = defaults(sheet.options)
     periods = tuple((2 * sheet.crystal_hz + rate) // (2 * rate) for rate in sheet.rates)
     return Law(periods, options["inferred.ramp_unit"], options["ramp_jumps"])
@@ -55,7 +55,7 @@ def law_of(sheet: Sheet) -> Law:
 
 @lru_cache(maxsize=256)
 def ramp(first: int, rate: int, slope: int, law: Law) -> Runs:
-    """Return the ramp, from the first step at F to the last one below R; empty unless F < R."""
+    """Return the ramp from the first step at F to the last step below R; empty unless F < R."""
     return accelerate(law.periods, first, rate, law.unit_ticks(slope), law.jumps)
 
 
@@ -65,8 +65,8 @@ def move(number: int, first: int, rate: int, slope: int, law: Law) -> Plan:
 
     Args:
         number: steps, 1 to 16777215.
-        first, rate, slope: F, R and S, 0 to 255; R below F: the whole move at F.
-        law: the periods, and the growth of the rate in ramps.
+        first, rate, slope: F, R and S, 0 to 255; if R is below F, the whole move is made at F.
+        law: the step periods, and the growth of the rate in ramps.
     """
     up = ramp(first, rate, slope, law)
     full = steps(up)
@@ -81,21 +81,21 @@ def move(number: int, first: int, rate: int, slope: int, law: Law) -> Plan:
 
 @lru_cache(maxsize=64)
 def endless(first: int, rate: int, slope: int, law: Law) -> Plan:
-    """Return the plan of a continuous motion: up to R, then without end."""
+    """Return the plan of a continuous motion: a ramp up to R, then steps at R without end."""
     slew = (law.periods[max(first, rate)], OPEN)
     return plan(("up", ramp(first, rate, slope, law)), ("slew", (slew,)), shortest=law.shortest)
 
 
 def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
-    """Return the plan after INHIBIT_ABORT before one of its steps: down to the first rate, then at that rate.
+    """Return the plan after INHIBIT_ABORT before one of its steps: a ramp down to the first rate, then steps at it.
 
-    The ramp down mirrors the ramp up so far; its steps at the first rate are sampled one by one, so they are in the leg
-    after it.
+    The ramp down mirrors the ramp up so far; INHIBIT_ABORT is sampled at each step at the first rate, so these are in
+    the leg after it.
 
     Args:
-        of, step: the plan, and its next step, 1 and more.
+        of, step: the plan, and its next step, at least 1.
         first: F.
-        left: steps to the target; OPEN for none.
+        left: steps to the target; OPEN if there is no target.
     """
     over = of.leg(step - 1)
     up = of.legs[0].runs if of.legs[0].name == "up" else ()

@@ -1,7 +1,7 @@
-"""Rules of the CY545's linter for motions: whether R is reached and above F, and whether the direction of a G is set.
+"""Lint rules for CY545 motions: whether R is reached and above F, and whether the direction of a G is set.
 
-The text is followed as the chip would run it, from the values after reset on; each motion is checked by the ramp that
-the chip would make of it, with the rates of the sheet, inferred or given.
+The text is followed as the chip would run it, starting with the values after reset; each motion is checked with the
+ramp that the chip would make of it, at the rates of the sheet, whether inferred or given.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 class State(NamedTuple):
-    """Registers, as far as known from the text; None if unknown."""
+    """The registers, as far as the text determines them; None if unknown."""
 
     first: int | None
     rate: int | None
@@ -40,7 +40,7 @@ class State(NamedTuple):
     continuous: bool = False  # True after C, until the next motion
 
     def distance(self, statement: Statement) -> int | None:
-        """Return the steps of a motion; None if not known."""
+        """Return the number of steps of a motion; None if it is not known."""
         if statement.row.name == "GO":
             return self.number
         target = value(statement)
@@ -59,7 +59,7 @@ def reset(sheet: Sheet) -> State:
 
 
 def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[Odd]:
-    """Yield the problems of a motion."""
+    """Yield the problems found in a motion."""
     name = statement.row.name
     if name not in ("GO", "POSITION"):
         return
@@ -78,7 +78,7 @@ def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[O
 
 
 def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Iterator[Odd]:
-    """Yield the problem of a motion that decelerates before its rate is reached."""
+    """Yield the problem found if a motion decelerates before it reaches its rate."""
     ramp = steps(profile.ramp(*made, law))
     if distance <= 2 * ramp:
         top = min(interval for interval, _ in profile.move(distance, *made, law).runs)
@@ -102,7 +102,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def motions(sheet: Sheet) -> Check:
-    """Return the rule that checks every motion, by the rates of a sheet."""
+    """Return the rule that checks every motion, with the rates of a sheet."""
     law, begin = profile.law_of(sheet), reset(sheet)
 
     def step(statement: Statement, state: State) -> State:

@@ -1,4 +1,4 @@
-"""The CY545's ramp calculator: F, R and S, by the rates of the sheet, inferred or given."""
+"""The CY545's ramp calculator, for F, R and S, with the rates of the sheet, whether inferred or given."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from . import profile
 
 
 class Cy545Ramps(Calculator):
-    """The calculator of both parts; its law is that of the sheet, unless the values have another."""
+    """The calculator of both parts; it uses the sheet's law, unless the values select another."""
 
     parameter = "rate"
 
@@ -59,7 +59,7 @@ class Cy545Ramps(Calculator):
         )
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the host's commands for a clockwise move."""
+        """Return the commands that a host sends for a clockwise move."""
         return ["+", *(f"{form} {values[form]}" for form in "FRS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
@@ -68,7 +68,7 @@ class Cy545Ramps(Calculator):
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.periods[each]), 0, top)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S: there are few, and each is cheap to compute."""
+        """Yield every S, because there are few and each is cheap to compute."""
         arg = self.arg("S")
         for slope in range(arg.low, arg.high + 1) if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})

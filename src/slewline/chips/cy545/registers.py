@@ -1,4 +1,4 @@
-"""The memory of a CY545 besides its position: parameters, mode and pointer, the direction."""
+"""The registers of a CY545 other than its position: parameters, mode, pointer and direction."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from . import sheet
 
 @dataclass
 class Registers(registers.Registers):
-    """The registers; RESET and I set all of them to their values at power-up (ch.10)."""
+    """The registers; RESET and I set all of them to their power-up values (ch.10)."""
 
     clockwise: bool = False  # all pins are high after reset, CCW among them
     directed: bool = False  # a command has set the direction since reset
     continuous: bool = False  # True after C, until the next motion
 
     def power_up(self) -> None:
-        """Set every register to its value after power-up, which is known for all of them."""
+        """Set every register to its power-up value, which is known for all of them."""
         super().power_up()
         self.unset.clear()
 
@@ -37,7 +37,7 @@ class Registers(registers.Registers):
 
     @property
     def pointer(self) -> int:
-        """The memory pointer, which is the counter of a running program."""
+        """The memory pointer, which is the program counter of a running program."""
         return self.values["pointer"]
 
     @pointer.setter

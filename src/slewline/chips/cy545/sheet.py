@@ -1,10 +1,10 @@
-"""CY545 and CY545B data sheets as data.  No behaviour in this file, except `fitted`.
+"""The CY545 and CY545B data sheets as data.  This file contains no behaviour, except `fitted`.
 
-Of the manual (edition of 22 March 1999) chapter 16 is at hand ("ch.16"); of the other chapters and of the edition of
-2002 single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
+Only chapter 16 of the manual (edition of 22 March 1999) is available ("ch.16"); from the other chapters and the edition
+of 2002, single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
 
-Facts that no readable page states are *inferred*.  They are marked, and a bench file replaces them: option `inferred`.
-Times are for a crystal of 12 MHz, at which a machine cycle of the part takes 1 µs; the chip counts clocks of its
+Facts that no legible page states are *inferred*.  They are marked, and a bench file can replace them: option
+`inferred`.  Times are for a 12 MHz crystal, at which a machine cycle takes 1 µs; the chip counts clocks of its
 crystal.
 """
 
@@ -156,12 +156,12 @@ RATES = 256
 
 
 def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
-    """Return the steps/s at 12 MHz by rate index, 0 to 255, in whole numbers; rates counted in cycles remain exact.
+    """Return the steps/s at 12 MHz by rate index, 0 to 255, as whole numbers; rates counted in cycles remain exact.
 
     Args:
-        by_25: how many rates are 25 steps/s above the one below, from 20 steps/s on.
-        by_50: how many after them are 50 above.
-        top: machine cycles of a step at index 255; each lower index takes one more.
+        by_25: how many rates, from 20 steps/s up, are 25 steps/s above their predecessor.
+        by_50: how many rates after those are 50 steps/s above their predecessor.
+        top: machine cycles of a step at index 255; with each lower index, a step takes one cycle more.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]
     fast = [round(REFERENCE_HZ / ((top + RATES - 1 - k) * CYCLE_TICKS)) for k in range(len(slow), RATES)]
@@ -302,7 +302,7 @@ def fitted(sheet: Sheet, options: Mapping[str, Any]) -> Sheet:
     """Return a sheet with these options as its defaults, and with the rates that they select.
 
     Args:
-        options: all options, checked; rates are `inferred.rates`, or a table by its name, `rate_table`.
+        options: all options, checked; the rates are `inferred.rates` or the table named by `rate_table`.
     """
     rates = tuple(options["inferred"]["rates"]) or TABLES[options["rate_table"]]
     return replace(sheet, rates=rates, options=defaulted(sheet.options, options))

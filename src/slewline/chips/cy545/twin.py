@@ -1,7 +1,7 @@
-r"""The CY545's motions and HOME, one step at a time: the reference for the fast path, slow and obvious.
+r"""The CY545's motions and HOME, step by step: the slow and obvious reference for the fast path.
 
-It shares the outputs with motion.py and home.py, and the numbers of the law, but none of the code that plans, promises
-or samples.  It computes the length of a step at its start, and samples the pins at its end.  No findings.
+It shares the outputs and the law's numbers with motion.py and home.py, but none of the code that plans, promises
+or samples.  It computes the length of a step at its start, and samples the pins at its end.  It reports no findings.
 
     one step (a sample reads the levels from before the instant):
 
@@ -30,7 +30,7 @@ UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
 
 
 class TwinSteps:
-    """Common base of the slow twins of motions and of HOME."""
+    """The common base of the slow twins of motions and HOME."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
@@ -41,17 +41,17 @@ class TwinSteps:
         self.moving = False
 
     def killed(self) -> None:
-        """Reset in mid-motion: count the steps begun so far; no more follow."""
+        """Handle a reset in mid-motion: count the steps begun so far; no more follow."""
         self.log.end("cut")
         self.moving = False
 
     def mark_deviation(self, kind: str, text: str) -> None:
-        """Record an event by which the motion departs from its plan."""
+        """Record an event that makes the motion depart from its plan."""
         self.log.depart()
         self.log.mark(kind, text)
 
     def limit_low(self) -> bool:
-        """Return whether the limit in the direction of CCW is low."""
+        """Return whether the limit in the direction shown on CCW is low."""
         if self.outputs.sign > 0:
             if self.cw_limit.level == 0:
                 self.mark_deviation("limit", "CW_LIMIT")
@@ -108,7 +108,7 @@ class Stepwise(TwinSteps):
         self.inhibit, self.slew = chip.pins["inhibit_abort"].net, chip.pins["slew"].net
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Run a motion from its command to STOPPED high."""
+        """Run a motion, from its command until STOPPED goes high."""
         chip, ticks, values = self.chip, self.ticks, self.registers.values
         at_start = RegistersAtStart(
             chip.crystal_hz, values["firstrate"], values["rate"], values["slope"], number, self.law
@@ -131,7 +131,7 @@ class Stepwise(TwinSteps):
         self.registers.continuous = False
 
     async def steps(self, at_start: RegistersAtStart) -> Why | None:
-        """Output step after step, until the samples after one end the motion; return the reason."""
+        """Output step after step, until the samples after a step end the motion; return the reason."""
         periods, first = self.law.periods, at_start.first
         start, slow, fast = self.chip.tick, periods[first], periods[max(first, at_start.rate)]
         up: list[int] = []  # the steps of the ramp up, one by one
@@ -166,7 +166,7 @@ class Stepwise(TwinSteps):
 
 
 class Homewise(TwinSteps):
-    """The seek of H."""
+    """The homing run of H."""
 
     def __init__(
         self,
@@ -182,7 +182,7 @@ class Homewise(TwinSteps):
         self.shown, self.bits = shown, bits
 
     async def seek(self, argument: int) -> None:
-        """Run H, from its command to STOPPED high."""
+        """Run H, from its command until STOPPED goes high."""
         chip, ticks, matches = self.chip, self.ticks, partial(self.bits.matches, argument)
         at_start = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         inside = matches()

@@ -1,4 +1,4 @@
-"""The common rules of the family's linters.
+"""The lint rules common to the family.
 
 A text is followed as a chip would run it, with both outcomes of every branch, and is checked for commands of a sister
 part.
@@ -21,11 +21,11 @@ FORMS = (
     "extra-argument",
     "unknown-command",
     "bad-label",
-)  # of problems that indicate a sister part
+)  # codes of problems that indicate a sister part
 
 
 class Odd(NamedTuple):
-    """A problem of a command, in the state in which it was found."""
+    """A problem found in a command, with the state in which it was found."""
 
     code: str
     severity: Severity
@@ -40,12 +40,12 @@ def walk(
     step: Callable[[Statement, S], S],
     directive: Callable[[Directive], None] = lambda item: None,
 ) -> None:
-    """Process each command of a text in every state in which it can be reached, also in a program that nothing starts.
+    """Process each command of a text in every state in which it can be reached, even in a program never started.
 
     Args:
-        states: the possible states at the start, hashable.
+        states: the possible states at the start; they must be hashable.
         step: returns the state after a command.
-        directive: is called with every line for the host.
+        directive: is called with every host directive.
     """
     blocks = iter(source.blocks)
     latest: Block | None = None
@@ -72,11 +72,11 @@ def walk(
 def judged(
     source: Source, state: S, remarks: Callable[[Statement, S], Iterator[Odd]], after: Callable[[Statement, S], S]
 ) -> None:
-    """Report the problems of the commands of a text, each once.
+    """Report the problems of a text's commands, each problem once.
 
     Args:
         state: the state at the start.
-        remarks: yields the problems of a command in a state.
+        remarks: yields the problems found in a command in a given state.
         after: returns the state after a command.
     """
     reported = set()
@@ -93,9 +93,10 @@ def judged(
 
 
 def written_for(source: Source) -> None:
-    """If commands have the form of a sister part, list once all letters with another meaning there.
+    """If commands have a sister part's form, report, once, all letters that have another meaning in that part.
 
-    Of several sisters it is the one whose forms occur most often, and among equals the one that differs least.
+    If several sister parts match, choose the one whose forms occur most often; among equals, the one that differs
+    least.
     """
     sheet, problems = source.sheet, sorted(source.problems)
     means = exchanged(sheet.part)
@@ -108,7 +109,7 @@ def written_for(source: Source) -> None:
 
 
 def meant(problem: Problem, sister: str, means: Mapping[str, str], sheet: Sheet) -> bool:
-    """Return whether a command with a problem is correct in a sister part."""
+    """Return whether a faulty command is correct in a sister part."""
     if problem.code not in FORMS:
         return False
     letters = {row.name: row.form for row in sheet.commands}

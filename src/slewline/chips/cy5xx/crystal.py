@@ -1,4 +1,4 @@
-"""Times of the family in clocks of the crystal, and a finding for a crystal that does not fit."""
+"""The family's times in crystal clocks, and a finding for a crystal that the part does not allow."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ...core.context import ChipContext
 
 
 def clocks(chip: ChipContext) -> dict[str, int]:
-    """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
+    """Return the sheet's times by name, in crystal clocks; the option `inferred` may replace some of them."""
     inferred: Mapping[str, int] = getattr(chip.options, "inferred", {})
     return {name: inferred.get(name, time.ticks) for name, time in chip.sheet.times.items()}
 

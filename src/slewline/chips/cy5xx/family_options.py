@@ -1,4 +1,4 @@
-"""Options that the sheets of the family have in common: rows of data, made of rows of data."""
+"""Options that the family's sheets have in common: rows of data, generated from rows of data."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...core.datasheet.table import Register, Timing
 
 
 def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
-    """Return an option for each register: its value at power-up."""
+    """Return an option for each register, which sets its value at power-up."""
     template = "at power-up: {}; random in the part"
     return tuple(
         Option(
@@ -26,7 +26,7 @@ def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
 
 
 def clocks(times: Mapping[str, Timing]) -> tuple[Option, ...]:
-    """Return an option for each time that is inferred."""
+    """Return an option for each inferred time."""
     return tuple(
         Option(
             name, "int", time.ticks, f"inferred: {time.description}", low=1, high=10**6, unit="clocks", where=time.where
@@ -39,9 +39,9 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
     """Return the options that replace rates, ramps and half steps (slope.py).
 
     Args:
-        periods: clocks of a step by rate parameter, from 0 on.
-        least: clocks of the shortest step that is allowed.
-        phases: the patterns of half steps, phase 1 in the high bit.
+        periods: clocks of a step by rate parameter, starting at 0.
+        least: clocks of the shortest allowed step.
+        phases: the half-step patterns, with phase 1 in the high bit.
     """
     top = len(periods) - 1
     law = f"inferred: clocks of a step by rate parameter, 0 to {top}; none: from {periods[0]} to {periods[top]}"

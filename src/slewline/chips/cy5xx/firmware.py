@@ -1,4 +1,4 @@
-"""A chip of the family: it owns the objects, starts and stops the firmware, and has the public properties."""
+"""A chip of the family: it owns the objects, starts and stops the firmware, and provides the public properties."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Cy5xx(Chip):
-    """A stepper motor controller of the family, on a bench.  A part names its classes and tables."""
+    """A stepper motor controller of the family, on a bench.  Each part's class names its own classes and tables."""
 
     _for_users = ("powered",)
     _power_up: PowerUp
@@ -66,7 +66,7 @@ class Cy5xx(Chip):
             self.start()
 
     def phase_patterns(self) -> Patterns:
-        """Return the levels of the phases, one row per step, in clockwise order."""
+        """Return the phase levels, one row per step, in clockwise order."""
         raise NotImplementedError
 
     def _law(self) -> Any:
@@ -83,14 +83,14 @@ class Cy5xx(Chip):
         return moves(self, ticks, self.state, self._outputs, self._port, self._law())
 
     def run(self) -> Coroutine[Any, Any, None]:
-        """Run the firmware from reset on."""
+        """Run the firmware, beginning at reset."""
         return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
         """Switch the supply.
 
-        After power-up the registers have their power-up values, and RESET must be low for 10 ms; when nothing drives
+        After power-up the registers have their power-up values, and RESET must be low for 10 ms; if nothing drives
         RESET, the capacitor of fig. 9.1 keeps it low.
 
         Raises:
@@ -100,18 +100,18 @@ class Cy5xx(Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Pulse RESET low for 20 µs at 6 MHz from now on."""
+        """Pulse RESET low for 20 µs (at 6 MHz), beginning now."""
         self.pin("reset").pulse(0, self.clock.ps(120) + 1)
 
     def _powered_up(self) -> None:
-        """Set the registers to their values after power-up, drive every output, and start the clock."""
+        """Set the registers to their power-up values, drive every output, and start the clock."""
         self.state.power_up()
         self.axes[0].load(self.state.defaults["position"])
         self._driven(True)
         self._clock_runs()
 
     def _cleared(self) -> None:
-        """Clear program, motion and command after the firmware was stopped; set flags and pointers as after reset."""
+        """Clear program, motion and command state after the firmware was stopped; reset flags and pointers."""
         self._stored.clear()
         self._motion.killed()
         self.on_command("")
@@ -122,7 +122,7 @@ class Cy5xx(Chip):
         self._outputs.clear()
 
     def _driven(self, on: bool) -> None:
-        """Drive every output to 1 (s.13), and PROG/LIVE to its pull level; release all of them without supply."""
+        """Drive every output to 1 (s.13), and PROG/LIVE to its pull level; without supply, release all outputs."""
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
@@ -130,13 +130,13 @@ class Cy5xx(Chip):
         self._port.rest(on)
 
     def _clock_runs(self) -> None:
-        """Start CLK/15, which runs from power-up on regardless of all else (s.13)."""
+        """Start CLK/15, which runs from power-up, regardless of anything else (s.13)."""
         clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
         self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 µs at 11 MHz
 
     # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the unfinished input of a host: a line, and a program without its end."""
+        """Return the host's unfinished input: a line, and a program that has not been ended."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
@@ -151,12 +151,12 @@ class Cy5xx(Chip):
 
     @property
     def program(self) -> bytes:
-        """Bytes of the program buffer in use, as stored."""
+        """The bytes in use in the program buffer, as stored."""
         return bytes(self._stored.buffer)
 
     @property
     def program_counter(self) -> int | None:
-        """Address in the buffer of the running instruction, or of the next one during live commands."""
+        """Buffer address of the running instruction or, during live commands, of the next one."""
         return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:
@@ -182,7 +182,7 @@ class Cy5xx(Chip):
         return self._interpreter.decoder.unfinished
 
     def _group_bytes(self, group: int, ascii: bool) -> bytes:
-        """Return all present bytes of a verify group: position, program, status, parameters.
+        """Return the present bytes of a verify group: position, program, status or parameters.
 
         The position has the form of the mode in which V was sent; the other groups are binary in both modes (s.6).
         """

@@ -1,6 +1,6 @@
-"""Effects of commands: one method per row of the sheet, found by its name (do_loop for LOOP), and their common helpers.
+"""Effects of commands: one method per row of the sheet, found by its name (do_loop for LOOP), and common helpers.
 
-This file has the commands that work alike in the family; a part adds its own, and replaces some.
+This file contains the commands that work alike throughout the family; a part adds its own commands and replaces some.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from .stepping.phase_outputs import StepOutputs
 
 
 class DirectionOutput(Protocol):
-    """Output that shows the direction of the motor."""
+    """The output that shows the motor's direction."""
 
     def turn(self, clockwise: bool) -> None:
-        """Set the direction, and show it."""
+        """Set the direction, and output it."""
 
 
 class ParameterHandlers:
-    """Handlers of the commands of every part: parameters, the direction, a pause, motions."""
+    """Handlers of the commands that every part has: parameters, the direction, a pause, motions."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: DirectionOutput, motion: Moves
@@ -55,11 +55,11 @@ class ParameterHandlers:
         self.registers.load("slope", slope)
 
     def do_cw(self) -> None:
-        """+: turn clockwise from now on."""
+        """+: set the direction to clockwise."""
         self.outputs.turn(True)
 
     def do_ccw(self) -> None:
-        """-: turn counter-clockwise from now on."""
+        """-: set the direction to counter-clockwise."""
         self.outputs.turn(False)
 
     def declare(self, position: int, text: str) -> None:
@@ -81,7 +81,7 @@ class ParameterHandlers:
         return self.motion.move(self.registers.values["number"], 1 if self.registers.clockwise else -1, "G")
 
     async def do_position(self, position: int) -> None:
-        """P: move to a position, clockwise if it is not lower than the present one."""
+        """P: move to a position, clockwise if it is at or above the present position."""
         self.check_registers(f"P {position}", "position")
         here = self.axis.position
         clockwise = position >= here
@@ -89,7 +89,7 @@ class ParameterHandlers:
         await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
 
     def check_registers(self, text: str, distance: str) -> None:
-        """Report, once each, the parameters of a motion that the manual does not allow, or that have not been set."""
+        """Report, once per parameter, motion parameters that the manual does not allow, or that have not been set."""
         registers = self.registers
         used = (set(registers.values) - {"number"}) | {distance}
         for name in sorted(used & registers.unset):
@@ -104,7 +104,7 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield the conditions that a motion checks: whether one holds, with the code and text of its finding."""
+        """Yield each condition that a motion checks: whether it holds, and the code and text of its finding."""
         return ()
 
 
@@ -149,7 +149,7 @@ class Instructions(ParameterHandlers):
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
-        """Wait, for U and W, and sample WAIT every 8 µs; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
+        """Wait, for U and W, sampling WAIT every 8 µs; a new low on I/O REQUEST may also end the wait (s.3 item 8)."""
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
         request, ends = port.request, self.request_ends_wait
         chip.waits(f"waiting for wait={wanted} ({letter})")
@@ -168,7 +168,7 @@ class Instructions(ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------- read-out
     def do_verify(self, group: int) -> None:
-        """V: set the readout to a group of registers; an unknown group is a finding."""
+        """V: set the readout to a register group; report a finding if the group is unknown."""
         if group not in self.readout.sizes:
             last = max(self.readout.sizes)
             self.chip.finding(
@@ -183,7 +183,7 @@ class Instructions(ParameterHandlers):
 
     # ------------------------------------------------------------------------------------------------------ program
     def do_enter(self) -> None:
-        """E: begin program entry; in a running program this is a finding."""
+        """E: begin program entry; within a running program this is a finding."""
         if self.program.pc is not None:
             became = "refused" if self.program.live else "skipped"
             self.chip.finding("enter-while-running", f"E in a running program is {became}")
@@ -197,7 +197,7 @@ class Instructions(ParameterHandlers):
         self.program.quit()
 
     def do_initialize(self) -> None:
-        """I: erase program, modes and readout; coils off, clockwise, command mode."""
+        """I: erase the program, modes and readout; switch the coils off, set clockwise, and enter command mode."""
         self.program.clear()
         self.readout.clear()
         self.registers.clear()
@@ -207,7 +207,7 @@ class Instructions(ParameterHandlers):
         self.program.rest()
 
     def do_command(self) -> None:
-        """0: stop the program; command mode."""
+        """0: stop the program, and enter command mode."""
         self.program.end()
 
     def do_jump(self, target: int) -> None:

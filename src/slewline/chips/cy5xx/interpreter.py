@@ -1,7 +1,7 @@
-"""Execution of commands: those of the host as they come, the stored program, live commands.
+"""Execution of commands: the host's commands as they arrive, the stored program, and live commands.
 
-The effect of a command shows shortly before READY returns; motions, delays and waits begin where READY would return.
-An instruction of a running program takes its time first and then acts, so signals between two instructions exist.
+The effect of a command shows shortly before READY returns; motions, delays and waits begin when READY would return.
+An instruction of a running program takes its time first and then acts, so signals occur between two instructions.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ UNKNOWN_US = 40  # time of a byte of the program that is not an opcode
 
 
 class Interpreter:
-    """The firmware from reset on."""
+    """The firmware, beginning at reset."""
 
     lasting = frozenset(("GO", "POSITION", "DELAY", "UNTIL", "WAIT"))  # these last for as long as they take
     announces = True  # READY is low for motions of a program
@@ -52,7 +52,7 @@ class Interpreter:
         return self.ticks["step_lead"] if row.motion else 0
 
     async def run(self) -> None:
-        """Execute commands as they come, and a program when one is started."""
+        """Execute commands as they arrive, and a program when one is started."""
         while True:
             command = await self.next_command()
             await self.execute(command)
@@ -61,7 +61,7 @@ class Interpreter:
 
     # ------------------------------------------------------------------------------------------------------- commands
     async def next_command(self) -> Command:
-        """Return the next command to execute; in program entry commands are stored instead, until Q."""
+        """Return the next command to execute; during program entry, store commands instead, until Q."""
         chip, port, program, decoder = self.chip, self.port, self.program, self.decoder
         while True:
             byte = await self.next_byte()
@@ -82,7 +82,7 @@ class Interpreter:
             await port.finish(port.requested + self.ticks["letter"])
 
     def next_byte(self) -> Awaitable[int]:
-        """Await the next byte of the host."""
+        """Return an awaitable for the next byte from the host."""
         return self.port.next_byte(self.program.pc is None, self.program.live)
 
     @property
@@ -91,15 +91,15 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from an index on, only become part of a command."""
+        """Count the bytes from index `at` that only become part of a command."""
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:
-        """Add such bytes to the command."""
+        """Add bytes that `kept` has counted to the command."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:
-        """Execute a command of the host, and end its handshake."""
+        """Execute a host command, and end its handshake."""
         chip, row = self.chip, command.row
         end = self.port.busy_from + row.time_us * self.per_us + command.digits * self.ticks["digit"]
         chip.waits(f"{command.text} in progress")
@@ -125,7 +125,7 @@ class Interpreter:
 
     # --------------------------------------------------------------------------------------------- the stored program
     async def run_program(self) -> None:
-        """Fetch and execute instructions until 0, I or reset; between two of them PROG/LIVE is sampled (s.7)."""
+        """Fetch and execute instructions until 0, I or a reset; sample PROG/LIVE between instructions (s.7)."""
         chip, program = self.chip, self.program
         due = program.run_fell + self.ticks["first_instruction"]
         while program.pc is not None:
@@ -155,7 +155,7 @@ class Interpreter:
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
-        """Execute one instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN fell."""
+        """Execute one instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN falls."""
         chip, program, buffer = self.chip, self.program, self.program.buffer
         program.began()
         code = buffer[at]
@@ -179,7 +179,7 @@ class Interpreter:
         self.port.open()
 
     async def live_commands(self) -> None:
-        """Execute commands of the host while PROG/LIVE is low, until it is high after one of them."""
+        """Execute host commands while PROG/LIVE is low, until it is high after one of them."""
         program = self.program
         program.live = True
         self.chip.on_command("")

@@ -1,6 +1,6 @@
 """Letters whose meaning differs between parts of the family.
 
-They are from the CY525 manual, section 3, comparison, and the CY545 manual, chapters 4 to 10.  A letter that is not
+They are from the CY525 manual (section 3, comparison) and the CY545 manual (chapters 4 to 10).  A letter that is not
 listed means the same in every part that has it.  Data only.
 """
 
@@ -93,11 +93,11 @@ NUMBERS: Mapping[str, Mapping[str, int]] = (
         }
     )
 )
-ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts with all the letters of another one
+ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts that have all the letters of another part
 
 
 def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:
-    """Return the meanings in sister parts, different from this part's: by sister, then by letter, in words."""
+    """Return the meanings in sister parts that differ from this part's, by sister part, then by letter, as text."""
     part = ALIKE.get(part, part)
     sisters = sorted({other for means in MEANS.values() for other in means} - {part})
     return {

@@ -1,4 +1,4 @@
-"""The program buffer: program entry, execution address, and the pins PROG/LIVE and RUN."""
+"""The program buffer: program entry, the execution address, and the PROG/LIVE and RUN pins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Moves(Protocol):
-    """Mover of the motor: motion.py, or its slow twin."""
+    """The object that moves the motor: motion.py, or its slow twin."""
 
     moving: bool
 
@@ -23,13 +23,13 @@ class Moves(Protocol):
         """Output steps; return when READY may rise."""
 
     def killed(self) -> None:
-        """Reset: count the steps begun so far; no more follow."""
+        """Handle a reset: count the steps begun so far; no more follow."""
 
 
 class Program:
-    """The stored program: bytes, labels, counter; whether it runs, is being entered, or waits for live commands.
+    """The stored program: its bytes, labels and counter; whether it runs, is being entered, or waits for live commands.
 
-    `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
+    `pc` is the address of the next instruction, None while no program runs; `at` is that of the running instruction.
     """
 
     def __init__(self, chip: ChipContext, port: BusPort, motion: Moves) -> None:
@@ -65,7 +65,7 @@ class Program:
         self.prog.activate()
 
     def quit(self) -> None:
-        """Q: execute commands again."""
+        """Q: end program entry, and execute commands again."""
         self.entering = False
         self.rest()
 
@@ -97,12 +97,12 @@ class Program:
     # ------------------------------------------------------------------------------------------------------- running
     @property
     def running(self) -> bool:
-        """True while the instruction in progress is one of the program, not a command of the host."""
+        """True while the instruction in progress comes from the program, not from the host."""
         return self.pc is not None and not self.live
 
     @property
     def counter(self) -> int | None:
-        """Address of the instruction in progress, or of the next one during live commands; None if no program runs."""
+        """Address of the instruction in progress or, during live commands, of the next one; None if no program runs."""
         return self.pc if self.pc is None or self.live else self.at
 
     def begin(self, target: int) -> None:
@@ -124,7 +124,7 @@ class Program:
             self.port.request.unwatch(self._requested)
 
     def _requested(self, net: Net) -> None:
-        """Report a request that a running program misses; its edge is watched while a program runs."""
+        """Report a request that a running program misses; I/O REQUEST edges are watched while a program runs."""
         if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
@@ -133,7 +133,7 @@ class Program:
             )
 
     def resolved(self, target: int) -> int:
-        """Return a branch target; replace a label by its address, in the buffer too, at its first execution (s.3)."""
+        """Return a branch target; on first execution, replace a label with its address, in the buffer too (s.3)."""
         if target < self.sheet.buffer_bytes or chr(target) not in self.sheet.labels:
             return target
         address = self.labels.get(chr(target))

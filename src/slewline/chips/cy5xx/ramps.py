@@ -1,4 +1,4 @@
-"""The ramp calculator of parts with slopes (slope.py), and ramps whose rate grows with time (unit_ramps.py)."""
+"""The ramp calculator of parts with slopes (slope.py), and of ramps whose rate grows with time (unit_ramps.py)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class PlannedMove(Move):
         self.legs = [(leg.name, leg.count) for leg in plan.legs]
 
     def trains(self) -> tuple[StepTrain]:
-        """Return the train of its steps."""
+        """Return the move's step train."""
         return (self.train,)
 
 
@@ -59,7 +59,7 @@ class SlopeRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """Accelerations of the ramp: each rise of the rate over the step that it takes."""
+        """The ramp's accelerations: each increase of the rate, divided by the duration of its step."""
         rates = [self.crystal_hz / interval for interval in self.intervals]
         rises = [(b - a) * a for a, b in pairwise(rates)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
@@ -74,12 +74,12 @@ class SlopeRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The least number of steps that reaches the rate; None if no move does."""
+        """The minimum number of steps that reaches the rate; None if no move does."""
         return least(lambda number: self.made(number).reached, 1, self.of.number.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps, and the command that sets the number."""
+        """The minimum and maximum numbers of steps, and the command that sets the number."""
         return self.of.number.low, self.of.number.high, " (N)"
 
     def made(self, distance: int) -> PlannedMove:
@@ -88,7 +88,7 @@ class SlopeRamp(Ramp):
 
 
 class SlopeRamps(Calculator):
-    """The calculator of a part with such slopes: R and S.
+    """The calculator of a part with such slopes, for R and S.
 
     `plan_move` plans its moves.
     """
@@ -114,20 +114,20 @@ class SlopeRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
-        """Return the ramp for a set of values, at a crystal in Hz."""
+        """Return the ramp for a set of values; `crystal_hz` is the crystal frequency."""
         return SlopeRamp(self, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the host's commands for a move of a number of steps with these values."""
+        """Return the commands that a host sends for a move of a number of steps with these values."""
         return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter of a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the parameter for a rate such as "500 steps/s"; None if the text is not a rate."""
         arg, where = self.arg(quantity.name), f"{self.sheet.part}: {quantity.name}"
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.law.period(each)), arg.low, arg.high)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S: there are few, and each is cheap to compute."""
+        """Yield every S, because there are few and each is cheap to compute."""
         for slope in self.slopes if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
 
@@ -136,7 +136,7 @@ class UnitRamp(Ramp):
     """The ramp from F up to R.
 
     Args:
-        part: its name, for messages.
+        part: the part's name, for messages.
         periods: clocks of a step by rate parameter; all periods differ.
         runs: the acceleration ramp.
         number: the range of N.
@@ -162,7 +162,7 @@ class UnitRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """Accelerations of the ramp: each rise of the rate over the duration of the lower rate."""
+        """The ramp's accelerations: each increase of the rate, divided by the duration of the lower rate."""
         stretches = [*self.table(), RampSegment(self.time_ps, self.steps, 0, self.top)]
         rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
@@ -178,12 +178,12 @@ class UnitRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The steps of the shortest move that reaches the rate."""
+        """The number of steps in the shortest move that reaches the rate."""
         return least(lambda number: self.made(number).reached, 1, self.number.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps, and the command that sets the number."""
+        """The minimum and maximum numbers of steps, and the command that sets the number."""
         return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
 
     def made(self, distance: int) -> PlannedMove:

@@ -1,4 +1,4 @@
-"""The memory of a CY5xx: parameters, which RESET keeps, and flags and pointers, which RESET and I clear."""
+"""The registers of a CY5xx: parameters, which survive RESET, and flags and pointers, which RESET and I clear."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import MISSING, dataclass, field, fields
 
 @dataclass
 class Registers:
-    """Parameters by the manual's names, flags and pointers.  A part adds its own flags, with their clearing events.
+    """Parameters under the manual's names, flags and pointers.  A part adds its flags, with the events that clear them.
 
     `defaults` are the parameters after power-up.  The position is not in `values`, because the axis counts it.
     """
@@ -23,7 +23,7 @@ class Registers:
         self.power_up()
 
     def power_up(self) -> None:
-        """Set every parameter to its value after power-up; mark each as not set by a command."""
+        """Set every parameter to its power-up value; mark each as not set by a command."""
         self.values = {name: value for name, value in self.defaults.items() if name != "position"}
         self.unset = set(self.defaults)
 

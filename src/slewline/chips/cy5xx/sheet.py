@@ -1,4 +1,4 @@
-"""Data of the socket of the parts with 40 pins: pins, commands, and the times printed in a manual of 1984.
+"""Data of the 40-pin socket that the parts share: pins, commands, and the times printed in a manual of 1984.
 
 The sheets of the parts begin with this data and state their differences; the two parts whose rate grows by S with each
 step (sloped.py) also share registers and half steps.  Data only.

@@ -1,8 +1,8 @@
 """Power and RESET.
 
-RESET must be low for 15 µs (at 6 MHz) to be detected; after power-up it takes 10 ms, which the capacitor of fig. 9.1
-provides if nothing drives RESET.  The reset acts through an inner net, so it is the last thing that happens in its
-instant.  Its row in the sheet states its active level.
+RESET must be low for 15 µs (at 6 MHz) to be detected; after power-up, for 10 ms, which the capacitor of fig. 9.1
+ensures if nothing drives RESET.  The reset acts through an internal net, so it is the last event at its
+instant.  RESET's row in the sheet states its active level.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """Duration of RESET after power-up, independent of the crystal: the minimum, and that by the capacitor; in ps."""
+    """The duration of RESET after power-up in ps, for any crystal: the minimum, and that of the capacitor."""
 
     least_ps: int
     charged_ps: int
 
 
 class Started(ChipContext, Protocol):
-    """The part of a chip that its supply uses."""
+    """The members of a chip that its supply uses."""
 
     def start(self) -> None:
         """Start the firmware at this instant."""
@@ -34,7 +34,7 @@ class Started(ChipContext, Protocol):
 
 
 class Supplied(NamedTuple):
-    """Actions of a chip at power-up, at power-down and at reset."""
+    """A chip's actions at power-up, power-down and reset."""
 
     powered_up: Callable[[], None]  # registers take their values after power-up; outputs are driven, the clock runs
     cleared: Callable[
@@ -65,7 +65,7 @@ class Supply:
     def switch(self, on: bool) -> None:
         """Switch the supply.
 
-        After power-up the registers have their power-up values, and RESET must be low for 10 ms; when nothing drives
+        After power-up the registers have their power-up values, and RESET must be low for 10 ms; if nothing drives
         RESET, the capacitor of fig. 9.1 keeps it low.
         """
         chip = self.chip
@@ -83,7 +83,7 @@ class Supply:
         self.kernel.settle()
 
     def _power_up_reset(self) -> None:
-        """Start the power-up reset: the capacitor of fig. 9.1 if RESET is undriven, else wait for the pin."""
+        """Start the power-up reset: by the capacitor of fig. 9.1 if RESET is undriven, otherwise by the pin."""
         on = self.powered_at = self.kernel.now
         if all(driver.at(self.kernel.seen) is None for driver in self.pin.drivers):
             charged = on + self.power_up.charged_ps
@@ -103,7 +103,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """End RESET, unless it is driven active by now."""
+        """End RESET, unless it is being driven active by then."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.is_active:
                 self.reset_valid = True
@@ -132,7 +132,7 @@ class Supply:
             self.chip.finding("reset-short", f"RESET was {self.active} for less than {least}: it was ignored")
 
     def _reset_seen(self, fell: int) -> None:
-        """Stop the firmware after RESET has been active long enough, through an inner net: last in the instant."""
+        """Stop the firmware once RESET has been active long enough, through an internal net: last at its instant."""
         if self.powered and self.pin.is_active and self.reset_fell == fell:
             self.reset_valid = True
             if self.cold:

@@ -1,4 +1,4 @@
-"""The work of a module; RDY is low while there is any."""
+"""The work in progress in a module; RDY is low while there is any."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ LINE, PROGRAM, EEPROM, START = "line", "program", "EEPROM", "start"
 
 
 class Activity:
-    """Work in progress: a line of the host, a program or a homing, a write to the EEPROM, the start of the module.
+    """Work in progress: a line from the host, a program or homing run, an EEPROM write, or the module's start.
 
-    `text` names the work in progress other than a line and an instruction of the program: a homing, a write ...
+    `text` names work in progress other than a line or a program instruction: a homing run, an EEPROM write ...
     """
 
     def __init__(self, chip: ChipContext) -> None:
@@ -18,7 +18,7 @@ class Activity:
         self.clear()
 
     def clear(self) -> None:
-        """Clear all work, without supply."""
+        """Clear all work when the supply is off."""
         self.kinds: set[str] = set()
         self.text = ""
 
@@ -34,6 +34,6 @@ class Activity:
             self.busy.put(None)
 
     def works_on(self, text: str) -> None:
-        """Set the text of work that is not an instruction of the program; empty when it is over."""
+        """Set the text that describes work other than a program instruction; empty when it is over."""
         self.text = text
         self.chip.on_command(text)

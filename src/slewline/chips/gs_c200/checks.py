@@ -1,7 +1,7 @@
-"""Rules of the linter of the GS-C modules alone: whether a ramp reaches its speed, loops, the position counter.
+"""Lint rules that apply to the GS-C modules only: whether a ramp reaches its speed, loops, the position counter.
 
-The text is followed as a module would run it, with registers whose values are known or not (None), with both outcomes
-of every branch; each motion is then checked with its registers.  The ramp is the one of profile.py.
+The text is followed as a module would run it, with registers whose values are known or unknown (None), and both
+outcomes of every branch; each motion is then checked with its registers.  Ramps are computed by profile.py.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ COMMANDS = "command descriptions"
 
 
 class KnownRegisters(NamedTuple):
-    """Registers, as far as known from the text."""
+    """The registers, as far as the text determines them."""
 
     start: int | None = None
     top: int | None = None
@@ -39,7 +39,7 @@ class MotionCommand(NamedTuple):
 
     @property
     def steps(self) -> int | None:
-        """Signed number of steps; None if unknown or endless."""
+        """The signed number of steps; None if unknown or endless."""
         name, values, position = self.statement.row.name, self.statement.values, self.state.position
         if name == "MOVE":
             return values[0]
@@ -67,7 +67,7 @@ def after(statement: Statement, state: KnownRegisters) -> KnownRegisters:
 
 def motions(source: Source) -> None:
     """Walk through the text, and check every motion."""
-    found: dict[MotionCommand, None] = {}  # in the order of their discovery
+    found: dict[MotionCommand, None] = {}  # in order of discovery
 
     def step(statement: Statement, state: KnownRegisters) -> KnownRegisters:
         if statement.row.motion:
@@ -106,7 +106,7 @@ def judge(source: Source, motion: MotionCommand) -> None:
 
 
 def reach(source: Source, motion: MotionCommand, start: int, top: int, length: int) -> None:
-    """Report a move that decelerates before its speed is reached, or a ramp without a rate between S and T."""
+    """Report a move that decelerates before it reaches its speed, or a ramp without any rate between S and T."""
     steps = abs(motion.steps or 0)
     if 0 < steps < 2 * length + 2:
         up = ramp(start, top, length)
@@ -121,7 +121,7 @@ def reach(source: Source, motion: MotionCommand, start: int, top: int, length: i
 
 
 def counter(source: Source, motion: MotionCommand, position: int) -> None:
-    """Report a motion beyond the range of the GS-C200's position counter, which ends the program (E5)."""
+    """Report a motion that leaves the range of the GS-C200's position counter, which ends the program (E5)."""
     if source.sheet.part != "gs-c200":
         return
     positions, statement = POSITIONS[source.sheet.part], motion.statement
@@ -136,7 +136,7 @@ def counter(source: Source, motion: MotionCommand, position: int) -> None:
 
 
 def unset(source: Source) -> None:
-    """Report a motion before S, T and R in the listing, if they are not known from before: E is refused."""
+    """Report a motion listed before S, T and R if these are not already known, because E is then refused."""
     known: set[str] = set()
     for block in source.blocks:
         for statement in block.statements:
@@ -176,7 +176,7 @@ def loops(source: Source) -> None:
 
 
 def heads(source: Source) -> None:
-    """Report the effect of certain first instructions of a program."""
+    """Report the special effect of certain instructions at the start of a program."""
     saved = next((s for s in source.statements if s.row.name == "MEMORIZE"), None)
     for block in source.blocks:
         first = block.statements[0] if block.statements else None
@@ -200,7 +200,7 @@ def heads(source: Source) -> None:
 
 
 def pulses(source: Source) -> None:
-    """Report an output that is on for the time of one instruction only."""
+    """Report an output that is on for the duration of one instruction only."""
     for block in source.blocks:
         for one, two in pairwise(block.statements):
             if (one.row.name, two.row.name) == ("ACTIVATE", "CLEAR") and one.values == two.values:
@@ -210,5 +210,5 @@ def pulses(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of these parts, for `language.lint.lint`; `sheet` names the part."""
+    """Return these parts' rules for `language.lint.lint`; `sheet` names the part."""
     return (motions, unset, loops, heads, pulses)

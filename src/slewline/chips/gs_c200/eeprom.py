@@ -1,4 +1,4 @@
-"""The EEPROM: it keeps the program without supply; the time of a write, and the content after one that fails."""
+"""The EEPROM, which keeps the program without supply: the write time, and the contents after a failed write."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ INVALID = b"\xff"  # not an opcode; the first byte after a failed write
 
 
 class ProgramEeprom:
-    """A store for one program, and a check byte after it.
+    """A store for one program, followed by a check byte.
 
     Args:
-        refresh_idle: called when a write is over.
+        refresh_idle: is called when a write ends.
         write_ps: the time to write a full memory.
-        fails: True if programming it fails.
+        fails: True if programming the EEPROM fails.
     """
 
     def __init__(
@@ -50,12 +50,12 @@ class ProgramEeprom:
 
     # ---------------------------------------------------------------------------------------------------------- write
     def write(self, over: Callable[[bool], None]) -> None:
-        """Begin to write the program; `over` is called at the end, with True after success."""
+        """Begin to write the program; `over` is called at the end, with True if the write succeeded."""
         self.task = self.kernel.spawn(self._write, bytes(self.program.memory), over, name=f"{self.chip.name} writes")
         self.activity.begin(EEPROM)
 
     async def _write(self, program: bytes, over: Callable[[bool], None]) -> None:
-        """Write byte after byte, a check byte after them, and verify all of it."""
+        """Write byte after byte, then a check byte, and verify all of them."""
         self.chip.waits("writing the EEPROM")
         self.activity.works_on("M")
         self.saving = program, self.kernel.now
@@ -71,7 +71,7 @@ class ProgramEeprom:
         self.refresh_idle()
 
     async def _programmed(self, program: bytes) -> str:
-        """Store a program; return why that failed, empty if it did not.  The EEPROM is as slow as its store."""
+        """Store a program; return why this failed, or "" on success.  The EEPROM is as slow as its store."""
         try:
             self.store.write(INVALID if self.fails else program)
             while is_pending(self.store):
@@ -81,7 +81,7 @@ class ProgramEeprom:
             return str(error)
 
     def cut(self) -> None:
-        """Abort a write at power-down: written bytes are new, the rest is unchanged; the check byte fits neither."""
+        """Abort a write at power-down: bytes already written are new, the others old; the check byte fits neither."""
         if self.task is not None:
             self.task.kill()
             self.task = None
@@ -101,7 +101,7 @@ class ProgramEeprom:
 
     # ----------------------------------------------------------------------------------------------------------- read
     def recall(self) -> str:
-        """Load the program into the memory; return why that failed, leaving the memory unchanged, or "" on success."""
+        """Load the program into the memory and return ""; on failure leave the memory alone and return the reason."""
         try:
             data = self.store.read()
         except OSError as error:

@@ -1,7 +1,7 @@
-"""A GS-C module: it owns the objects, starts and ends their work, answers lines, and has the public properties.
+"""A GS-C module: it owns the objects, starts and ends their work, answers lines, and provides the public properties.
 
-A line is first checked here: how it was received (E1), and whether it is for this module.  immediate_commands.py
-executes its content.
+A line is first checked here: whether it was received without faults (E1) and is for this module.  immediate_commands.py
+executes its command.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class GsC(InLines, Chip):
     _for_users = ("powered", "eeprom_fault", "fail_eeprom", "kill")
     straps: Straps
     _wraps: bool  # the position counter wraps at its ends; otherwise a motion beyond them is E5
-    _homing_erases: bool  # a homing sent by the host erases the program
+    _homing_erases: bool  # a homing run commanded by the host erases the program
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -64,7 +64,7 @@ class GsC(InLines, Chip):
         )
         self.up_ps = 0  # when the supply was switched on
         self._address = 0  # the straps at the start
-        self._late_checked = False  # the answer that comes later carries a checksum
+        self._late_checked = False  # the late answer carries a checksum
         self.store: Store = options.store if options.store is not None else Memory()
         self.axes = (Axis(kernel, POSITIONS[self.sheet.part], 0),)
         self.state = Registers()
@@ -106,7 +106,7 @@ class GsC(InLines, Chip):
         return Motion(self, times_ps, self._step_lines, self._counter)
 
     def _times_ps(self) -> dict[str, int]:
-        """Return the times of the sheet by name, with the values of the options that replace them; picoseconds."""
+        """Return the sheet's times by name, in picoseconds; options may replace some of them."""
         options = self.options
         given = {
             "turnround": options.turnround,
@@ -118,7 +118,7 @@ class GsC(InLines, Chip):
         return times | {name: picoseconds(time) for name, time in given.items()}
 
     def _strapped(self, port: SerialLine) -> Straps:
-        """Return the reader of the straps; a GS-C200S has no old firmware (UsageError)."""
+        """Return the strap reader; raise UsageError for old firmware on a GS-C200S, which has none."""
         options = self.options
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
         if early and self.sheet is not GS_C200:
@@ -130,7 +130,7 @@ class GsC(InLines, Chip):
         return Straps(port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
 
     def check_wiring(self) -> None:
-        """Report wiring that violates the sheet as findings.  Called before time passes."""
+        """Report wiring that violates the sheet, as findings.  Called before time passes."""
         super().check_wiring()
         if self.pins["test"].level != 0:
             self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
@@ -143,7 +143,7 @@ class GsC(InLines, Chip):
 
     # --------------------------------------------------------------------------------------------- power and the start
     def power(self, on: bool) -> None:
-        """Switch the supply: program memory, speeds, counter and outputs are lost without it, but not the EEPROM.
+        """Switch the supply; without it, program memory, speeds, counter and outputs are lost, but not the EEPROM.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -152,7 +152,7 @@ class GsC(InLines, Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Raise an error: the module has no reset input.
+        """Raise an error, because the module has no reset input.
 
         Raises:
             UsageError: always; `power` switches the supply.
@@ -160,7 +160,7 @@ class GsC(InLines, Chip):
         raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
 
     def _powered_up(self) -> None:
-        """Start again, with program memory, registers and counter empty."""
+        """Start again, with the program memory, registers and counter cleared."""
         self.up_ps, self.idle = self.kernel.now, False
         self._counter.clear()
         self.start()
@@ -182,7 +182,7 @@ class GsC(InLines, Chip):
         self.waits("waiting for its supply")
 
     async def run(self) -> None:
-        """Run the firmware from power-up on: RESET pulse, straps, and the work that needs no host."""
+        """Run the firmware, beginning at power-up: the RESET pulse, the straps, and the work that needs no host."""
         self.waits("waiting for the end of the RESET pulse")
         self.outputs_reset()
         self._activity.begin(START)
@@ -195,7 +195,7 @@ class GsC(InLines, Chip):
             self._recall_and_run()
 
     def _recall_and_run(self) -> None:
-        """Start stand-alone: load the program, home at its start-stop speed, run it."""
+        """Start stand-alone: load the program, home at its start-stop speed, and run it."""
         program = self._stored
         failed = self._eeprom.recall()
         if failed:
@@ -218,7 +218,7 @@ class GsC(InLines, Chip):
 
     # ----------------------------------------------------------------------------------------------------------- lines
     def busy(self, on: bool) -> None:
-        """Begin or end the work on a line: RDY is low meanwhile."""
+        """Begin or end the work on a line, during which RDY is low."""
         if on:
             self._activity.begin(LINE)
         else:
@@ -226,7 +226,7 @@ class GsC(InLines, Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a line is in progress, or its answer is being sent; M is answered when the EEPROM is written."""
+        """True while a line is in progress or its answer is being sent; M is answered after the EEPROM write."""
         return self.line.answering or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
@@ -234,7 +234,7 @@ class GsC(InLines, Chip):
         self.idle = not (self.answering or self._activity.kinds)
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Check how a line was received, and execute it; return the answers in the form sent over the line."""
+        """Check that a line was received without faults, and execute it; return the answers as sent over the line."""
         body = self.meant(line)
         if body is None:
             return ()
@@ -247,7 +247,7 @@ class GsC(InLines, Chip):
         return self._framed(answer, line.checked)
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command of a line to this module, without address and checksum; None if there is none."""
+        """Return the command of a line for this module, without address and checksum; None if there is none."""
         text = line.text
         if not text:
             return None
@@ -256,7 +256,7 @@ class GsC(InLines, Chip):
         return text[bool(self._address) : len(text) - line.checked]
 
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
-        """Return answers in the form sent over the line, with their checksums if any; none for an empty text."""
+        """Return answers in the form sent over the line, with checksums if selected; an empty text yields no answer."""
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
         return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines]
 
@@ -272,16 +272,16 @@ class GsC(InLines, Chip):
 
     @property
     def _running(self) -> bool:
-        """True while a program or a homing runs."""
+        """True while a program or a homing run is in progress."""
         return self._interpreter.running
 
     @property
     def _entering(self) -> bool:
-        """True while the module accepts instructions of a program."""
+        """True while the module accepts program instructions."""
         return self._stored.entering
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the unfinished input of a host: a line, and a program that was neither ended nor saved."""
+        """Return the host's unfinished input: a line, and a program that was neither ended nor saved."""
         found = super().left_over()
         if self._entering and not self._stored.kept:
             code, text = self._open_entry()
@@ -290,12 +290,12 @@ class GsC(InLines, Chip):
 
     @property
     def under_way(self) -> str:
-        """Work in progress besides a line of the host."""
+        """Work in progress other than a line from the host."""
         return self._interpreter.under_way
 
     @property
     def eeprom_fault(self) -> bool:
-        """True while programming the EEPROM fails; tests can set it, as `fail_eeprom` does."""
+        """True while programming the EEPROM fails; `fail_eeprom` and tests set it."""
         return self._eeprom.fails
 
     @eeprom_fault.setter
@@ -306,7 +306,7 @@ class GsC(InLines, Chip):
     def fail_eeprom(self, on: bool = True) -> None:
         """Make programming the EEPROM fail with the answer E6 (True), or succeed again (False).
 
-        It is an input from outside, which a journal records.
+        This is an external input, which a journal records.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -318,9 +318,9 @@ class GsC(InLines, Chip):
 
     @from_outside
     def kill(self) -> None:
-        """End program and motion immediately, as command K does, without a line of a host and without an answer.
+        """End program and motion immediately, as command K does, but without a line from the host or an answer.
 
-        It is an input from outside, which a journal records.  Registers and program are kept.
+        This is an external input, which a journal records.  Registers and program are kept.
         """
         self.input("kill")
         if self._interpreter.running:
@@ -328,16 +328,16 @@ class GsC(InLines, Chip):
 
     @property
     def program(self) -> bytes:
-        """The program memory in use; the codes are the model's own, because the sheet has none."""
+        """The program memory in use; the codes are the model's own, because the sheet states none."""
         return bytes(self._stored.memory)
 
     @property
     def program_counter(self) -> int | None:
-        """Location of the instruction in progress."""
+        """The location of the instruction in progress."""
         return self._stored.at
 
     def program_rows(self) -> list[ProgramRow]:
-        """Return the program memory, one instruction per row: location, bytes (codes of the model) and text."""
+        """Return the program memory, one instruction per row: location, bytes (in the model's codes) and text."""
         return self._stored.rows()
 
     def listing(self) -> str:
@@ -346,7 +346,7 @@ class GsC(InLines, Chip):
 
     @property
     def registers(self) -> dict[str, int]:
-        """The registers by their names.
+        """The registers by name.
 
         start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 if never set; position; user_inputs and
         user_outputs as V2 reads them.
@@ -365,14 +365,14 @@ class GsC(InLines, Chip):
 
 
 class GsC200(GsC):
-    """A GS-C200: counter from 0 to 9999999, which overflows (E5)."""
+    """A GS-C200: its counter ranges from 0 to 9999999, and overflows (E5)."""
 
     sheet: Sheet = GS_C200
     _wraps, _homing_erases = False, True
 
 
 class GsC200S(GsC):
-    """A GS-C200S: signed counter that wraps, jumps, preset of the counter."""
+    """A GS-C200S: it has a signed counter that wraps and can be preset, and jumps."""
 
     sheet: Sheet = GS_C200S
     _wraps, _homing_erases = True, False

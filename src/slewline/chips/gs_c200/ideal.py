@@ -1,4 +1,4 @@
-"""The parameters of a motion of a GS-C module, and its ideal.
+"""The parameters of a GS-C module's motion, and the ideal motion.
 
 steps/s                                  at whole steps of a ramp the rate of the law; between two of them the square
   T ..............._______________       of the rate grows evenly (constant acceleration).  With the law of that name
@@ -31,13 +31,13 @@ class RegistersAtStart(NamedTuple):
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rates of S and T, and R."""
+        """Return the parameters for a picture: the rates for S and T, and R."""
         speeds = (("S", self.start_stop), ("T", self.top_speed))
         rates = {f"{letter} = {speed}": float(RATE_UNIT * speed) for letter, speed in speeds if speed}
         return MotionParameters(rates, {"R": self.ramp})
 
     def homing(self) -> MotionParameters:
-        """Return the parameters of a homing for a picture."""
+        """Return the parameters of a homing run, for a picture."""
         return MotionParameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
 
     @property
@@ -55,7 +55,7 @@ class RegistersAtStart(NamedTuple):
         Args:
             start: the time of the first step, ps.
             position: the position before it.
-            number: steps; None until an event ends the motion, or for `limit` steps.
+            number: steps; None if the motion lasts until an event ends it, or for `limit` steps.
         """
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
         up = self.ramp_up

@@ -9,8 +9,8 @@ r"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure func
                 | up  |     slew      | down|
     intervals      R    n-1-2R, or 0     R
 
-A move that is too short for both ramps decelerates from its middle on.  If T is not above S, the whole move is made at
-T, without ramps.  The sheet fixes only the ends of a ramp and its length, and that both ramps are identical (command
+A move that is too short for both ramps begins to decelerate in its middle.  If T is not above S, the whole move is made
+at T, without ramps.  The sheet fixes only the ends of a ramp and its length, and that both ramps are identical (command
 R); the rate between S and T follows a law that can be replaced.
 """
 
@@ -32,12 +32,12 @@ Law = Callable[[float, float, int, int], float]
 
 
 def constant_acceleration(start: float, top: float, ramp: int, k: int) -> float:
-    """Return the rate if its square grows linearly with the steps: constant torque."""
+    """Return the rate at step k of a ramp if its square grows linearly with the steps (constant torque)."""
     return sqrt(start * start + (top * top - start * start) * k / ramp)
 
 
 def linear_in_steps(start: float, top: float, ramp: int, k: int) -> float:
-    """Return the rate if it grows linearly with the steps."""
+    """Return the rate at step k of a ramp if it grows linearly with the steps."""
     return start + (top - start) * k / ramp
 
 
@@ -45,14 +45,14 @@ LAWS = MappingProxyType(dict(zip(RAMP_LAWS, (constant_acceleration, linear_in_st
 
 
 def period(speed: int) -> int:
-    """Return the picoseconds of a step at a speed in units of 10 steps/s, rounded."""
+    """Return the rounded period of a step in picoseconds, at a speed in units of 10 steps/s."""
     rate = RATE_UNIT * speed
     return (PS_PER_S + rate // 2) // rate
 
 
 @lru_cache(maxsize=256)
 def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) -> Runs:
-    """Return the ramp: intervals after steps 0 to length-1; empty unless start < top.
+    """Return the ramp: the intervals after steps 0 to length-1; empty unless start < top.
 
     Args:
         start, top: S and T, in units of 10 steps/s.
@@ -82,7 +82,7 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
     """Return the plan of a move of `number` steps from rest to rest.
 
     Args:
-        number: steps, 1 and more.
+        number: steps, at least 1.
         start, top, length: S, T and R.
     """
     up = ramp(start, top, length, law)
@@ -95,26 +95,26 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
 
 
 def down(up: Runs, intervals: int) -> Runs:
-    """Return the ramp down after `intervals` of the ramp up, with the start-stop interval at the end."""
+    """Return the ramp down after `intervals` of the ramp up have passed, with the start-stop interval at the end."""
     return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 
 def endless(start: int, top: int, length: int, law: Law = constant_acceleration, limit: int = OPEN) -> Plan:
-    """Return the plan of an endless motion; after `limit` steps, at the end of the counter, it stops dead."""
+    """Return the plan of an endless motion, which stops dead after `limit` steps, at the end of the counter."""
     up = head(ramp(start, top, length, law), limit)
     rest = limit - len(up) if limit < OPEN else OPEN
     return plan(("up", up), ("slew", ((period(top), rest),)))
 
 
 def steady(interval: int) -> Plan:
-    """Return the plan of endless steps at one rate, for a homing."""
+    """Return the plan of endless steps at one rate, for a homing run."""
     return plan(("slew", ((interval, OPEN),)))
 
 
 def stopped(of: Plan, step: int) -> Plan:
-    """Return the rest of a plan that is to decelerate from `step` on, which is about to begin.
+    """Return the rest of a plan that is to decelerate, starting with `step`, which is about to begin.
 
-    It has as many ramp steps as the ramp up so far, or the rest of the ramp down.
+    It contains as many ramp steps as the ramp up so far, or the rest of the ramp down.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:

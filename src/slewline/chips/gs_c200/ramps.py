@@ -1,6 +1,6 @@
-"""The GS-C modules' parameters for the ramp calculator: S, T, R, and the law of the ramp.
+"""The GS-C modules' parameters for the ramp calculator: S, T, R and the ramp law.
 
-An acceleration here is the amount that a step adds to half the square of the rate; `constant acceleration` keeps it
+Here, acceleration is the amount that a step adds to half the square of the rate; `constant acceleration` keeps it
 constant.
 """
 
@@ -54,13 +54,13 @@ class GscRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """The first, mean and greatest acceleration, steps/s²."""
+        """The first, mean and maximum accelerations, steps/s²."""
         squares = [(PS_PER_S / interval) ** 2 for interval, _ in self.runs] + [self.top**2]
         rises = [(after - before) / 2 for before, after in pairwise(squares)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
-        """Yield the intervals of the ramp, a segment for each position in its table."""
+        """Yield the intervals of the ramp, one segment for each position in its table."""
         begin = 0
         for position, (interval, _) in enumerate(self.runs):
             yield RampSegment(begin, position, 1, PS_PER_S / interval)
@@ -68,12 +68,12 @@ class GscRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The least number of steps that reaches the top speed; None if no number does."""
+        """The minimum number of steps that reaches the top speed; None if no number does."""
         return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps; no command sets them."""
+        """The minimum and maximum numbers of steps; no command sets them."""
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:
@@ -82,7 +82,7 @@ class GscRamp(Ramp):
 
 
 class GscMove(Move):
-    """A whole move, to the end of its last pulse, when MOV falls."""
+    """A whole move, up to the end of its last pulse, when MOV falls."""
 
     def __init__(self, ramp: GscRamp, number: int) -> None:
         plan = profile.move(number, *ramp.law)
@@ -94,12 +94,12 @@ class GscMove(Move):
 
     @cached_property
     def train(self) -> StepTrain:
-        """Train of the steps, computed on demand: a check whether a rate is reached does not need it."""
+        """The step train, computed on demand: checking whether a rate is reached does not need it."""
         return StepTrain(CLOCK, 0, self.runs)
 
     @cached_property
     def time_ps(self) -> int:  # type: ignore[override]
-        """The time of the move."""
+        """The duration of the move in ps."""
         return self.train.end(self.steps - 1) + TIMES["clock"].ticks
 
     def trains(self) -> tuple[StepTrain]:
@@ -128,20 +128,20 @@ class GscRamps(Calculator):
         return GscRamp(self.sheet.part, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the host's lines for a move of a number of steps with these values."""
+        """Return the lines that a host sends for a move of a number of steps with these values."""
         begin = self.sheet.commands.named("PROGRAM").form
         return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter of a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the parameter for a rate such as "500 steps/s"; None if the text is not a rate."""
         rate = steps_per_s(text)
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the values of R around the wanted one.
+        """Yield the values of R near the wanted result.
 
-        A ramp with one more step is gentler, and takes longer: none of its rates is higher than that of the same step
-        in the shorter one.
+        A ramp with one more step is gentler and takes longer: none of its rates is higher than that of the same
+        step in the shorter ramp.
         """
         sign = 1 if search.wanted.goal == "acceleration" else -1
 

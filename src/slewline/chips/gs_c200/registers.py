@@ -1,4 +1,4 @@
-"""The memory of a GS-C module besides its program: speeds, and the faults for F.  It is lost without supply."""
+"""The registers of a GS-C module: speeds, and the faults that F reports.  They are lost without supply."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Registers:
-    """S, T and R by the names of the sheet, and the faults that F reports once."""
+    """S, T and R under the sheet's names, and the faults that F reports once."""
 
     start_stop: int = 0  # units of 10 steps/s; 0: never set
     top_speed: int = 0
@@ -17,9 +17,9 @@ class Registers:
 
     @property
     def speeds(self) -> tuple[int, int, int]:
-        """S, T and R."""
+        """The values of S, T and R."""
         return self.start_stop, self.top_speed, self.ramp
 
     def clear(self) -> None:
-        """Clear all registers, as without supply."""
+        """Clear all registers, as a loss of supply does."""
         vars(self).update(vars(Registers()))

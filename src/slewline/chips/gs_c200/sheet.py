@@ -1,8 +1,8 @@
-"""GS-C200 and GS-C200S data sheet as data.  Source: GS-C200/GS-C200S data sheet (SGS-Thomson, June 1994).
+"""The GS-C200 and GS-C200S as data, from their common data sheet (SGS-Thomson, June 1994).
 
-The two modules differ in a few command rows and in the position counter; everything else is one sheet.  The sheet
-states rates and times, but no crystal: the model counts picoseconds.  No surviving copy has the figures; values that
-only they showed are "chosen".
+The two modules differ in a few command rows and in the position counter; everything else is common.  The sheet
+states rates and times, but no crystal, so the model counts picoseconds.  No surviving copy includes the figures; values
+that only the figures showed are marked "chosen".
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The supply: its effects on the module, and the check of its voltage and loads against the limits of the sheet."""
+"""The supply: its effects on the module, and checks of its voltage and loads against the sheet's limits."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from ...core.context import ChipContext
 
 
 class Supplied(NamedTuple):
-    """Actions of a module at power-up and power-down."""
+    """A module's actions at power-up and power-down."""
 
-    powered_up: Callable[[], None]  # starts again, with program memory, registers and counter empty
+    powered_up: Callable[[], None]  # starts again, with program memory, registers and counter cleared
     powered_off: Callable[[], None]  # ends all work, and releases every output
 
 
@@ -19,8 +19,8 @@ class Supply:
     """The supply pins, and the pins that supply other parts.
 
     Args:
-        volts: least and most.
-        loads: the most that may be drawn from pins together, mA.
+        volts: the minimum and maximum supply voltages.
+        loads: the maximum total current that may be drawn from pins, mA.
     """
 
     def __init__(
@@ -30,18 +30,18 @@ class Supply:
         self.powered = False
 
     def switch(self, on: bool) -> None:
-        """Switch the supply on or off, unless it already is."""
+        """Switch the supply on or off; do nothing if it is already in that state."""
         if on == self.powered:
             return
         self.chip.switched(on)
         self.powered = on
-        # all other events of this instant are first, steps included
+        # all other events at this instant come first, steps included
         kernel = self.chip.kernel
         kernel.call_at(kernel.now, self.supplied.powered_up if on else self.supplied.powered_off)
         kernel.settle()
 
     def check(self) -> None:
-        """Report a voltage and loads beyond the limits."""
+        """Report a supply voltage or loads beyond the limits."""
         options, (low, high) = self.chip.options, self.volts
         if not low <= options.supply <= high:
             self.chip.finding("supply", f"{options.supply:g} V; the module needs {low} to {high} V")

@@ -1,17 +1,17 @@
-r"""The GS-C modules' motion, one step at a time: the reference for the fast path, slow and obvious.
+r"""The GS-C modules' motion, step by step: the slow and obvious reference for the fast path.
 
 The fast path plans whole moves and promises step trains.  This twin counts the steps made and the steps to make,
-samples the pins just before each step, and drives every edge when it comes; it reports no findings.
+samples the pins just before each step, and drives every edge when it is due; it reports no findings.
 
              setup                index 0         index 1
            |<----->|           |<------------>|<--------->|
     MOV  __/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾ ...
     DIR  ==X====================================
     CLOCK ‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾\_ ...
-                  sample         sample      sample: Z, input, ENABLE (in a homing EOT or HOME, ENABLE)
+                  sample         sample      sample: Z, input, ENABLE (when homing: EOT or HOME, ENABLE)
 
-Step i is followed by the period of the rate at an index of the ramp: min(i, n-2-i, R), of the n steps of the move; the
-last one by a start-stop period.  A request to stop after i steps makes n small: min(i, R+1) steps more, as many as the
+In a move of n steps, step i is followed by the period of the rate at ramp index min(i, n-2-i, R), and the
+last step by a start-stop period.  A request to stop after i steps reduces n: min(i, R+1) more steps, as many as the
 acceleration took.
 """
 
@@ -37,7 +37,7 @@ def nearest(number: int, by: int) -> int:
 
 
 class Stepwise:
-    """Player of every motion, step by step."""
+    """Plays every motion step by step."""
 
     def __init__(
         self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter
@@ -60,7 +60,7 @@ class Stepwise:
         await self.go(sign, text, number)
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Step without end, until a request to stop, a low input, or the end of the position counter."""
+        """Step until a stop request, a low input, or the end of the position counter."""
         self.number = None
         watcher = self.kernel.spawn(self.watch, watched, name="a low input stops") if watched is not None else None
         try:
@@ -79,7 +79,7 @@ class Stepwise:
                 return
 
     async def go(self, sign: int, text: str, limit: int) -> None:
-        """Step from MOV high to the end of the last period."""
+        """Step from the rising edge of MOV to the end of the last period."""
         counter = self.counter
         self.made = 0
         self.start_stop, self.top, self.ramp = counter.registers.speeds
@@ -142,7 +142,7 @@ class Stepwise:
         await until(self.kernel, self.kernel.now + self.times_ps["dir_setup"])
 
     async def step(self, period: int, sign: int, last: bool) -> None:
-        """Output a pulse, and let the time to the next one pass."""
+        """Output a pulse, and let the time until the next pulse pass."""
         clock, counter = self.lines.clock, self.counter
         begin = self.begun_ps = self.kernel.now
         leg = Leg(self.leg(self.made), ((period, 1),), 0, 1)
@@ -166,7 +166,7 @@ class Stepwise:
         self.moving = False
 
     def index(self, step: int) -> int:
-        """Return the index in the ramp of the interval after a step."""
+        """Return the ramp index of the interval after a step."""
         down = self.number - 2 - step if self.number is not None else self.ramp
         return max(min(step, down, self.ramp), 0)
 
@@ -183,7 +183,7 @@ class Stepwise:
         return int(self.number != 1 and self.index(self.made) < self.ramp)
 
     def period(self, index: int) -> int:
-        """Return the reciprocal of the rate at an index of the ramp, in picoseconds: the rate's square grows evenly."""
+        """Return the reciprocal of the rate at a ramp index, in picoseconds; the rate's square grows evenly."""
         if self.ramp == 0:
             return nearest(SECOND, 10 * self.start_stop)
         if not self.exact:
@@ -194,7 +194,7 @@ class Stepwise:
 
     # ------------------------------------------------------------------------------------------------------- samples
     async def may_step(self, limit: int) -> bool:
-        """Wait, just before a step, until it may be made; return False if there is none."""
+        """Wait, just before a step, until it may be made; return False if there is no further step."""
         stop, enable = self.stop.net, self.lines.enable
         while True:
             if stop.level == 1:
@@ -216,7 +216,7 @@ class Stepwise:
                 await until(self.kernel, self.kernel.now + self.times_ps["release"])
 
     async def wait_until_step_allowed(self, switch: Net) -> bool:
-        """Wait until a step of a homing may be made; return False once the switch is active."""
+        """Wait until a step of a homing run may be made; return False once the switch is active."""
         enable = self.lines.enable
         while switch.level == 1:
             if enable.level == 1:

@@ -1,1 +1,1 @@
-"""The MC1451A family: the chipset, its axes, and their common parts."""
+"""The MC1451A family: the chipset, its axes and their common parts."""

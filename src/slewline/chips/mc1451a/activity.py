@@ -1,4 +1,4 @@
-"""Work in progress in a chipset: a packet, motions, a breakpoint that waits for a time."""
+"""Work in progress in a chipset: a packet, motions, or a breakpoint that waits for a time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ FOR_A_COMMAND = "waiting for a command"
 
 
 class Activity:
-    """Keeper of the chip's `idle` and `waiting`."""
+    """Keeps the chip's `idle` and `waiting` up to date."""
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
@@ -18,19 +18,19 @@ class Activity:
         self.clear()
 
     def clear(self) -> None:
-        """Reset: allow no command yet."""
+        """Handle a reset: allow no command yet."""
         self.started = False
         self.serving = True  # HostRdy is low
         self.waiting = ""
         self.chip.idle = False
 
     def begin(self) -> None:
-        """Record that the first command may come."""
+        """Record that the first command may arrive."""
         self.started, self.serving = True, False
         self.refresh()
 
     def serve(self) -> None:
-        """Record that a command or a word of the host is in progress."""
+        """Record that a command or a word from the host is in progress."""
         self.serving, self.chip.idle = True, False
 
     def served(self) -> None:
@@ -39,7 +39,7 @@ class Activity:
         self.refresh()
 
     def worked(self) -> None:
-        """Record that a cycle has been processed, with all values written by then."""
+        """Record that a cycle has been processed, including all values written before it."""
         self.unprocessed = any(state.update is not None for state in self.registers.states)
         self.refresh()
 
@@ -56,7 +56,7 @@ class Activity:
             self.chip.waits(awaited)
 
     def awaited(self) -> str:
-        """Return the conditions that the chipset waits for after reset, in words."""
+        """Return the conditions that the chipset waits for after reset, as text."""
         states = self.registers.states
         moving = [state.number for state in states if state.in_motion]
         if moving:

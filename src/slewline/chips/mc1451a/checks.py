@@ -1,10 +1,10 @@
-"""Rules of the MC1451A family's linter alone: the registers of an axis at an update.
+"""Lint rules that apply to the MC1451A family only: an axis's registers at an update.
 
-A script is followed as the chipset would receive it, packet by packet.  A register that the text has not written yet
-has its previous value, which is not known (None) unless RESET is above; no rule applies to it then.  Three things have
-their power-up state until the script changes them: the pulse range is the standard one; a script that sets destination
-and velocity, but no acceleration, has none; and an axis is at 0.  Motion is only reported where it is certain: the
-least time of a move is known, and the time for which the script waits.
+A script is followed as the chipset would receive it, packet by packet.  A register that the text has not yet written
+keeps its previous value, which is unknown (None) unless RESET precedes it; no rule then applies to it.  Three things
+have their power-up state until the script changes them: the pulse range is the standard one; a script that sets
+destination and velocity, but no acceleration, has none; and an axis is at 0.  Motion is only reported where it is
+certain: the minimum duration of a move is known, and so is the time for which the script waits.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class KnownMove:
 
     Attributes:
         begun: the last command before the update that began it.
-        left_s: the least time that it still takes, seconds.
-        used: the values with which it began, by command; None if not known.
+        left_s: the minimum time that the move still takes, seconds.
+        used: the values with which it began, by command; None if unknown.
     """
 
     begun: Statement
@@ -55,7 +55,7 @@ class KnownMove:
     used: Mapping[str, int | None]
 
     def changes(self, name: str, pending: Mapping[str, Statement]) -> bool:
-        """Return whether an update would change one of its values."""
+        """Return whether an update would change one of the move's values."""
         return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
 
     def after(self, seconds: float) -> KnownMove | None:
@@ -64,7 +64,7 @@ class KnownMove:
 
 
 def waited_s(directive: Directive) -> float:
-    """Return the seconds for which a host waits; infinite while it waits for an event."""
+    """Return the seconds for which a host waits; infinite if it waits for an event."""
     if directive.verb != "wait":
         return inf
     try:
@@ -74,7 +74,7 @@ def waited_s(directive: Directive) -> float:
 
 
 def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str, int | None]) -> float:
-    """Return the least time of a move in seconds; 0 if there is no move, or it is not known.
+    """Return the minimum duration of a move in seconds; 0 if there is no move, or if it is not known.
 
     Args:
         mode: the profile mode.
@@ -102,9 +102,9 @@ def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str
 
 @dataclass
 class KnownAxis:
-    """State of an axis as far as known from the text: statements by the name of their command."""
+    """The state of an axis, as far as the text determines it: statements by command name."""
 
-    written: dict[str, Statement] = field(default_factory=dict)  # the last ones
+    written: dict[str, Statement] = field(default_factory=dict)  # the last values
     pending: dict[str, Statement] = field(default_factory=dict)  # commands that wait for an update
     known: bool = True  # False if the number of the axis is not known
     is_reset: bool = False  # parameters that were never written are 0
@@ -116,19 +116,19 @@ class KnownAxis:
     at: int | None = 0  # position, or destination
 
     def value(self, name: str) -> int | None:
-        """Return the value of a parameter; None if not known."""
+        """Return the value of a parameter; None if unknown."""
         if name in self.written:
             return self.written[name].values[0]
         return 0 if self.is_reset else None
 
     @property
     def profile(self) -> int:
-        """The number of the profile mode; before it is known, that of power-up."""
+        """The number of the profile mode; before it is known, the power-up mode."""
         return PROFILE_COMMANDS.index(self.mode or "SET_PRFL_TRAP")
 
 
 class KnownChipset:
-    """State of the chipset during a script."""
+    """The state of the chipset during a script."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -139,7 +139,7 @@ class KnownChipset:
         self.is_for_servo = False  # True once it was reported
 
     def warn(self, statement: Statement, code: str, found: str, remedy: str = "", note: bool = False) -> None:
-        """Report a problem of a statement."""
+        """Report a problem in a statement."""
         severity: Severity = "note" if note else "warning"
         self.source.report(statement, code, severity, found, section=statement.row.where, remedy=remedy)
 
@@ -166,7 +166,7 @@ class KnownChipset:
             self.set(statement, axis)
 
     def set(self, statement: Statement, axis: KnownAxis) -> None:
-        """Record parameters, modes and breakpoints of an axis."""
+        """Record an axis's parameters, modes and breakpoints."""
         name = statement.row.name
         self.in_motion(statement, axis)
         if name in COMPARING and axis.value("SET_BRK_PNT") is None:
@@ -245,7 +245,7 @@ class KnownChipset:
         axis.at = end if axis.profile in REST else None
 
     def sent(self, directive: Directive) -> None:
-        """Report bytes of a host that are meant for a servo chip."""
+        """Report host bytes that are meant for a servo chip."""
         try:
             self.begun += bytes.fromhex(directive.text.partition("bytes")[2])
         except ValueError:
@@ -259,7 +259,7 @@ class KnownChipset:
         self.begun = self.begun[ends[-1] :]
 
     def direct(self, directive: Directive) -> None:
-        """Follow the other actions of the host: bytes sent, time passed, waits for events."""
+        """Follow the host's other actions: bytes sent, time passed, waits for events."""
         if directive.verb == "bytes":
             self.sent(directive)
         seconds = waited_s(directive)
@@ -268,7 +268,7 @@ class KnownChipset:
                 axis.move = axis.move.after(seconds)
 
     def velocities(self, axis: KnownAxis) -> None:
-        """Check maximum and start velocity."""
+        """Check the maximum and start velocities."""
         velocity, start = axis.value("SET_VEL"), axis.value("SET_START_VEL")
         if not velocity or axis.mode == "SET_PRFL_GEAR":
             return
@@ -305,7 +305,7 @@ class KnownChipset:
             self.warn(axis.written["SET_ACC"], "acceleration-sign", found, note=True)
 
     def end(self) -> None:
-        """Report commands that still wait for an update at the end."""
+        """Report commands that still wait for an update at the end of the script."""
         for axis in self.axes:
             if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
                 last = axis.pending[pending[-1]]
@@ -333,5 +333,5 @@ def script(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return the rules of these parts, for `language.lint.lint`; `sheet` names the part."""
+    """Return these parts' rules for `language.lint.lint`; `sheet` names the part."""
     return (script,)

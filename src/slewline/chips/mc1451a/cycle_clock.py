@@ -1,4 +1,4 @@
-"""The start times of a chipset's cycles: one after the other, without a gap, from the end of reset on."""
+"""The start times of a chipset's cycles, which follow one another without a gap from the end of the reset."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ...core.time.timebase import Clock
 
 
 class CycleClock:
-    """Counter of cycles.  `origin` is the tick of the crystal at which cycle 0 begins, or will."""
+    """Counts cycles.  `origin` is the crystal tick at which cycle 0 begins or will begin."""
 
     def __init__(self, clock: Clock, cycle_ticks: int) -> None:
         self.clock, self.cycle_ticks = clock, cycle_ticks
@@ -14,7 +14,7 @@ class CycleClock:
 
     @property
     def per_s(self) -> float:
-        """Cycles per second."""
+        """The number of cycles per second."""
         return self.clock.hz / self.cycle_ticks
 
     def tick(self, n: int) -> int:

@@ -1,16 +1,16 @@
-"""The chipset: it owns the objects, and has the public properties.  Six parts differ in axes and encoder inputs.
+"""The chipset: it owns the objects and provides the public properties.  Six parts differ in axes and encoder inputs.
 
 Each object knows only those above it in this picture:
 
     Registers   CycleClock            plain numbers; the start times of cycles
       HostInterrupt   Activity        the interrupting axis; work in progress
-        Supply                        power and RESET: everything begins again
-          Motion | twin               processes the cycles of all axes; the same, cycle by cycle
+        Supply                        power and RESET, which restart everything
+          Motion | twin               process the cycles of all axes; the twin works cycle by cycle
             Instructions              one method per row of the sheet
               Port                    strobes become packets
       Chipset                         creates them
 
-An object calls those below it through functions that it receives: the supply, for its effects on the others.
+An object calls those below it only through functions passed to it; for example, the supply acts on the others this way.
 """
 
 from __future__ import annotations
@@ -113,12 +113,12 @@ class Chipset(Chip):
         self._port.open()
 
     def _clock_runs(self) -> None:
-        """Start CLKOUT, which runs as long as there is a supply, regardless of all else."""
+        """Start CLKOUT, which runs as long as there is a supply, regardless of anything else."""
         period = StepTrain(self.clock, self.clock.ticks_from(self.kernel.now) + 1, ((sheet.CLKOUT_TICKS, OPEN),))
         self.drivers["clkout"].play(PulseView(Playing(period), sheet.CLKOUT_TICKS // 2))
 
     def _released(self) -> None:
-        """Release every output: the supply is off."""
+        """Release every output, because the supply is off."""
         for driver in (*self.drivers.values(), self.bus_driver):
             driver.drive(None)
         self.idle = True
@@ -132,19 +132,19 @@ class Chipset(Chip):
 
     @property
     def registers(self) -> dict[str, int]:
-        """The registers of axis 1, named after the commands that write and read them."""
+        """The registers of axis 1, under the names of the commands that write and read them."""
         return self.registers_of(1)
 
     def registers_of(self, number: int) -> dict[str, int]:
-        """Return the registers of an axis, from 1, named after the commands that write and read them."""
+        """Return an axis's registers (axes count from 1), under the names of the commands that write and read them."""
         self._motion.catch_up()
         return self._known(self.state.by_name(number, self._motion.cycle), number if len(self.axes) > 1 else 0)
 
     def axis(self, number: int) -> OneAxis:
-        """Return an axis by its number, from 1.
+        """Return an axis by its number, counted from 1.
 
         Raises:
-            UnknownName: no such axis; the message lists the axes.
+            UnknownName: there is no such axis; the message lists the axes.
         """
         super().axis(number)
         return ChipsetAxis(self, number, self._motion if isinstance(self._motion, Motion) else None)
@@ -165,7 +165,7 @@ class Chipset(Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a byte or a word of the host is in progress."""
+        """True while a byte or a word from the host is in progress."""
         return not self._port.ready
 
 
@@ -188,7 +188,7 @@ class Mc1451A(Chipset):
 
 
 class Mc1151AE(Chipset):
-    """An MC1151A-E: one axis with encoder input."""
+    """An MC1151A-E: one axis with an encoder input."""
 
     sheet: Sheet = sheet.MC1151A_E
 

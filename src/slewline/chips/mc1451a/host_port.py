@@ -1,13 +1,13 @@
-r"""The host port: strobes of a host become packets, HostRdy paces them.
+r"""The host port, which assembles a host's strobes into packets; HostRdy paces them.
 
     HostCmd    ____/‾‾‾‾\______________________________________________      a command byte, then words
     HostWrite  ‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
     HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 µs
 
-A byte or a word takes effect at the end of the slice: a command without data acts then, one with data when its last
-word is in; the words to be read are frozen then.  A command byte begins a new packet, even if the old one is
-incomplete.
+A byte or a word takes effect at the end of the slice: a command without data acts then, a command with data when its
+last word has arrived; the words to be read are frozen at that point.  A command byte begins a new packet, even if the
+old one is incomplete.
 """
 
 from __future__ import annotations
@@ -59,14 +59,14 @@ class Port:
         self.begin()
 
     def begin(self) -> None:
-        """Reset: set HostRdy to not ready, and discard the packet."""
+        """Handle a reset: set HostRdy to not ready, and discard the packet."""
         if self.slct.exchange is not None:
             self.slct.exchange.withdraw()
         self.chip.on_command("")
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word being written
         self.row: PacketRow | None = None  # the command that waits for words, or is complete
-        self.wanted = 0  # number of words it waits for
+        self.wanted = 0  # the number of words it waits for
         self.words: list[int] = []
         self.code = 0
         self.silent = True  # every read returns 0: no packet yet, or an illegal command
@@ -84,7 +84,7 @@ class Port:
         return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """Return whether the strobe that begins now is valid.  `net` is that of the other strobe."""
+        """Return whether the strobe that begins now is valid.  `net` is the net of the other strobe."""
         now = self.kernel.now
         if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
@@ -116,7 +116,7 @@ class Port:
             self.data(self.bus.byte)
 
     def _read(self, net: Net) -> None:
-        """Show a byte on the bus while HostRead is low."""
+        """Output a byte on the bus while HostRead is low."""
         if net.value == net.active_level:
             self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
             if self.legal and self.cmd.level == 1:
@@ -132,12 +132,12 @@ class Port:
                 self.read_on()
 
     def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
-        """Put a byte on the bus, or release the bus, after a delay."""
+        """Output a byte on the bus, or release the bus, after a delay."""
         now, driver = self.kernel.now, self.bus_driver
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """Report a rise of HostSlct later than 2 µs after the last strobe; one during a strobe invalidates it."""
+        """Report HostSlct rising later than 2 µs after the last strobe; if it rises during a strobe, invalidate it."""
         released = net.value == net.when_inactive[1]
         if released and self.legal:
             self.legal = False
@@ -151,7 +151,7 @@ class Port:
 
     # ------------------------------------------------------------- operations as values (parts/base/operation.py)
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port waits for an operation of `number` bytes whose first strobe is at an instant (ps)."""
+        """Return whether the port expects an operation of `number` bytes whose first strobe is at an instant (ps)."""
         awaited = self.ready and (number == 1 or not (self.bytes or self.half)) and not (reading and self.wanted)
         return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
 
@@ -166,7 +166,7 @@ class Port:
         Args:
             number: number of bytes.
             data: the bytes written; None for a read operation.
-            command: the byte is a command.
+            command: True if the byte is a command.
         """
         self.rose_at = self.kernel.now
         if data is None and number == 2:  # a whole word, as `takes` has checked
@@ -183,12 +183,12 @@ class Port:
         self.strobed_at = None  # HostSlct rises in time
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
-        """Follow the pins from now on, in the middle of an operation.
+        """Follow the pins from now on, beginning in the middle of an operation.
 
         Args:
-            falls, rises: the edges of its strobes so far (ps).
+            falls, rises: the edges of the operation's strobes so far (ps).
             data: the bytes written; None for a read operation.
-            over: the operation has been processed.
+            over: True if the operation has been processed.
         """
         if over:
             self.strobed_at = None if self.ready else self.rose_at
@@ -207,7 +207,7 @@ class Port:
 
     # -------------------------------------------------------------------------------------------------------- transfers
     def command(self, byte: int) -> None:
-        """Process a command byte of the host."""
+        """Process a command byte from the host."""
         if not self.ready:
             self._early(f"command {byte:02x} written")
             return
@@ -216,7 +216,7 @@ class Port:
         self._busy(lambda: self._begin_packet(byte))
 
     def data(self, byte: int) -> None:
-        """Process a byte of a word of the host, the high one first."""
+        """Process a byte of a word from the host, high byte first."""
         if not self.ready:
             self._early(f"data {byte:02x} written")
             return
@@ -227,7 +227,7 @@ class Port:
             self._busy(lambda: self._take(word))
 
     def read(self) -> int:
-        """Return the byte that the host reads, the high one of a word first."""
+        """Return the byte that the host reads, high byte of a word first."""
         if not self.ready:
             self._early("data read")
             return self.shown
@@ -328,7 +328,7 @@ class Port:
             self._answer([0] * (sibling.reads if sibling is not None else 0))
 
     def _take(self, word: int) -> None:
-        """Process a word of the host."""
+        """Process a word from the host."""
         if not self.wanted:
             if not self.silent:
                 self.chip.finding(

@@ -1,8 +1,8 @@
 """The commands of the chipset that do more than set, load or show a register, in the order of the manual.
 
-The effects of the others are in their rows.  A handler is named after its row.  Its argument is the number written by
-the host (words combined, unsigned) if its row has one, and it returns the number to be read if its row has one.
-`self.state` is the current axis.
+The effects of the other commands are in their rows.  A handler is named after its row.  Its argument is the number
+written by the host (words combined, unsigned) if its row has one, and it returns the number to be read if its row has
+one.  `self.state` is the current axis.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from .supply import Supply
 
 
 class Moves(Protocol):
-    """Processor of the cycles: motion.py, or its slow twin."""
+    """The object that processes the cycles: motion.py, or its slow twin."""
 
     @property
     def cycle(self) -> int:
-        """The present cycle, as of the last `catch_up`."""
+        """The present cycle at the last `catch_up`."""
 
     def start(self) -> None:
         """Begin cycle 0 at this instant, after reset."""
 
     def stop(self) -> None:
-        """Output no pulse after this instant: reset, or no supply."""
+        """Output no pulse after this instant, because of a reset or the loss of supply."""
 
     def catch_up(self) -> None:
         """Update the registers to this instant, including a cycle that begins with it."""
 
     def attend(self) -> None:
-        """Read the registers in the next cycle, because a command has written them."""
+        """Read the registers in the next cycle, because a command has written to them."""
 
     def declare(self, state: AxisState, value: int) -> None:
         """Set the position of an axis, immediately and without pulses."""
@@ -109,7 +109,7 @@ class Instructions:
         return act
 
     def kept(self, what: Arg, value: int, bits: int) -> int:
-        """Return the bits of a value that a register of `bits` bits stores (below 0: signed); report a range error."""
+        """Return the bits of a value that a register of `bits` bits stores (negative: signed); report a range error."""
         kept = signed(value, -bits) if bits < 0 else value & (1 << bits) - 1
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
@@ -133,7 +133,7 @@ class Instructions:
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:
-        """SET_START_VEL: load the start velocity; changing it in a motion with one is a finding."""
+        """SET_START_VEL: load the start velocity; changing it during a motion that uses one is a finding."""
         state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
         if state.in_motion and number != state.start_velocity and state.mode in STARTING:
             self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")
@@ -145,7 +145,7 @@ class Instructions:
         self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
-        """MULTI_UPDATE: apply the buffered values of all axes in a mask, at the same time."""
+        """MULTI_UPDATE: apply the buffered values of all axes in a mask simultaneously."""
         kept = self.kept(sheet.AXES, mask, 4)
         for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
@@ -153,7 +153,7 @@ class Instructions:
 
     # --------------------------------------------------------------------------------------------- interrupt processing
     def do_get_intrpt(self) -> int:
-        """GET_INTRPT: return the status of the axis that interrupts, or else of the present one."""
+        """GET_INTRPT: return the status of the interrupting axis or, if there is none, of the current axis."""
         return self.registers.states[(self.interrupt.axis or self.registers.current) - 1].status
 
     def do_rst_intrpt(self, mask: int) -> None:

@@ -7,14 +7,14 @@ from .registers import Registers
 
 
 class HostInterrupt:
-    """The interrupt line.  `axis` is the one whose interrupt is pending; 0 for none."""
+    """The interrupt line.  `axis` is the axis whose interrupt is pending; 0 for none."""
 
     def __init__(self, line: Driver, registers: Registers) -> None:
         self.line, self.registers = line, registers
         self.axis = 0
 
     def look(self) -> None:
-        """Without a pending interrupt, start that of the lowest axis with an event enabled by its mask."""
+        """If no interrupt is pending, start one for the lowest axis with an event enabled by its mask."""
         if not self.axis:
             for state in self.registers.states:
                 if state.interrupts:
@@ -28,5 +28,5 @@ class HostInterrupt:
         self.line.deactivate()
 
     def clear(self) -> None:
-        """Reset: clear a pending interrupt.  The line goes high with all outputs."""
+        """Handle a reset: clear a pending interrupt.  The line goes high together with all outputs."""
         self.axis = 0

@@ -1,4 +1,4 @@
-"""The cycles of a chipset: it processes the cycles in which an axis has to decide, and skips all others.
+"""The cycles of a chipset: those in which an axis has a decision to make are processed, all others are skipped.
 
     commands, limits, HOME, encoders                 a cycle that must be processed is an instant of the kernel;
           |  attend: the next cycle is due           a query in between is answered from the present run (catch_up)
@@ -6,8 +6,8 @@
     axis 1   due ------------>|                      due: the next cycle in which an axis decides without an event
     axis 2   due ---->|
 
-At the instant at which a cycle begins, inputs have the levels from just before it, a command that ends there comes
-after it, and the last edge of the pulses before it belongs to them.
+At the instant at which a cycle begins, inputs have the levels from just before it, a command that ends there is
+processed after it, and the last edge of the preceding pulses still belongs to these.
 """
 
 from __future__ import annotations
@@ -59,14 +59,14 @@ class Motion:
         self._schedule()
 
     def stop(self) -> None:
-        """Output no pulse after this instant: reset, or no supply."""
+        """Output no pulse after this instant, because of a reset or the loss of supply."""
         if self.running:
             self.running, self.cycle = False, 0
             for trajectory in self.trajectories:
                 trajectory.pulses.end()
 
     def catch_up(self) -> None:
-        """Show the present cycle in the registers, which an observer is about to read or write."""
+        """Update the registers to the present cycle, because an observer is about to read or write them."""
         if not self.running:
             return
         n = self.cycle_clock.cycle_at(self.kernel.now)
@@ -89,14 +89,14 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """Make the next cycle due after this round: a filtered input is about to change, and may count then."""
+        """Make the next cycle due after this round, because a filtered input is about to change and may count."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 
     def _schedule(self) -> None:
         """Request a call for the next cycle that is due, or for an earlier one.
 
-        A needless call is cheap.  Cancelling it would leave it in the kernel, once for each write of the host during a
+        A needless call is cheap.  Cancelling one would leave an entry in the kernel for each host write during a
         motion that may last for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)

@@ -1,4 +1,4 @@
-"""Omissions of a host: registers that a motion needs, the update, changes refused in motion, codes of a servo chip.
+"""A host's omissions: registers that a motion needs, the update, changes refused in motion, servo chip codes.
 
 Both the chipset and its linter use this file.
 """
@@ -43,12 +43,12 @@ STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or th
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:
-    """Return the commands that must precede an update that is to start an axis; none if the axis is to rest.
+    """Return the commands that must precede an update that is to start an axis; none if the axis is to remain at rest.
 
     Args:
         mode: the profile mode.
-        value: returns the value of a command for an update; None if not known, which counts as 0.
-        written: the commands sent so far; a velocity of 0 that was sent is intended.
+        value: returns the value of a command at an update; None if unknown, which counts as 0.
+        written: the commands sent so far; a velocity of 0 that was sent explicitly is intended.
         starts: True if there is a start velocity, with which trapezoidal mode needs no acceleration.
     """
     speed, *others = NEEDED[mode]
@@ -60,7 +60,7 @@ def missing(mode: int, value: Callable[[str], int | None], written: Container[st
 
 
 def missing_of(mode: int, state: AxisState) -> list[str]:
-    """Return the commands missing from the active registers of an axis."""
+    """Return the commands that are missing, judging from an axis's active registers."""
     active = state.active
     written = {name for name, register in REGISTERS.items() if register in state.written}
     return missing(mode, lambda name: getattr(active, REGISTERS[name]), written, bool(state.start_velocity))
@@ -95,7 +95,7 @@ def servo(sheet: Sheet, code: int) -> str:
 
 
 def codes(sheet: Sheet, data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the code of each packet in bytes of a host, and the end of the packet, which may be beyond them."""
+    """Yield the code of each packet in a host's bytes, and the end of the packet, which may be beyond these bytes."""
     at = 0
     while at < len(data):
         row, sibling = sheet.commands.by_code.get(data[at]), SIBLINGS.get(data[at])

@@ -1,7 +1,7 @@
 """The MC1451A family's profiles for the ramp calculator: trapezoids and S-curves, in the units of their commands.
 
-Both are computed in cycles.  The ramp of a trapezoid ends before the first cycle at its maximum velocity, that of an
-S-curve with its phase 3.
+Both are computed in cycles.  The ramp of a trapezoid ends before the first cycle at its maximum velocity, the ramp of
+an S-curve with its phase 3.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
 class Units:
-    """Conversion of cycles and registers to seconds and steps."""
+    """Converts cycles and registers to seconds and steps."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int) -> None:
         self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
 
     def ps(self, cycles: int) -> int:
-        """Return the picoseconds of a number of cycles."""
+        """Return the duration of a number of cycles in picoseconds."""
         return self.clock.ps(cycles * CYCLE)
 
     def rate(self, arg: Arg, value: int) -> float:
@@ -73,7 +73,7 @@ class ChipsetRamp(Ramp):
     @property
     @abstractmethod
     def law(self) -> Law:
-        """Law of the displacement in each cycle."""
+        """The law of the displacement in each cycle."""
 
     def table(self) -> Iterator[RampSegment]:
         """Yield a segment for each cycle of the ramp, with its rate in steps/s."""
@@ -84,21 +84,21 @@ class ChipsetRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The least distance, in steps, at which the velocity is reached; None if no distance suffices."""
+        """The minimum distance, in steps, at which the velocity is reached; None if no distance suffices."""
         return least(lambda distance: self.made(distance).reached, 1, POSITION.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest distance, in steps, and the command that sets it."""
+        """The minimum and maximum distances, in steps, and the command that sets the distance."""
         return 1, POSITION.high, " (SET_POS)"
 
     @abstractmethod
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move of a number of steps, 1 or more."""
+        """Return the move of a number of steps, at least 1."""
 
 
 class ChipsetMove(Move):
-    """A whole move: laws that follow each other, each for a number of cycles."""
+    """A whole move: a sequence of laws, each for a number of cycles."""
 
     def __init__(
         self, ramp: ChipsetRamp, distance: int, parts: Sequence[tuple[Law, int]], top: int, legs: Mapping[str, int]
@@ -119,7 +119,7 @@ class ChipsetMove(Move):
 
 # ------------------------------------------------------------------------------------------------------------ profiles
 class Trapezoid(ChipsetRamp):
-    """The linear acceleration ramp, from `start` on, which is also the velocity of the first cycle if it is greater."""
+    """The linear acceleration ramp from `start`, which is also the velocity of the first cycle if it is higher."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -137,16 +137,16 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def acceleration(self) -> float:
-        """The acceleration in every cycle, steps/s^2; at most that which reaches the maximum velocity in one cycle."""
+        """The acceleration in every cycle, steps/s^2; at most the one that reaches maximum velocity in one cycle."""
         return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
 
     @property
     def accelerations(self) -> Accelerations:
-        """The first, mean and greatest acceleration."""
+        """The first, mean and maximum accelerations."""
         return Accelerations(*(self.acceleration,) * 3)
 
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move of a distance in steps, 1 or more."""
+        """Return the move over a distance of at least 1 step."""
         parts: list[tuple[Law, int]] = []
         legs = dict.fromkeys(("up", "slew", "down"), 0)
         remaining, speed, top, landing = distance * ONE, 0, 0, False
@@ -165,7 +165,7 @@ class Trapezoid(ChipsetRamp):
 
 
 class SCurvePhases(ChipsetRamp):
-    """The phases 1 to 3 of an S-curve that is long enough; they may end within a cycle."""
+    """Phases 1 to 3 of an S-curve that is long enough; they may end within a cycle."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -179,19 +179,19 @@ class SCurvePhases(ChipsetRamp):
 
     @cached_property
     def law(self) -> Law:
-        """The law of the cycles, of which the last may contain a part of phase 4."""
+        """The law of the cycles; the last cycle may contain a part of phase 4."""
         return SCurve(self.phases.pieces())
 
     @property
     def accelerations(self) -> Accelerations:
-        """The first, mean and greatest acceleration."""
+        """The first, mean and maximum accelerations."""
         speeds = [0, *(self.law.velocity(cycle) for cycle in range(self.cycles + 1))]
         rises = [after - before for before, after in pairwise(speeds)]
         first, greatest = (self.units.rate(ACCELERATION, rise) for rise in (rises[0], max(rises)))
         return Accelerations(first, self.acceleration, greatest)
 
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move of a distance in steps, 1 or more."""
+        """Return the move over a distance of at least 1 step."""
         phases = profile.s_curve(distance * ONE, *self.limits)
         up, slew = risen(phases) >> 17 + 3 * PLACES, phases.peak * phases.coasting >> 16 + 3 * PLACES
         legs = {"up": up, "slew": slew, "down": distance * ONE - up - slew}
@@ -231,11 +231,11 @@ class ChipsetRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
-        """Return the ramp for a set of values, at a crystal in Hz."""
+        """Return the ramp for a set of values; `crystal_hz` is the crystal frequency."""
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the host's commands for a move of a number of steps with these values."""
+        """Return the commands that a host sends for a move of a number of steps with these values."""
         modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
             values["output"] == "high"
         )
@@ -243,11 +243,11 @@ class ChipsetRamps(Calculator):
         return [*modes, *registers, f"SET_POS {steps}", "UPDATE", "wait motion_complete"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the register value of a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the register value for a rate such as "500 steps/s"; None if the text is not a rate."""
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the values around the wanted one; the gentlest among values with the same ramp."""
+        """Yield the values near the wanted one; of values with the same ramp, the gentlest."""
         if len(search.free) > 1:
             names = " and ".join(search.free)
             raise UsageError(f"{self.sheet.part}: {names} cannot both be free; set one of them")
@@ -257,7 +257,7 @@ class ChipsetRamps(Calculator):
 
         @cache
         def ramp(value: int) -> Trapezoid | SCurvePhases:
-            """Return the ramp for a set of values, at a crystal in Hz."""
+            """Return the ramp for a set of values; `crystal_hz` is the crystal frequency."""
             return self.ramp({**search.fixed, name: value}, search.crystal_hz)
 
         if wanted.goal == "steps" and name == "SET_ACC":
@@ -270,22 +270,22 @@ class ChipsetRamps(Calculator):
 
 
 def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
-    """Yield values of the acceleration around a target of steps.
+    """Yield acceleration values whose ramp is near a target number of steps.
 
-    While the ramp has the same number of cycles, a greater acceleration takes more steps; with one cycle less the next
-    tooth begins.  Teeth hardly overlap, so the best values are in the teeth around the target.
+    While the ramp has the same number of cycles, a higher acceleration takes more steps; with one cycle less, the next
+    tooth begins.  Teeth hardly overlap, so the best values are in the teeth near the target.
     """
     target, around = search.wanted.value, search.best + 2
 
     def tooth(value: int) -> tuple[int, int]:
-        """Return the least and the greatest acceleration with the same number of cycles."""
+        """Return the lowest and the highest accelerations with the same number of cycles."""
         count = cycles(value)
         low = least(lambda each: cycles(each) <= count, arg.low, arg.high)
         above = least(lambda each: cycles(each) < count, arg.low, arg.high)
         return low or arg.low, arg.high if above is None else above - 1
 
     def within(low: int, high: int) -> Iterator[int]:
-        """Yield the values of a tooth around the target."""
+        """Yield the values of a tooth that are near the target."""
         return levels(lambda each: -steps(each), -target, low, high, around)
 
     middle = tooth(least(lambda each: steps(tooth(each)[0]) <= target, arg.low, arg.high) or arg.high)

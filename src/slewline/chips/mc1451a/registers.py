@@ -1,6 +1,6 @@
-"""The registers of a chipset, as the manual lists them: those of each axis, and the few common to all axes.
+"""A chipset's registers, as the manual lists them: those of each axis, and the few common to all axes.
 
-An axis has double-buffered registers, registers with immediate effect, and its status.  Commands write here; the
+An axis has double-buffered registers, registers with immediate effect, and a status.  Commands write here; the
 processor of the cycles (motion.py, or the twin) reads them at the start of the next cycle and writes its results.
 """
 
@@ -15,7 +15,7 @@ ONE = 1 << 16  # a step, and a step per cycle, in the 16.16 numbers of the chips
 
 TRAPEZOIDAL, VELOCITY, S_CURVE, GEAR = range(4)  # profile modes, as in the mode word
 
-MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits of the status word
+MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits in the status word
 MOTION_ERROR, POSITIVE_LIMIT, NEGATIVE_LIMIT, COMMAND_ERROR = 16, 32, 64, 128
 
 LIMIT_NAMES = {POSITIVE_LIMIT: "PosLimit", NEGATIVE_LIMIT: "NegLimit"}
@@ -24,19 +24,19 @@ PROFILE_COMMANDS = tuple(row.name for row in ROWS if row.sets and row.sets[0] ==
 
 @dataclass(slots=True)
 class Profile:
-    """The double-buffered registers and actions, registers in the units of their commands."""
+    """The double-buffered registers and actions; registers are in the units of their commands."""
 
     position: int = 0  # steps
     velocity: int = 0  # 1/65536 step per cycle
     acceleration: int = 0  # 1/65536 step per cycle^2, signed
-    max_acceleration: int = 0  # the same, of S-curves
+    max_acceleration: int = 0  # the same for S-curves
     jerk: int = 0  # 2^-32 step per cycle^3
     ratio: int = 0  # 1/65536 step per encoder count, signed
     loaded: frozenset[str] = frozenset()  # registers that the host has written since the last update
     stop: bool = False  # actions are done once
     smooth_stop: bool = False
     synch_prfl: bool = False
-    cause: str = ""  # the command that has updated
+    cause: str = ""  # the command that caused the update
 
     def copy(self) -> Profile:
         """Return an independent copy."""
@@ -51,7 +51,7 @@ VALUES = attrgetter(*(row.name for row in fields(Profile)))
 
 @dataclass(slots=True)
 class AxisState:
-    """State of one axis.  Distances are in 1/65536 step, speeds in the same per cycle."""
+    """The state of one axis.  Distances are in 1/65536 step, speeds in that unit per cycle."""
 
     number: int  # 1 to 4
     buffer: Profile = field(default_factory=Profile)  # written by the host
@@ -65,8 +65,8 @@ class AxisState:
     auto_stop: bool = False
     high_speed: bool = False
     motor_on: bool = True
-    was_off: bool = False  # the motor, since the last cycle that was worked
-    awaits_update: bool = False  # the motor was off, and no update was commanded since it is on: no motion starts
+    was_off: bool = False  # the motor state since the last cycle that was processed
+    awaits_update: bool = False  # no update was commanded since the motor was switched on: no motion starts
     breakpoint: str = ""  # armed condition: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
     comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
     mask: int = 0  # of interrupts
@@ -77,7 +77,7 @@ class AxisState:
     events: int = 0  # bits 0 to 7 of the status word
     in_motion: bool = False
     motion_error: bool = False  # the position error exceeds its limit now
-    reported: bool = False  # RST_INTRPT has tried to clear this motion error: the host knows of it
+    reported: bool = False  # RST_INTRPT has tried to clear this motion error, so the host knows of it
     target: int = 0  # 1/65536 step, -2^46 to 2^46 - 1
     velocity: int = 0  # displacement of this cycle, signed
     phase: int = 0  # phase of an S-curve, 1 to 7; otherwise 0
@@ -104,7 +104,7 @@ class AxisState:
 
     @property
     def position_error(self) -> int:
-        """The position error as reported, in 16 bits."""
+        """The position error as reported, limited to 16 bits."""
         return max(-32768, min(self.error, 32767))
 
     @property
@@ -129,11 +129,11 @@ class AxisState:
         self.buffer.loaded |= {register}
 
     def take(self, cause: str) -> None:
-        """Begin an update, which `cause` requests: a command, or the breakpoint that it has set.
+        """Begin an update requested by `cause`: a command, or the breakpoint that the command has set.
 
-        Buffered values take effect with the next cycle, and so do actions since the last update.
+        Buffered values, and actions since the last update, take effect in the next cycle.
 
-        The motor decides now whether it may start a motion: after MTR_ON the axis stays at rest until a move is
+        The motor state now decides whether a motion may start: after MTR_ON the axis stays at rest until a move is
         initiated (pulse generation control), in whichever cycle that happens.
         """
         self.awaits_update = not self.motor_on
@@ -150,7 +150,7 @@ class AxisState:
         buffer.loaded = frozenset()
 
     def switch_off(self) -> None:
-        """Switch the motor off, by command or by a stall.  The next cycle ends the motion, even if it is on again."""
+        """Switch the motor off, by command or after a stall.  The next cycle ends the motion even if it is on again."""
         self.motor_on, self.awaits_update = False, True
         self.was_off = True
 
@@ -160,12 +160,12 @@ class AxisState:
         return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
-        """Clear the events whose bit in `mask` is 0; a persistent motion error is not cleared."""
+        """Clear the events whose bits in `mask` are 0; a persistent motion error is not cleared."""
         self.events &= mask | (MOTION_ERROR if self.motion_error else 0)
 
 
 class Registers:
-    """The axes of a chipset, `states`, one of which is the current one; and the registers common to all."""
+    """The axes of a chipset, `states`, of which one is current; and the registers common to all axes."""
 
     def __init__(self, axes: int) -> None:
         self.states = [AxisState(number) for number in range(1, axes + 1)]
@@ -185,13 +185,13 @@ class Registers:
         return self.states[self.current - 1]
 
     def by_name(self, number: int, cycle: int) -> dict[str, int]:
-        """Return the registers of an axis in a cycle, named after the commands that write and read them."""
+        """Return the registers of an axis in a cycle, under the names of the commands that write and read them."""
         apart = {"capt": 0, "time": cycle % (1 << 32)}
         state = self.states[number - 1]
         return {name: show(state) if show else apart[name] for name, show in SHOWN.items()}
 
 
 def signed(value: int, bits: int) -> int:
-    """Return a number of `bits` bits in two's complement."""
+    """Interpret a `bits`-bit number as two's complement, and return it."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half

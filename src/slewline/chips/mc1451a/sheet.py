@@ -1,10 +1,10 @@
-"""MC1151A, MC1251A, MC1451A and their -E parts as data.  Source: the chipset's manual (PMD, doc. rev. 12.02, 11/1997).
+"""The MC1151A, MC1251A, MC1451A and their -E parts as data, from the chipset's manual (PMD, rev. 12.02, 11/1997).
 
-One sheet for six parts, which differ in the number of axes and in the encoder chip (-E).  A part is a set of packages:
-I/O chip, CP chip and, with encoders, ENC chip; `where` names the package of a pin.  Pins without a signal of the model,
-such as the wires between the packages, have the package before their name.
+There is one sheet for six parts, which differ in the number of axes and in the encoder chip (-E).  A part is a set of
+packages: I/O chip, CP chip and, with encoders, ENC chip; `where` names a pin's package.  Pins without a signal in the
+model, such as the wires between the packages, have the package as a prefix of their name.
 
-The chipset counts clocks: 8192 of them are a cycle, 2048 a time slice.  Speeds are steps per cycle, in 2^-16.
+The chipset counts clocks: 8192 clocks are a cycle, 2048 a time slice.  Speeds are in 2^-16 steps per cycle.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
-SLICE_TICKS = 2048  # the host port is processed once a slice, four times a cycle
+SLICE_TICKS = 2048  # the host port is processed once per slice, four times per cycle
 RESET_CYCLES = 10  # time for which HostRdy is low after reset
-STANDARD_RANGE, HIGH_RANGE = 16, 512  # pulses per cycle at most
-FILTER_TICKS = 12  # three periods of CLKOUT
+STANDARD_RANGE, HIGH_RANGE = 16, 512  # maximum pulses per cycle
+FILTER_TICKS = 12  # three CLKOUT periods
 CLKOUT_TICKS = 4
 
 # ------------------------------------------------------------------------------------------------- pin description
@@ -37,7 +37,7 @@ _STROBE = "at the strobes"
 def _wires(
     where: str, numbers: Sequence[int], name: str, in_out: InOut, description: str, first: int = 0
 ) -> tuple[Pin, ...]:
-    """Return numbered pins without a signal of the model; `first` is the number of the first one."""
+    """Return numbered pins without a signal in the model; `first` is the number of the first pin."""
     return tuple(
         Pin(number, f"{name}{first + n}", in_out, description, where=where) for n, number in enumerate(numbers)
     )
@@ -118,7 +118,7 @@ def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
 
 
 def _limits(pins: Sequence[Pin]) -> tuple[Limit, ...]:
-    """Return the limits between edges of the pins that a part has."""
+    """Return the limits between edges, for the pins that a part has."""
     names = {pin.name for pin in pins} | {"hostdata"}
     return tuple(limit for limit in LIMITS if names >= {limit.start.split()[0], limit.end.split()[0]})
 
@@ -184,9 +184,9 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 class RegisterRow(PacketRow):
     """A command, with its effect on a register; a command that does more has a method in instructions.py.
 
-    It `sets` a register to a fixed value, `loads` one with the number of the host, of which `bits` are stored (below 0:
-    signed), or `shows` one.  Registers are those of the current axis, of its buffer if the command is buffered; with
-    words other than "current" in `acts`, those of the chipset.
+    It `sets` a register to a fixed value, `loads` one with the host's number, of which `bits` are stored (negative:
+    signed), or `shows` one.  The registers are those of the current axis (of its buffer if the command is buffered);
+    with values of `acts` other than "current", those of the chipset.
     """
 
     sets: tuple[str, object] | None = None
@@ -196,7 +196,7 @@ class RegisterRow(PacketRow):
 
 
 def _do(name: str, code: int, description: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
-    """Return a command: its arguments (`args`), the value that it `reads`, the axes on which it `acts`."""
+    """Return a command with its arguments (`args`), the value that it `reads`, and the axes on which it `acts`."""
     found = () if reads is None else (reads,)
     return RegisterRow(name, name, args, BUSY_US, description, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
 

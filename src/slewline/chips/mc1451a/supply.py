@@ -1,7 +1,7 @@
 r"""The supply and the three causes of a reset: power-up, RESET low, RESET as a command.
 
-RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 µs at least; RESET as a command acts immediately
-cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 µs each, from the end of reset on
+RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       at least 1 µs; RESET as a command acts immediately
+cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 µs each, from the end of the reset
 HostRdy  ‾‾\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
 """
 
@@ -17,17 +17,17 @@ from .cycle_clock import CycleClock
 
 
 class Supplied(NamedTuple):
-    """Actions of a chipset at power-up, power-down and RESET."""
+    """A chipset's actions at power-up, power-down and RESET."""
 
     clock_runs: Callable[[], None]  # the supply is on, and so is CLKOUT
     cleared: Callable[[], None]  # reset has begun: no packet, no motion; registers and outputs as the manual lists them
     begin: Callable[[], None]  # reset is over: cycle 0 begins
-    open: Callable[[], None]  # the first command may come
+    open: Callable[[], None]  # the first command may arrive
     released: Callable[[], None]  # the supply is off: no output is driven
 
 
 class Supply:
-    """The supply and RESET.  `starts` counts resets, so that work due from before a reset is dropped."""
+    """The supply and RESET.  `starts` counts resets, so that work scheduled before a reset is dropped."""
 
     def __init__(
         self, chip: ChipContext, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int
@@ -39,7 +39,7 @@ class Supply:
         self.powered = False
         self.starts = 0
         self.restarting = False  # RESET is the command in progress
-        self.up_ps = self.fell_ps = 0  # times at which the supply came and RESET fell
+        self.up_ps = self.fell_ps = 0  # times at which the supply came up and RESET fell
         self.net.watch(self._reset_changed)
 
     # ---------------------------------------------------------------------------------------------------------- supply
@@ -51,7 +51,7 @@ class Supply:
             self.kernel.settle()
 
     def come(self) -> None:
-        """Power up.  RESET starts the work; a part with RESET high starts without it."""
+        """Power up.  RESET starts the chipset; a part whose RESET is already high starts without it."""
         self.powered = True
         self.up_ps = self.fell_ps = self.kernel.now
         self.supplied.clock_runs()
@@ -91,7 +91,7 @@ class Supply:
         self.restarting = True
 
     def restarted(self) -> bool:
-        """Restart if RESET was the command whose packet is over now; return whether it was."""
+        """Restart if the packet that has just ended was the RESET command; return whether it was."""
         if not self.restarting:
             return False
         self._clear()

@@ -1,4 +1,4 @@
-"""The dialect of lines: a command is a line of text, and so is its answer."""
+"""The lines dialect: a command is a line of text, and so is its answer."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ class Lines(Dialect[LineRow]):
     """The dialect in which a command is a line of text, and so is its answer.
 
     Attributes:
-        longest: the greatest number of characters in a line; 0: no limit.
-        answers: the meaning of each answer, in words.
+        longest: the maximum number of characters in a line; 0 means no limit.
+        answers: the meaning of each answer, as text.
         accepted: the answer to a command that was accepted.
         busy: the answer of a part that cannot execute a command yet.
-        garbled: the answer to a line that was received with errors, and is ignored.
+        garbled: the answer to a line that was received with errors and is ignored.
         refusals: the answers to commands that were not executed.
-        questions: the commands that query a value and change nothing, by the value, each with the pattern of its
+        questions: the commands that query a value and change nothing, keyed by the value, each with the pattern of its
             answer.
         where: the section of the manual.
-        opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
+        opcodes: the trust in the opcodes: "stated" by the manual, or otherwise "chosen".
     """
 
     longest: int = 0
@@ -84,7 +84,7 @@ class Lines(Dialect[LineRow]):
         return spell(row, values)
 
     def meaning_of(self, answer: str) -> str:
-        """Return the meaning of an answer, in words; "" if it only accepts the line."""
+        """Return the meaning of an answer, as text; "" if the answer only accepts the line."""
         return "" if answer == self.accepted else super().meaning_of(answer)
 
     def shorter(self, sheet: Sheet) -> str:
@@ -94,13 +94,13 @@ class Lines(Dialect[LineRow]):
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program line by line; `checked`: each with its checksum."""
+        """Return the bytes that enter a program line by line; if `checked`, each line has its checksum."""
         enter, leave = framing
         texts = [enter.form, *(statement.text for statement in statements), leave.form]
         return b"".join(framed(text, checked) for text in texts)
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return the command of a line, as a list of one; empty if it is not a command."""
+        """Return a list with the command of a line; empty if the line is not a command."""
         found = parse(sheet, text)
         return [found.row] if isinstance(found, Command) else []
 

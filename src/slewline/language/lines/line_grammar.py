@@ -1,11 +1,11 @@
-"""Lines of text, and lines for answers: text in, commands out.  No time, no pins.
+"""Commands that are lines of text, and answers that are lines: text in, commands out.  No time, no pins.
 
     [address] command [argument] [checksum] CR             2 A 3 6 CR: module 2, set output 3
 
     A3         letter and number               G+2       a direction, then a number
-    +250       a sign and a number             jc1,18    two numbers, a comma between them
+    +250       a sign and a number             jc1,18    two numbers, separated by a comma
 
-A letter may have several forms (G10, G+, G+2); the one whose pattern fits is selected.  No function here raises: a
+A letter may have several forms (G10, G+, G+2); the form whose pattern matches is selected.  No function here raises: a
 line that is not a command is a `Refusal`, which the chip answers.
 """
 
@@ -35,7 +35,7 @@ class LineCommand(Command):
 
 
 def checksum(text: bytes, kept: int = KEPT) -> int:
-    """Return the checksum character of a line: sum of the codes, seven bits, one of them always set.
+    """Return the checksum character of a line: the sum of its character codes, in seven bits, one of them always set.
 
     Args:
         text: everything before the checksum, including the address.
@@ -45,7 +45,7 @@ def checksum(text: bytes, kept: int = KEPT) -> int:
 
 
 def framed(text: str | bytes, check: bool = True, kept: int = KEPT) -> bytes:
-    """Return the bytes of a line: with its checksum, if `check`, and a carriage return."""
+    """Return the bytes of a line, with its checksum if `check`, and a carriage return."""
     line = text.encode("ascii") if isinstance(text, str) else text
     return line + (bytes([checksum(line, kept)]) if check else b"") + b"\r"
 
@@ -60,7 +60,7 @@ def spell(row: LineRow, values: Sequence[int]) -> str:
 
 @lru_cache(maxsize=1024)  # hosts repeat the same commands
 def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
-    """Return a line, without address and checksum, as a command of this part."""
+    """Parse a line, without address and checksum, as a command of this part, and return the command."""
     patterns = _patterns(sheet)
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
@@ -91,7 +91,7 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
 
 
 def places(row: LineRow, text: str) -> list[tuple[int, int]]:
-    """Return the places of the arguments in a line, first character and end; an omitted one is at the end."""
+    """Return the places of the arguments in a line, as first character and end; an omitted argument is at the end."""
     rest = text.removeprefix(row.head)
     match = cast("re.Match[str]", _pattern(row).fullmatch(rest))  # the line was parsed as this command
     before = len(text) - len(rest)
@@ -100,7 +100,7 @@ def places(row: LineRow, text: str) -> list[tuple[int, int]]:
 
 
 def usage(row: LineRow) -> str:
-    """Return how a command is written: "A<output>", "G<+/-><input>"."""
+    """Return the syntax of a command: "A<output>", "G<+/-><input>"."""
     text = "" if row.head == SIGN else row.head
     for arg, before in zip(row.args, (None, *row.args), strict=False):
         comma = "," if before is not None and before.sign != "alone" else ""
@@ -110,14 +110,14 @@ def usage(row: LineRow) -> str:
 
 
 def range_of(arg: Arg) -> str:
-    """Return the allowed numbers of an argument, in words."""
+    """Return the allowed numbers for an argument, as text."""
     if arg.sign == "alone":
         return "+, -"
     return f"{arg.low}..{arg.high}" + ("" if arg.zero else " without 0")
 
 
 def nearest(arg: Arg, value: int) -> int:
-    """Return the allowed number of an argument that is nearest to a value."""
+    """Return the allowed number for an argument that is nearest to a value."""
     return min(max(value, arg.low), arg.high) or 1 - arg.zero
 
 
@@ -129,7 +129,7 @@ def _value(arg: Arg, text: str | None) -> int:
 
 @lru_cache(maxsize=64)
 def _patterns(sheet: Sheet) -> dict[str, list[tuple[LineRow, re.Pattern[str]]]]:
-    """Return the forms of each head, longest heads first; commands of sister parts have none."""
+    """Return the forms of each head, longest heads first; a command of a sister part has no forms."""
     heads = sorted({row.head for row in sheet.rows(LineRow)} | set(sheet.foreign), key=lambda head: (-len(head), head))
     return {head: [(row, _pattern(row)) for row in sheet.rows(LineRow) if row.head == head] for head in heads}
 

@@ -1,4 +1,4 @@
-"""The reference of commands that are lines."""
+"""The reference pages for commands that are lines."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
 
 
 def line_table(commands: Iterable[LineRow]) -> str:
-    """Return commands that are lines, as a table."""
+    """Return a table of commands that are lines."""
     heads = ("line", "name", "function", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
         (
@@ -58,6 +58,6 @@ def _opcodes(row: LineRow) -> str:
 
 
 def _taken(row: LineRow) -> str:
-    """Return the states in which a command acts immediately; program entry stores it instead."""
+    """Return the states in which a command acts immediately; during program entry it is stored instead."""
     found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
     return ", ".join(found)

@@ -1,4 +1,4 @@
-"""Remedies for a line that is not a command: the linter shows them before a run, and a module's finding during one."""
+"""Remedies for a line that is not a command, shown by the linter before a run and in a module's findings during it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def arguments(sheet: Sheet, text: str) -> str:
-    """Return the text after the head of a line, if the line is a command with other arguments."""
+    """Return the text after the head of a line, if the line is a command with unsuitable arguments."""
     heads = [row.head for row in sheet.rows(LineRow) if text.startswith(row.head)]
     head = max(heads, key=len, default=SIGN)
     args = {arg.name: range_of(arg) for row in sheet.rows(LineRow) if row.head == head for arg in row.args}
@@ -50,7 +50,7 @@ def arguments(sheet: Sheet, text: str) -> str:
 
 
 def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
-    """Return the problem of a line, in a sentence: the text found, the allowed values, the remedy."""
+    """Return the problem of a line as a sentence: the text found, the allowed values, the remedy."""
     word = remedy(sheet, text, found)
     if not word and found.code == "unknown":
         word = f"its commands begin with {found.allowed}"
@@ -58,7 +58,7 @@ def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def respelled(sheet: Sheet, text: str) -> str:
-    """Return the command that a line becomes with other capitals, or without blanks; empty for none."""
+    """Return the command that a line becomes with different capitalisation or without blanks; empty for none."""
     tight = text.replace(" ", "")
     return next(
         (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""

@@ -1,4 +1,4 @@
-"""The dialect of packets: a command byte and words, written as a mnemonic and a number."""
+"""The packets dialect: a command byte and words, written as a mnemonic and a number."""
 
 from __future__ import annotations
 
@@ -60,18 +60,18 @@ class PacketReader(Reader):
 
 @dataclass(frozen=True, eq=False)
 class Packets(Words):
-    """The dialect in which a command is a packet: a command byte, words to and from the part, a checksum.
+    """The dialect in which a command is a packet: a command byte, words to and from the part, and a checksum.
 
-    A code without a row in the command table and in none of these lists has no data.
+    A code that has no row in the command table and is in none of these lists has no data.
 
     Attributes:
-        illegal: codes that are answered with checksum 0.
+        illegal: the codes that are answered with checksum 0.
         reserved: codes without data or effect.
-        siblings: commands of sister parts by their codes, without effect here.
+        siblings: commands of sister parts by code, which have no effect here.
         version: the version word of the part.
-        status: the fields of the status word of an axis.
-        mode: the fields of the mode word of an axis.
-        slips: names in the text of the manual that are not commands, each with the intended command.
+        status: the fields of an axis's status word.
+        mode: the fields of an axis's mode word.
+        slips: names in the manual's text that are not commands, each with the intended command.
         where: the section of the manual.
     """
 
@@ -109,18 +109,18 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the packet that begins at an address; one of a sister part has its words, but no row."""
+        """Return the packet that begins at an address; a sister part's packet has its words, but no row."""
         found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
         if found.row is None and sibling is not None:
             return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())
         return found
 
     def check_stream(self, sheet: Sheet) -> None:
-        """Refuse a binary stream: packets have no second form."""
+        """Refuse a binary stream, because packets have no second form."""
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return the command with a code in hexadecimal or a name, as a list of one."""
+        """Return a list with the command that has a hexadecimal code or a name."""
         coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
         found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
         return [found or row(sheet, "".join(text.split()[:1]))]
@@ -134,5 +134,5 @@ class Packets(Words):
         return packet_in_full(sheet, row)
 
     def chapters(self, sheet: Sheet) -> list[str]:
-        """Return chapters for the data sheet: the words with fields."""
+        """Return chapters for the data sheet about the words that have fields."""
         return words_of(self)

@@ -1,14 +1,14 @@
-"""Packets: lines of a host script in, words out, and back.  No time, no pins.
+"""Packets: converts lines of a host script to words, and words to lines.  No time, no pins.
 
-    SET_POS 12345             10  0000 3039     command byte; words, the high one first, each high byte first
+    SET_POS 12345             10  0000 3039     command byte; words, high word first, high byte first
     set_vel $2C000            11  0002 C000     case is ignored; hexadecimal after $ or 0x
     SET_ACC -127795           12  FFFE 0CCD     two's complement; $FFFE0CCD is the same number
-    SET_VEL 12345 steps/s     11  0004 0B93     the nearest number, at the crystal of the part; rates.py has the units
+    SET_VEL 12345 steps/s     11  0004 0B93     the nearest number, at the part's crystal; rates.py lists the units
     GET_STATUS                31 [0300]         a word that the chipset returns
     UPDATE                    1A
 
-After the last word the host may read a checksum: the sum of command byte and all words, modulo 65536.  `words` accepts
-only values that the manual allows a host to *send*; to send other words, compose them yourself.
+After the last word the host may read a checksum: the sum of the command byte and all words, modulo 65536.  `words`
+accepts only values that the manual allows a host to *send*; to send other words, compose them yourself.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ...errors import UnknownName, UsageError
 from .. import rates
 from ..dialect import Command, Dialect, Refusal, digits_meant, spoken_as
 
-DIRECTS = ("wait", "expect")  # lines with this start direct the host of a script, like lines with @
+DIRECTS = ("wait", "expect")  # lines that start with this direct a script's host, like lines with @
 WORD = 1 << 16
 _NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
 MOST_MEANT = 3  # commands that a message suggests
@@ -44,7 +44,7 @@ class PacketCommand(Command):
 
 
 class Sibling(NamedTuple):
-    """A command of a sister part, by its code: its name, the words written and read, and its part."""
+    """A sister part's command: its name, the words written and read, and the part."""
 
     name: str
     writes: int
@@ -54,7 +54,7 @@ class Sibling(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Words(Dialect[PacketRow]):
-    """A command byte, words to and from the part, a checksum; `Packets` describes the attributes."""
+    """A command byte, words to and from the part, and a checksum; `Packets` documents the attributes."""
 
     row_type = PacketRow
 
@@ -73,7 +73,7 @@ def words(row: PacketRow, values: Sequence[int]) -> tuple[int, ...]:
     """Return the words that a host writes after the command byte.
 
     Raises:
-        UsageError: too few or too many values, or one that is out of range; the message states the allowed values.
+        UsageError: there are too few or too many values, or one is out of range; the message states the allowed values.
     """
     if len(values) != len(row.args):
         raise UsageError(f"{row.name} takes {row.takes}, not {len(values)} values")
@@ -97,10 +97,10 @@ def words(row: PacketRow, values: Sequence[int]) -> tuple[int, ...]:
 def numbers(
     sheet: Sheet, row: PacketRow, values: Sequence[int | str], crystal_hz: int | None = None
 ) -> tuple[int, ...]:
-    """Return the values of a command as numbers: a rate as text ("12345 steps/s") becomes that of its register.
+    """Return a command's values as numbers; a rate given as text ("12345 steps/s") becomes a register value.
 
     Raises:
-        UsageError: a text that is not a rate, or not one of this register.
+        UsageError: a text is not a rate, or not a rate for this register.
     """
     found = []
     for arg, value in zip_longest(row.args, values):
@@ -119,7 +119,7 @@ def numbers(
 
 
 def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
-    """Return the signed numbers in words from the chipset (`row.reads`)."""
+    """Return the signed numbers contained in words from the chipset (`row.reads`)."""
     data = b"".join(word.to_bytes(2, "big") for word in found)
     result, at = [], 0
     for arg in args:
@@ -134,7 +134,7 @@ def counted(args: Iterable[Arg]) -> int:
 
 
 def checksum(code: int, sent: Iterable[int]) -> int:
-    """Return the checksum of a packet: of its command byte and all its words, written or returned."""
+    """Return a packet's checksum, over its command byte and all its words, both written and returned."""
     return (code + sum(sent)) % WORD
 
 
@@ -145,13 +145,13 @@ def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
 
 
 def shown(word: int, bits: Iterable[Bits]) -> str:
-    """Return a status or mode word as text: names of the bits that are 1, and fields with their numbers."""
+    """Return a status or mode word as text: the names of the bits that are 1, and the fields with their numbers."""
     found = [(each, each.of(word)) for each in bits]
     return " ".join(f"{each.name}={value}" if each.width > 1 else each.name for each, value in found if value)
 
 
 def status_bit(sheet: Sheet, name: str) -> Bits:
-    """Return the bit of the status word with a name.
+    """Return the status word bit that has a name.
 
     Raises:
         UnknownName: there is no such bit; the message lists the bits.
@@ -170,7 +170,7 @@ def row(sheet: Sheet, name: str) -> PacketRow:
 
     Raises:
         UnknownName: the part has no such command; the message suggests one.
-        UsageError: a code instead of a mnemonic.
+        UsageError: a code was given instead of a mnemonic.
     """
     if not isinstance(name, str):
         raise UsageError(f"command {name!r}: expected a mnemonic such as 'GET_STATUS'; packet() sends a code")
@@ -182,7 +182,7 @@ def row(sheet: Sheet, name: str) -> PacketRow:
 
 
 def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand:
-    """Return a line as a command of this part: mnemonic and number; rates per second depend on the crystal.
+    """Parse a line, a mnemonic and a number, as a command of this part; rates per second depend on the crystal.
 
     Raises:
         UsageError: the line is not a command; the message states the allowed values.
@@ -195,7 +195,7 @@ def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCom
 
 
 def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand | Refusal:
-    """Return a line as a command of this part; any other line as a `Refusal`, with the place of the problem."""
+    """Parse a line as a command of this part; return a `Refusal` with the place of the problem for any other line."""
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.rows(PacketRow).by_form.get(name.upper())
     if known is None:
@@ -213,7 +213,7 @@ def spell(row: PacketRow, values: Sequence[int]) -> str:
 
 
 def usage(row: PacketRow) -> str:
-    """Return how a command is written: "SET_POS <position>"."""
+    """Return the syntax of a command: "SET_POS <position>"."""
     return " ".join([row.form, *(f"<{arg.name}>" for arg in row.args)])
 
 
@@ -224,7 +224,7 @@ def range_of(arg: Arg) -> str:
 
 
 def number(text: str, arg: Arg) -> int | None:
-    """Return a decimal or hexadecimal number; hexadecimal may be the two's complement of a negative one."""
+    """Return a decimal or hexadecimal number; a hexadecimal one may be the two's complement of a negative number."""
     match = _NUMBER.fullmatch(text)
     if match is None:
         return None
@@ -281,7 +281,7 @@ def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy
 
 
 def _number_meant(arg: Arg, written: str) -> str:
-    """Return the number that a text which is not a number may mean."""
+    """Return the number that may be meant by a text that is not a number."""
     if meant := digits_meant(written):
         return meant
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
@@ -294,7 +294,7 @@ def _number_meant(arg: Arg, written: str) -> str:
 
 
 def _scaled(arg: Arg, written: str) -> str:
-    """Return the register value for a decimal fraction, in words."""
+    """Return the register value for a decimal fraction, as text."""
     scaled = Fraction(written) * (1 << arg.fraction)
     whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, not a whole number; the nearest is "
     return f"{written} {arg.unit} is {whole}{round(scaled)}"

@@ -1,4 +1,4 @@
-"""The reference of commands that are packets, and of the words about an axis."""
+"""The reference pages for commands that are packets, and for an axis's status and mode words."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
 
 
 def packet(row: PacketRow) -> str:
-    """Return the packet on the host port: code, words that are written, words that are returned in brackets."""
+    """Return the packet on the host port: the code, the words written and, in brackets, the words returned."""
     returned = " ".join(_halves(row.reads))
     return " ".join([f"{row.code:02X}", *_halves(row.args), *([f"[{returned}]"] if returned else [])])
 
 
 def _halves(args: Iterable[Arg]) -> list[str]:
-    """Return words by name, the high one first."""
+    """Return words by name, high word first."""
     return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
 
 
 def _acted_on(row: PacketRow) -> str:
-    """Return the axes that the command is for."""
+    """Return the axes on which the command acts."""
     axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
     return axes.get(row.acts, f"the {row.acts} axis")
 
@@ -51,7 +51,7 @@ def _conditions(row: PacketRow) -> list[str]:
 
 
 def packet_table(sheet: Sheet) -> str:
-    """Return commands that are packets, then the codes without a command."""
+    """Return a table of commands that are packets, followed by the codes without a command."""
     heads = ("packet", "name", "function", "numbers", "acts on", "condition")
     rows = [
         (
@@ -68,7 +68,7 @@ def packet_table(sheet: Sheet) -> str:
 
 
 def words_of(dialect: packet_grammar.Words) -> list[str]:
-    """Return the words about an axis, and the codes that are not commands."""
+    """Return the status and mode words of an axis, and the codes that are not commands."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",

@@ -1,14 +1,14 @@
 """Commands of a letter and its arguments, as text or in binary form.
 
 letter_dialects.py  `Letters`: arguments are decimal numbers and labels, a program is stored as opcodes;
-                    `Verbatim`: hexadecimal numbers, switches, queries and strings, too; a program is stored as text
+                    `Verbatim`: also hexadecimal numbers, switches, queries and strings; a program is stored as text
 forms.py            the common base of both: signs, bytes on the wire
 command_text.py     a decoded command; how commands are spelled
 written_values.py   how numbers are written
 decoder.py          characters in, commands out
 entry.py            the end of a program that is stored as text
 text_reader.py      a line of a program, for assembler and linter
-rules.py            the rules of the linter; in live_rules.py those about a running program
+rules.py            the lint rules; live_rules.py contains those about a running program
 text_reference.py   the table of commands
 """
 

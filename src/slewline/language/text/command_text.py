@@ -16,14 +16,14 @@ NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A label mark: the next command is the instruction that it names."""
+    """A label mark, which names the instruction in the next command."""
 
     letter: str
 
 
 @dataclass(frozen=True, slots=True)
 class CommandText(Command):
-    """A command with contents other than numbers: the characters of a string, the letter of a query.
+    """A command with contents other than numbers: a string's characters, or a query's letter.
 
     `switched`: the first value comes from switches; `flips` are bits of the first value that a prefix inverts.
     """

@@ -1,4 +1,4 @@
-r"""Characters in, commands out.  No time, no pins; the caller states whether they are text.
+r"""Characters in, commands out.  No time, no pins; the caller states whether the characters are text.
 
 Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
 mode sampled with it, how the command continues:
@@ -7,12 +7,12 @@ mode sampled with it, how the command continues:
     ASCII     label letter, mark, then at a letter again                    A$
     ASCII     a slash in front of a letter; a string                        /B 2\r   "done"\r
     binary    letter, count of data bytes, data bytes, low bytes first      52 01 64
-    both      a letter alone that has no terminator (`TextRow.terminated`)
+    both      a single letter without a terminator (`TextRow.terminated`)
 
 Each of these continuations is a state: a method that processes one byte.  The dialect defines which of them exist, and
-the form of an argument.  No method raises: all input of a host has an answer, and its mistakes become notes (code and
-text) for the caller to drain.  In program entry a binary command is stored as it came, opcode and data bytes unchecked;
-therefore one count can load a whole program.
+the form of an argument.  No method raises: every input from a host has an answer, and mistakes become notes (code and
+text) for the caller to drain.  In program entry a binary command is stored as received, with opcode and data bytes
+unchecked; therefore one count can load a whole program.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ def text_of(data: bytes | bytearray) -> str:
 
 
 def shown(byte: int) -> str:
-    """Return a printable character, or the code of any other one."""
+    """Return a printable character unchanged, or the code of any other character."""
     return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"
 
 
 class Decoder(Generic[L_co]):
-    """Incremental decoder of one chip's command port.
+    """The incremental decoder of one chip's command port.
 
-    `at_letter` is true between commands.  `notes` collects the host's mistakes until `take_notes` drains them.
+    `at_letter` is True between commands.  `notes` collects the host's mistakes until `take_notes` drains them.
     """
 
     def __init__(self, sheet: Sheet, dialect: TextDialect) -> None:
@@ -65,7 +65,7 @@ class Decoder(Generic[L_co]):
         self._state: Callable[[int], CommandText | L_co | None] = self._skip_line  # takes a byte after the letter
         self._row: TextRow | None = None  # of the command in progress; None: a letter without a command
         self._before: TextRow | None = None  # the command before, if it has no terminator
-        self._slash = False  # a slash has come in front of the letter
+        self._slash = False  # a slash precedes the letter
         self._line = bytearray()  # input after the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
         self._entering = False  # program entry at the time of the letter; it does not change within a command
@@ -93,7 +93,7 @@ class Decoder(Generic[L_co]):
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
 
     def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | L_co | None:
-        """Process one byte.  `ascii` matters with the letter only; `entering`: program entry is on."""
+        """Process one byte.  `ascii` matters only with the letter; `entering` is True during program entry."""
         if not self.at_letter:
             found = self._state(byte)
         else:
@@ -106,7 +106,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from an index on, `feed` only stores: none ends a command or is a mistake."""
+        """Count the bytes from index `at` that `feed` only stores: none of them ends a command or is a mistake."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -130,7 +130,7 @@ class Decoder(Generic[L_co]):
         return end - at
 
     def keep(self, data: bytes, ascii: bool, entering: bool = False) -> None:
-        """Store bytes that are only stored, as counted by `kept`."""
+        """Store bytes that `feed` would only store, as counted by `kept`."""
         if self.at_letter:
             self.feed(data[0], ascii, entering)
             data = data[1:]
@@ -273,7 +273,7 @@ class Decoder(Generic[L_co]):
         return self._with_numbers(row, body, words[:needed])
 
     def _look(self, takes: str, row: TextRow, body: str, words: Sequence[str], needed: int) -> None:
-        """Report excess words, and wrong spaces: one belongs after the letter, one or a comma between words."""
+        """Report excess words and wrong spaces: one space belongs after the letter, one (or a comma) between words."""
         if len(words) > needed:
             extra = " ".join(words[needed:])
             self._note("extra-argument", f"{takes}; {extra} is ignored", self.dialect.slip(self.sheet, extra, row))
@@ -326,7 +326,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
     def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
-        """Return the data of a display command: as many as announced or received, whichever is less."""
+        """Return the data of a display command: as many bytes as announced or as received, whichever is fewer."""
         if count != len(data):
             self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number is used")
         return data[:count]
@@ -379,7 +379,7 @@ class Decoder(Generic[L_co]):
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
     def _fit(self, row: TextRow, arg: Arg, found: int) -> int:
-        """Cut a number to the bytes of its argument, regardless of its range; the command handles the result."""
+        """Cut a number to its argument's size in bytes, regardless of the range; the command handles the result."""
         self._check(row, arg, found)
         return arg.fit(found)
 
@@ -388,7 +388,7 @@ class Decoder(Generic[L_co]):
             self._range(f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
-        """Cut a number that is not an argument of the table to a byte."""
+        """Cut a number that is not an argument in the command table to a byte."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)
         return found & 0xFF

@@ -1,4 +1,4 @@
-"""The end of program entry, for a program whose characters are stored as they come."""
+"""The end of program entry, for a program whose characters are stored as received."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from .command_text import CR, OPEN_BUS
 
 
 class Entry:
-    """Detector of the end of program entry: its letter also occurs within programs.
+    """Detects the end of program entry, whose letter also occurs within programs.
 
-    In ASCII the letter counts as the first character of a line, in binary in the place of an opcode, so counts are
-    followed.
+    In ASCII the letter counts only as the first character of a line, in binary only in place of an opcode, so counts
+    are followed.
     """
 
     def __init__(self, leave: Row, ascii: bool) -> None:
@@ -18,7 +18,7 @@ class Entry:
         self.at_letter, self.counted, self.left = True, False, 0
 
     def ends(self, byte: int) -> bool:
-        """Process a byte; return whether it ends program entry, otherwise it is to be stored."""
+        """Process a byte; return True if it ends program entry, False if it is to be stored."""
         if self.at_letter and byte == self.leave:
             return True
         if self.ascii:

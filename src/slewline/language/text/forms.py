@@ -17,7 +17,7 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A letter and its arguments.  A sign that a dialect does not have is empty."""
+    """A letter and its arguments.  A sign that a dialect does not use is empty."""
 
     streams = True
     row_type = TextRow
@@ -34,7 +34,7 @@ class TextDialect(Dialect[TextRow]):
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return the arguments in a text that is not empty."""
+        """Return the arguments in a non-empty text."""
         return BETWEEN.split(argument)
 
     def value(self, word: str) -> int | None:
@@ -61,7 +61,7 @@ class TextDialect(Dialect[TextRow]):
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
     def sent(self, sheet: Sheet, line: str) -> bytes:
-        """Return a line as a host sends it: with a carriage return, if its last command has one."""
+        """Return a line as a host sends it, with a carriage return if its last command ends with one."""
         at = 0
         while self.mark and line[at + 1 : at + 2] == self.mark:
             at += 2
@@ -75,7 +75,7 @@ class TextDialect(Dialect[TextRow]):
         """Return a line in binary form: letter, count, data.
 
         Raises:
-            UsageError: the line is not a command, or has a label or an argument that binary does not have.
+            UsageError: the line is not a command, or contains a label or an argument that does not exist in binary.
         """
         decoder, out = self.decoder(sheet), b""
         for byte in self.sent(sheet, line):
@@ -102,7 +102,7 @@ class TextDialect(Dialect[TextRow]):
         return self.block(row, data)
 
     def block(self, row: TextRow, data: bytes) -> bytes:
-        """Return a command in binary form: its letter, and if it has data, their count in front of them."""
+        """Return a command in binary form: its letter and, if it has data, the byte count and the data."""
         return bytes([self.byte(row)]) + (bytes([len(data)]) + data if row.terminated else b"")
 
     def byte(self, row: Row) -> int:
@@ -121,13 +121,13 @@ class TextDialect(Dialect[TextRow]):
     def entered_binary(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all of it."""
+        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all of them."""
         before, after = self.framed(sheet, framing, statements)
         program = self.binary(sheet, statements, single_count)
         return b"".join(self.sent_binary(sheet, line) for line in before) + program + self.sent_binary(sheet, after)
 
     def framed(self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement]) -> tuple[list[str], str]:
-        """Return the lines before a program, with its address unless that is 0, and the one after it."""
+        """Return the lines before a program, with its address unless that is 0, and the line after it."""
         address = statements[0].address if statements else 0
         pointer = [f"{sheet.acting('pointer')[0].form} {address}"] if address else []
         return [*pointer, framing[0].form], framing[-1].form
@@ -141,5 +141,5 @@ class TextDialect(Dialect[TextRow]):
         raise NotImplementedError
 
     def check_stream(self, sheet: Sheet) -> None:
-        """Accept every part: each has a text and a binary stream."""
+        """Accept every part, because each has a text stream and a binary stream."""
         return

@@ -20,7 +20,7 @@ from .written_values import BETWEEN, hint, number
 
 
 class ReadAlike:
-    """Common base of both dialects: parser of a line, and description of a command."""
+    """The common base of both dialects: the parser of a line, and the description of a command."""
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
         """Return a reader of one line that begins at a column of the source."""
@@ -39,7 +39,7 @@ class ReadAlike:
 
 @dataclass(frozen=True, eq=False)
 class Letters(ReadAlike, TextDialect):
-    """The dialect in which a command is a letter with numbers after it.
+    """The dialect in which a command is a letter followed by numbers.
 
     Attributes:
         mark: the character after the letter of a label.
@@ -54,7 +54,7 @@ class Letters(ReadAlike, TextDialect):
     line_limit, argument_limit = 256, 255
 
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return as many arguments as a command has; the last one includes the rest."""
+        """Return as many arguments as a command has; the last one includes the rest of the text."""
         return BETWEEN.split(argument, len(row.args) - 1 or -1)
 
     def value(self, word: str) -> int | None:
@@ -101,7 +101,7 @@ class Letters(ReadAlike, TextDialect):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Rules for programs that are stored as opcodes."""
+        """The lint rules for programs that are stored as opcodes."""
         from .rules import FOR_TOKENS  # running a chip does not load the linter
 
         return FOR_TOKENS
@@ -109,20 +109,20 @@ class Letters(ReadAlike, TextDialect):
 
 @dataclass(frozen=True, eq=False)
 class Verbatim(ReadAlike, TextDialect):
-    """The dialect in which a command is a letter with numbers after it, stored as text.
+    """The dialect in which a command is a letter followed by numbers, stored as text.
 
     Attributes:
         queries: the letters that can be queried, each with the number of digits in its answer.
-        asked: the values of queries, in words, for letters that set no register.
-        answer_bytes: the number of bytes in a binary answer, by the number of digits in text.
-        listing: the letter that queries lines of the memory.
+        asked: the queried values, as text, for letters that set no register.
+        answer_bytes: the number of bytes in a binary answer, by the number of digits in the text form.
+        listing: the letter that queries memory lines.
         query: the form of the command that queries.
         quote: the form of the command that sends a string.
         display: the form of the command that writes to a display.
         negate: the prefix that inverts the bits `flips` of the first argument of the commands `negated`.
         negated: the commands that can have this prefix.
-        flips: the bits that it inverts, as a mask.
-        switches: the character for a first argument read from switches.
+        flips: the bits that the prefix inverts, as a mask.
+        switches: the character that stands for a first argument read from switches.
         page: the number of bytes that a branch with a one-byte address can reach.
     """
 
@@ -147,7 +147,7 @@ class Verbatim(ReadAlike, TextDialect):
         return number(word)
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return 0 in place of a number from switches, where it is allowed."""
+        """Return 0 in place of a number from switches, where such a number is allowed."""
         return 0 if word == self.switches and arg is row.args[0] else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
@@ -165,7 +165,7 @@ class Verbatim(ReadAlike, TextDialect):
         return statement.text.encode("latin-1") + END
 
     def start(self, statements: Sequence[Statement]) -> int:
-        """Return the pointer after some commands: the start of a program that is entered now."""
+        """Return the pointer after some commands, which is the start of a program that is entered then."""
         pointer = 0
         for statement in statements:
             if statement.block >= 0:
@@ -177,7 +177,7 @@ class Verbatim(ReadAlike, TextDialect):
         return pointer
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement of a program with its branch address, which is in the page after the statement."""
+        """Return a program statement with its branch address, which is in the page of the byte after the statement."""
         target = statement.target
         if target is None or statement.row.args[-1].size > 1:
             return statement
@@ -186,7 +186,7 @@ class Verbatim(ReadAlike, TextDialect):
         return replace(statement, operands=operands)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction that begins at an address of the memory; empty cells are one without a row."""
+        """Return the instruction that begins at a memory address; empty cells form an instruction without a row."""
         if stored[at] == OPEN_BUS:  # all adjacent empty cells
             erased = len(stored) - at - len(stored[at:].lstrip(bytes([OPEN_BUS])))
             return Instruction(at, bytes(stored[at : at + erased]), None, ())
@@ -208,7 +208,7 @@ class Verbatim(ReadAlike, TextDialect):
         return instruction.data.rstrip(b"\r").decode("latin-1")
 
     def longest_instruction(self, sheet: Sheet) -> int:
-        """Return the greatest number of bytes of an instruction."""
+        """Return the maximum number of bytes in an instruction."""
         return 12
 
     def shorter(self, sheet: Sheet) -> str:
@@ -225,7 +225,7 @@ class Verbatim(ReadAlike, TextDialect):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Rules for programs that are stored as text."""
+        """The lint rules for programs that are stored as text."""
         from .rules import FOR_TEXT  # running a chip does not load the linter
 
         return FOR_TEXT

@@ -1,4 +1,4 @@
-"""Rules of the linter for the commands of a running program, and for commands that come too early."""
+"""Lint rules for commands sent while a program runs, and for commands sent too early."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PASSES_TIME = ("wait", "until", "bytes", "to")  # after these it is unknown whet
 
 
 def listed(rows: Iterable[Row]) -> str:
-    """Return commands as a list in a remedy: T, J or X."""
+    """Return commands as a list for a remedy: T, J or X."""
     forms = [row.form for row in rows]
     return " or ".join([", ".join(forms[:-1]), forms[-1]]) if len(forms) > 1 else "".join(forms)
 
@@ -39,7 +39,7 @@ def _waits(pin: Pin, holds: int) -> str:
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the level of a pin that means its role, or with `holds` 0 the opposite."""
+    """Return the pin level that means its role or, with `holds` 0, the opposite level."""
     return holds if pin.sense != 0 else 1 - holds
 
 
@@ -47,7 +47,7 @@ _NEVER = re.compile(r"(?!)")
 
 
 def live(source: Source) -> None:
-    """Report the problems of the commands of @live."""
+    """Report the problems of the commands in @live directives."""
     for item in directives(source):
         for column, command in live_commands(item):
             for problem in read(command, source.sheet).problems:
@@ -55,7 +55,7 @@ def live(source: Source) -> None:
 
 
 def live_commands(item: Directive) -> list[tuple[int, str]]:
-    """Return the commands of @live, each with its first column."""
+    """Return the commands of an @live directive, each with its first column."""
     if item.verb != "live":
         return []
     begin = len("@live")
@@ -69,7 +69,7 @@ def live_commands(item: Directive) -> list[tuple[int, str]]:
 
 @dataclass
 class DialogueState:
-    """Possible state of the chip during a text: the stored program, the running one, and whether the motor moves."""
+    """A possible state of the chip during a text: the stored and running programs, and whether the motor moves."""
 
     source: Source
     stored: bool = False
@@ -116,7 +116,7 @@ class DialogueState:
             self.stored = False
 
     def check_still_running(self, item: Statement | Directive, instead: str) -> None:
-        """Report a command during a running program, which ignores it, or a read-out, which needs one."""
+        """Report a command that a running program ignores, or a read-out that requires a running program."""
         if self.started is None:
             return
         begun = f"{self.started.text} of line {self.started.line}"
@@ -129,7 +129,7 @@ class DialogueState:
 
 
 def course(source: Source) -> None:
-    """Report commands during a running program, runs without a program, and read-outs on the fly without a motion."""
+    """Report commands sent to a running program, runs without a program, and read-outs on the fly without a motion."""
     chip = DialogueState(source)
     for item in source.items:
         if isinstance(item, Directive):

@@ -1,4 +1,4 @@
-"""Rules of the linter for programs: their start and end, loops, labels, pages."""
+"""Lint rules for programs: their start and end, loops, labels and pages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
 
 
 def loops(source: Source) -> None:
-    """Report nested loops, for a part with a single count, and loops of one pass."""
+    """Report nested loops, for a part with a single loop count, and loops of one pass."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
     alternatives = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
     for outer, inner in nested(source):
@@ -54,7 +54,7 @@ def loops(source: Source) -> None:
 
 
 def kinds_of_loops(source: Source) -> None:
-    """Report a loop within one of its own kind, for a part with one count for each kind."""
+    """Report a loop within a loop of its own kind, for a part with one count per kind."""
     for outer, inner in nested(source):
         if inner.row is outer.row:
             found = f"the loop of line {inner.line} is inside this one, and has the same count"
@@ -63,7 +63,7 @@ def kinds_of_loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """Report a branch with a one-byte address at the end of a page: it branches into the page of the byte after it."""
+    """Report a branch with a one-byte address at the end of a page, as it goes to the page of the byte after it."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:
@@ -75,7 +75,7 @@ def pages(source: Source) -> None:
 
 
 def misplaced(source: Source) -> None:
-    """Report commands with little effect at their place."""
+    """Report commands that have little effect where they are."""
     enter, leave = source.sheet.enter, listed(source.sheet.leave)
     for statement in source.statements:
         inside, row = statement.block >= 0, statement.row

@@ -1,4 +1,4 @@
-"""The parser of a line of letters with arguments: R 80, A$N 100, L 6,A; R 87H, /B 2, L #,16, ? M,2, "done"."""
+"""The parser for lines of letters with arguments: R 80, A$N 100, L 6,A; R 87H, /B 2, L #,16, ? M,2, "done"."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ARGUMENTS = re.compile(r"[^ ,]+(?:(?: *, *| +)[^ ,]+)*")
 
 
 class TextReader(Reader):
-    """Parser of one line, which may contain several commands."""
+    """Parses one line, which may contain several commands."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         super().__init__(source, number, column, text)
@@ -60,7 +60,7 @@ class TextReader(Reader):
         return labels
 
     def fits(self) -> bool:
-        """Return whether the line can be sent; report one that is too long, or has a character that is not a byte."""
+        """Return whether the line can be sent; report it if it is too long or has a character that is not a byte."""
         text, limit = self.text, self.spoken.line_limit
         odd = next((at for at, letter in enumerate(text) if ord(letter) > 0xFF), None)
         if len(text) > limit:
@@ -87,8 +87,8 @@ class TextReader(Reader):
         self.error(first, end, "extra-argument", found, "", row.where, self.without(row, argument))
 
     def without(self, row: Row, extra: str) -> str:
-        """Return the remedy for text after the end of a command: another command has a line of its own."""
-        if odd := slip_remedy(self.sheet, extra):  # a character that explains the problem
+        """Return the remedy for text after the end of a command: a further command needs its own line."""
+        if odd := slip_remedy(self.sheet, extra):  # a character that in itself explains the problem
             return odd
         elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
         extra = extra.lstrip(" ,;\t").rstrip()
@@ -154,7 +154,7 @@ class TextReader(Reader):
         return known if len(known) == needed else None
 
     def spacing(self, row: Row, at: int) -> None:
-        """Report unusual spaces: the chip is expected to accept them, but one is more readable."""
+        """Report unusual spaces: the chip is expected to accept them, but a single space is more readable."""
         rest, end = self.text[at:], len(self.text)
         if not _ARGUMENTS.fullmatch(rest.strip(" ")):
             allowed = "one comma or one space between arguments"
@@ -166,7 +166,7 @@ class TextReader(Reader):
             self.source.report(self.spot(at, end), "spacing", "note", found, section=section, remedy=remedy)
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
-        """Return the value of an argument from its word at a column; None, with a report, if it is not a value."""
+        """Return the argument in a word at a column; if the word is not a value, report it and return None."""
         end, place = at + len(word), self.spot(at, at + len(word))
         where = row.where.split("; ")[-1] if self.spoken.tokens else row.where  # a table of ranges is named last
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"
@@ -188,7 +188,7 @@ class TextReader(Reader):
         return f"the nearest is {min(max(number, arg.low), arg.high)}"
 
     def allowed(self, arg: Arg) -> str:
-        """Return the allowed values of an argument, in words."""
+        """Return the allowed values of an argument, as text."""
         letters = self.sheet.labels if arg.label else ""
         return f"{arg.low}..{arg.high}" + (f" or a label {letters[0]}..{letters[-1]}" if letters else "")
 

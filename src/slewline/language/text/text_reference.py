@@ -1,4 +1,4 @@
-"""The reference of commands: how each is written, sent and stored, in text and in binary."""
+"""The reference pages for commands: how each is written, sent and stored, in text and in binary."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .forms import TextDialect
 
 
 def usage(row: TextRow, spoken: TextDialect) -> str:
-    """Return how a command is written in ASCII: `L count,target`."""
+    """Return the syntax of a command in ASCII: `L count,target`."""
     others = {spoken.query: " letter", spoken.quote: f"characters{row.form}", spoken.display: "address,count,data..."}
     return f"{row.form}{others.get(row.form) or ' ' + ','.join(arg.name for arg in row.args)}".rstrip()
 

@@ -19,12 +19,12 @@ def number(word: str) -> int | None:
 
 
 def query_meant(letter: str, letters: Iterable[str]) -> str:
-    """Return the remedy for a query of a letter in lower case; empty if its capital cannot be queried either."""
+    """Return the remedy for a query with a lower-case letter; empty if its capital cannot be queried either."""
     return f"write ? {letter.upper()}: letters are upper case" if letter.upper() in {*letters} - {letter} else ""
 
 
 def hint(word: str) -> str:
-    """Return the remedy for a word that is not a number but may be a hexadecimal one; empty if none is known."""
+    """Return the remedy for a word that may be meant as a hexadecimal number; empty if none is known."""
     digits = word.translate(LIKE_DIGITS)
     if digits != word and number(digits) is not None:
         return f"write {digits}, {IN_DIGITS}"

@@ -1,1 +1,1 @@
-"""Interfaces: parallel and serial side, local bus, display, user bits."""
+"""The interfaces: parallel and serial sides, local bus, display and user bits."""

@@ -1,7 +1,7 @@
 """The arbiter of the two sources of commands, parallel and serial side.
 
 The side that begins a command owns the chip until its end; the other one waits, with IO_REQUEST low or in the buffer of
-the serial side.  Characters of two sides are never mixed in one command (ch. 16 states this for memory and host).
+the serial side.  Characters from both sides are never mixed in one command (ch. 16 states this for memory and host).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from .serial_side import SerialSide
 
 
 class InputArbiter:
-    """Bytes of commands, in the order in which the chip reads them.  `owner` is the side that owns the chip."""
+    """The bytes of commands, in the order in which the chip reads them.  `owner` is the side that owns the chip."""
 
     def __init__(self, chip: ChipContext, port: ParallelPort, serial: SerialSide) -> None:
         self.chip, self.kernel, self.port, self.serial = chip, chip.kernel, port, serial
@@ -23,18 +23,18 @@ class InputArbiter:
         self.program = False  # a program runs, and waits for the rest of a command
 
     def reset(self) -> None:
-        """RESET: release the chip from both sides; the serial side measures its rate again."""
+        """For RESET: release the chip from both sides; the serial side measures its baud rate again."""
         self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.restart()
         self._show()
 
     def restart(self) -> None:
-        """I: let the serial side measure its rate again; a handshake in progress continues."""
+        """For I: let the serial side measure its baud rate again; a handshake in progress continues."""
         self.serial.restart()
 
     def killed(self, powered: bool) -> None:
-        """End all input in progress, and set the outputs to rest."""
+        """End all input in progress, and set the outputs to their idle levels."""
         self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.killed()
@@ -63,7 +63,7 @@ class InputArbiter:
 
     @property
     def answering(self) -> bool:
-        """True during a command of the serial side, or while a character waits that the chip will read unprompted."""
+        """True during a command from the serial side, or while a character waits that the chip reads unprompted."""
         if self.owner is self.serial and self.at_work:
             return True
         return bool(self.serial.buffer) and not self.port.host_is_next
@@ -76,7 +76,7 @@ class InputArbiter:
     async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
         """Return the first byte of a command, from the side that begins one.
 
-        An FF over the bus while a program runs is the empty handshake: the program waits for the letter after it.  Any
+        An FF on the bus while a program runs is the empty handshake: the program waits for the letter after it.  Any
         other FF is ignored, and leaves the chip to the next side.
 
         Args:
@@ -84,7 +84,8 @@ class InputArbiter:
             running: a program runs, so that the parallel side begins with the empty handshake.
 
         Returns:
-            -1 if no command has begun: one of the others has changed, a request was withdrawn, or it was an FF.
+            -1 if no command has begun: one of the other inputs has changed, a request was withdrawn, or the byte was
+            FF.
         """
         self.program = running
         if self.owner is None and not self.pending and not (running or await self._begins(others)):
@@ -99,7 +100,7 @@ class InputArbiter:
         return byte
 
     async def _begins(self, others: tuple[tuple[Net, int | None], ...]) -> bool:
-        """Wait, idle, until a side begins a command or one of the others ends the wait; return whether a side did."""
+        """Wait, idle, until a side begins a command or another input ends the wait; return whether a side has begun."""
         self.chip.waits(f"waiting for {LETTER}")
         self.chip.idle = True
         await self.port.requested((self.serial.arrived, None), *others)
@@ -107,7 +108,7 @@ class InputArbiter:
         return self.pending
 
     async def _first(self, running: bool) -> int:
-        """Return the next byte of the side that owns the chip, or of one that requests it; -1 if it has withdrawn."""
+        """Return the next byte from the side that owns or requests the chip; -1 if the request was withdrawn."""
         if self.owner is not None:
             return await self.byte()
         if not self.port.asked:
@@ -119,7 +120,7 @@ class InputArbiter:
         return byte
 
     async def byte(self) -> int:
-        """Return the next byte of the side that owns the chip."""
+        """Return the next byte from the side that owns the chip."""
         chip, port, serial = self.chip, self.port, self.serial
         if self.owner is port:
             if not port.come:
@@ -142,7 +143,7 @@ class InputArbiter:
         return serial.take()
 
     async def taken(self, tick: int) -> None:
-        """Finish a byte, at a tick: the next one may come."""
+        """Finish a byte at a tick: the next byte may then arrive."""
         if self.owner is self.port:
             await self.port.done(tick)
         else:

@@ -1,6 +1,6 @@
-"""The destination of replies and strings, selected by the mode: TXD, plain or to an LCD, parallel port or HP display.
+"""The destination of replies and strings, selected by the mode: TXD (plain or to an LCD), parallel port or HP display.
 
-The controller of the LCD has codes that no readable page states: TXD sends it the same characters as a plain device
+The LCD controller's codes are on no legible page of the manual, so TXD sends it the same characters as a plain device
 (quirk CY545-UND-LCD).
 """
 
@@ -40,11 +40,11 @@ class Display:
 
     # ---------------------------------------------------------------------------------------------------------- answers
     async def reply(self, letter: str, value: int) -> None:
-        """Answer a query: letter, equals sign, and digits or bytes by the width of the register."""
+        """Answer a query: letter, equals sign, and as many digits or bytes as the register's width requires."""
         await self.put(self.reply_of(letter, value))
 
     def reply_of(self, letter: str, value: int) -> bytes:
-        """Return the answer to a query: R=00100 and a carriage return, or in binary its bytes, the high one first."""
+        """Return the answer to a query: R=00100 and a carriage return or, in binary, the bytes, high byte first."""
         digits = sheet.QUERIES[letter]
         head = f"{letter}=".encode()
         if self.registers.ascii:
@@ -52,14 +52,14 @@ class Display:
         return head + value.to_bytes(sheet.ANSWER_BYTES[digits], "big")
 
     async def position(self) -> None:
-        """Show the position after a step of jog or home, if the mode selects it (ch.16, Automatic Position Display)."""
+        """Show the position after a jog or homing step if the mode selects it (ch.16, Automatic Position Display)."""
         if self.registers.has(sheet.MB_SHOW):
             await self.reply("P", self.chip.axes[0].position)
             self.chip.sync_forward()  # the host, or TXD, has taken some time
             await self.chip.ticks(0)
 
     async def listing(self, lines: int) -> None:
-        """Send the pointer, then lines of the memory from there on; the pointer is unchanged."""
+        """Send the pointer, then memory lines beginning there; the pointer itself is unchanged."""
         await self.put(self.reply_of("Y", self.registers.pointer))
         line, address = bytearray(), self.registers.pointer
         while lines and address < sheet.MEMORY_BYTES:

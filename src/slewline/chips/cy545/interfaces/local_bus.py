@@ -8,8 +8,9 @@ r"""The local bus: cycles on the data bus that reach memory, display and switche
     WR                                               \_____________/
 
 Only the memory has a high address byte, latched as XMEM_SEL falls; low addresses are latched as ALE falls.  A cycle
-takes `fetch` clocks, of which a phase is a tenth (inferred).  The outputs of a cycle are promised as it begins; the
-byte of a read is sampled just before RD rises.  While no other part watches the bus, a read of the memory is one value.
+takes `fetch` clocks; a phase is a tenth of them (inferred).  The outputs of a cycle are promised as it begins; the
+byte of a read is sampled just before RD rises.  While no other part watches the bus, a memory read is handled as a
+value.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ ADDRESSES = 0x3F  # of the display, which has six address lines
 class LocalBus:
     """The only writer of XMEM_SEL, SW_SEL, ALE, RD and WR, and of the data bus during cycles.
 
-    Every cycle begins at the present tick of the chip, and has ended when its call returns.
+    Every cycle begins at the chip's present tick, and has ended when the call returns.
     """
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
@@ -51,7 +52,7 @@ class LocalBus:
 
     # --------------------------------------------------------------------------------------------------------- memory
     async def read(self, address: int) -> int:
-        """Return the byte of the memory at an address, 0 to 65535; FF if there is none."""
+        """Return the memory byte at an address, 0 to 65535; FF if there is none."""
         start = await self._begin()
         if self.value.begin(start, address):
             await self.chip.at_tick(start + self.fetch)
@@ -63,7 +64,8 @@ class LocalBus:
     async def write(self, address: int, byte: int) -> bool:
         """Write a byte and read it back until both agree; return whether they did within `verify_timeout`.
 
-        Finding verify-timeout: they did not; the chip continues all the same (quirk CY545-UND-TIMEOUT).
+        If they did not, finding verify-timeout is reported and the chip continues all the same (quirk
+        CY545-UND-TIMEOUT).
         """
         await self.chip.ticks(self.before)
         start = await self._begin()
@@ -86,10 +88,10 @@ class LocalBus:
 
     # ------------------------------------------------------------------------------------------ switches and display
     async def digits(self, letter: str, count: int) -> list[int]:
-        """Return the digits on the thumbwheel switches for a command, most significant first, 0 to 15 each.
+        """Return the digits set on the thumbwheel switches for a command, most significant first, 0 to 15 each.
 
-        The address of a digit is inferred (quirk CY545-UND-THUMB-ADDRESS): the low five bits of the letter, and three
-        bits that count the digits.
+        The address of a digit is inferred (quirk CY545-UND-THUMB-ADDRESS): the low five bits of the letter and three
+        bits that contain the number of the digit.
 
         Args:
             letter: the letter of the command.
@@ -128,7 +130,8 @@ class LocalBus:
     async def _begin(self) -> int:
         """Return the tick of a cycle that begins now, after a host has removed its byte from the bus.
 
-        A host that has had its handshake keeps its byte until it raises IO_REQUEST; before that it leaves the bus open.
+        After its handshake, a host holds its byte on the bus until it raises IO_REQUEST; before that it leaves the bus
+        open.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:
@@ -168,7 +171,7 @@ class LocalBus:
         return self.drivers[pin].pulses(self.ps(start, STROBE), self.ps(start, rises))
 
     def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
-        """Return the chip's levels on the data bus: both bytes of an address, and the byte to write."""
+        """Return the levels that the chip drives on the data bus: both address bytes, and the byte to write."""
         times = tuple(self.ps(start, phase) for phase in (0, LOW, DATA, READ))
         return None, times, (None if high is None else (0xFF, high), (0xFF, low), data, None)
 
@@ -196,7 +199,7 @@ class BusEnd(End, Protocol):
 
 
 class MemoryRead(Leader[Exchange]):
-    """Reads of the memory as one value each: the levels of all bus lines in the last read, or the one in progress."""
+    """Memory reads handled as one value each: all bus levels in the last read or in the one in progress."""
 
     def __init__(self, bus: LocalBus) -> None:
         super().__init__(bus.drivers["ale"].net)
@@ -227,14 +230,14 @@ class MemoryRead(Leader[Exchange]):
 
     @property
     def byte(self) -> int:
-        """Byte that has been read."""
+        """The byte that has been read."""
         if self.exchange is None or not self.exchange.by_value:
             return self.sampled
         return 0xFF if (byte := self.memory.read()) is None else byte
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return the reads possible with the parts on the bus; None without a memory that does nothing else."""
+        """Return the reads that the parts on the bus allow; None unless the memory there has no other function."""
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]
         if len(selected) != 1 or not selected[0].by_address or selected[0].driver.net is not self.chip.bus.root:
@@ -250,13 +253,13 @@ class MemoryRead(Leader[Exchange]):
         return Exchange(led, {self.memory.driver: self._answer}, ends, self._withdrawn)
 
     def _answer(self, state: tuple[int, int, int | None]) -> Wave:
-        """Return the memory's levels on the bus in a read, given its first tick, the address and the byte there."""
+        """Return the memory's output levels in a read, given its first tick, the address and the byte there."""
         start, _, byte = state
         _, times, _ = self.bus.strobe_wave("rd", start, READ)
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:
-        """Let the parts continue alone with their latched addresses; the chip samples the bus in time."""
+        """Let the parts continue on their own with the latched addresses; the chip samples the bus in real time."""
         read, latch = (self.bus.ps(self.start, phase) for phase in (READ, LATCH))
         memory, (high, low) = self.memory, self.latched
         if self.chip.kernel.now >= read:  # the chip samples before any change in that instant

@@ -1,6 +1,6 @@
-r"""The parallel side: bytes in and out over the data bus, each with a handshake (ch. 16, The Parallel Handshake).
+r"""The parallel side: bytes in and out over the data bus, with a handshake for each (ch. 16, The Parallel Handshake).
 
-A byte of the host, and one for the host (times at 12 MHz):
+A byte from the host (left), and a byte to the host (right), with times at 12 MHz:
 
     IO_REQUEST  ‾‾‾\__________/‾‾‾‾‾‾‾‾‾     FPL         ‾\__________________/‾‾‾‾‾   CY545: up before BUSY falls
     bus         --<   byte   >----------     IO_REQUEST  ‾‾‾\_________/‾‾‾‾‾‾‾‾‾‾‾‾
@@ -8,9 +8,9 @@ A byte of the host, and one for the host (times at 12 MHz):
                    |25 µs|     |25 µs|       BUSY        ‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾
                                                             |25 µs| |25 µs|
 
-BUSY falls only as an answer to the host: a host that has lowered IO_REQUEST reads any fall as the answer.  The bus also
-connects memory, display and switches: the host drives it from its request to the fall of BUSY, and leaves it open in
-the first handshake of a command that may come during a running program; an open bus reads as FF.
+BUSY falls only as an answer to the host: a host that has lowered IO_REQUEST takes any falling edge as the answer.  The
+bus also connects memory, display and switches: the host drives it from its request until BUSY falls, and leaves it open
+in the first handshake of a command that may arrive during a running program; an open bus reads as FF.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ EMPTY = 0xFF  # value of an undriven bus, by its pull-ups
 
 
 class FlowReader(Protocol):
-    """Reader that assembles commands from the received bytes."""
+    """A reader that assembles commands from the received bytes."""
 
     @property
     def at_letter(self) -> bool:
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from an index on, only become part of a command; -1 if none may come as one value."""
+        """Count the bytes from index `at` that only become part of a command; -1 if none may arrive as one value."""
 
 
 class ParallelPort:
-    """IO_REQUEST, BUSY, FPL and the data bus, towards the host."""
+    """The chip's end of IO_REQUEST, BUSY, FPL and the data bus, towards the host."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.clock, self.ticks, self.bits = chip, chip.kernel, chip.clock, ticks, bits
@@ -77,14 +77,14 @@ class ParallelPort:
         self.halfway: tuple[int, int, int] | None = None  # a requested byte: tick, byte, changes
         self.rose: int | None = None  # when IO_REQUEST rose for a byte that the chip has already processed (ps)
         self.stage, self.awaiting, self.first, self.token = HandshakeStage.AWAITED, False, False, 0
-        self.open = False  # BUSY is low for a byte of the host
+        self.open = False  # BUSY is low for a byte from the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
         self.served = -1  # changes of IO_REQUEST when that byte was requested
         self.rest(True)
         self.bits.fpl(1)
 
     def rest(self, powered: bool) -> None:
-        """Drive BUSY high, or release it without supply; and release the bus."""
+        """Drive BUSY high or, without supply, release it; release the bus in either case."""
         self.busy.drive(self.busy.inactive_level if powered else None)
         self.bus_driver.drive(None)
 
@@ -93,7 +93,7 @@ class ParallelPort:
         """True while the host requests a handshake that has not begun."""
         if self.come or self.halfway:
             return True
-        if self.exchange is not None:  # all bytes come as one value
+        if self.exchange is not None:  # all bytes arrive as one value
             return False
         return self.request.is_active and not (self.open and self.request.changes == self.served)
 
@@ -130,7 +130,7 @@ class ParallelPort:
         return byte
 
     async def done(self, tick: int = 0) -> None:
-        """End the handshake of the byte in progress, if there is one: BUSY rises, at a tick or later.
+        """End the handshake of the byte in progress, if there is one: BUSY rises at a tick or later.
 
         BUSY does not rise before IO_REQUEST.
         """
@@ -161,7 +161,7 @@ class ParallelPort:
     # --------------------------------------------------------------------------------- bytes as a value (handshake.py)
     @property
     def task(self) -> Task:
-        """Task of the firmware."""
+        """The firmware task."""
         return self.chip.task  # type: ignore[return-value]  # only queried while the firmware waits
 
     @property
@@ -170,9 +170,9 @@ class ParallelPort:
         return self.reader.at_letter
 
     async def requested(self, *others: tuple[Net, int | None]) -> None:
-        """Wait, between two bytes, until the host has lowered IO_REQUEST, or one of the others changes.
+        """Wait between two bytes until the host has lowered IO_REQUEST, or until one of the other inputs changes.
 
-        Bytes may come as one value meanwhile.
+        During this wait, bytes may arrive as one value.
         """
         request = self.request
         self.awaited, self.first = (request.when_active, *others), bool(others)
@@ -188,7 +188,7 @@ class ParallelPort:
             self.exchange.taken()  # type: ignore[union-attr]
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from an index on, it accepts as one value, without acting before the last one."""
+        """Count the bytes from index `at` that the port accepts as one value without acting before the last one."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.first is not self.at_letter or self.bits.shared == "CTS":
@@ -201,9 +201,9 @@ class ParallelPort:
         self.chip.idle = self.host_is_next = False
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Set the state to a stage of a byte, with all bytes before it received.
+        """Set the state to a handshake stage of a byte; all bytes before it have been received.
 
-        Returns when the firmware continues (ps); None if it waits for IO_REQUEST.
+        Returns the time at which the firmware continues (ps); None if it waits for IO_REQUEST.
         """
         chip, coming, self.stage = self.chip, self.coming, stage
         self.coming, self.awaiting = None, stage is HandshakeStage.AWAITED and number == 0
@@ -227,18 +227,18 @@ class ParallelPort:
         return self.kernel.now
 
     def counted(self, low: bool) -> None:
-        """Count the changes of IO_REQUEST up to the last byte; `low` while its request still is low."""
+        """Count the changes of IO_REQUEST up to the last byte; `low` is True if the request for it is still low."""
         self.served = self.request.changes - (not low)
 
     def _take(self) -> int:
-        """Return the next of the bytes that have come as one value."""
+        """Return the next of the bytes that have arrived as one value."""
         byte = self.come.popleft()
         if not self.come:
             self.open = self.stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
         return byte
 
     def kept(self) -> bytes:
-        """Return the bytes that have come as one value and only become part of a command."""
+        """Return those bytes that have arrived as one value and only become part of a command."""
         return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:
@@ -252,7 +252,7 @@ class ParallelPort:
         return coming.data[:taken].removeprefix(b"\xff").decode("latin-1")
 
     def _show_handshake(self, coming: HandshakenBytes, number: int, taken: bool) -> None:
-        """Set the text about the progress of a byte."""
+        """Set the text that describes the progress of a byte."""
         if taken:
             self.chip.waits(RISE, coming.instant(number, self.byte_times.busy))
         elif number:
@@ -261,10 +261,10 @@ class ParallelPort:
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:
-        """Send bytes to the host, however long it takes; a handshake in progress ends first.
+        """Send bytes to the host, however long this takes; a handshake in progress ends first.
 
         Args:
-            each: FPL goes high after every byte (binary); otherwise after each return and after the last byte.
+            each: FPL goes high after every byte (binary); otherwise after each carriage return and after the last byte.
         """
         for number, byte in enumerate(message, 1):
             self.bits.fpl(0)
@@ -273,10 +273,10 @@ class ParallelPort:
                 pass
 
     async def _give(self, byte: int, last: bool) -> bool:
-        """Send a byte; return False if the request was withdrawn before BUSY fell, so that the host lacks it."""
+        """Send a byte; return False if the host withdrew its request before BUSY fell and has not received the byte."""
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
-        await next_round(self.kernel)  # a host with a request already, with a letter, releases the bus as FPL falls
+        await next_round(self.kernel)  # a host with a request (a letter) already active releases the bus as FPL falls
         await self.until_request(True)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
         chip.sync_forward()
@@ -292,7 +292,7 @@ class ParallelPort:
             self.bits.fpl(0)
             return False
         self.busy.activate()
-        self.bus.resolve(self.kernel.seen)  # finds a host that drives the bus too, even if nothing samples it
+        self.bus.resolve(self.kernel.seen)  # detects a host that drives the bus too, even if nothing samples the bus
         chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
         await self.until_request(False)
         self.bus_driver.drive(None)

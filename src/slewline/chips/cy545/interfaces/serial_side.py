@@ -1,9 +1,9 @@
-r"""The serial side: characters on RXD and TXD at the rate of two carriage returns (ch. 16, The Serial Interface).
+r"""The serial side: RXD and TXD, at a baud rate set by two carriage returns (ch. 16, The Serial Interface).
 
     RXD   ‾‾\____/‾‾‾‾\____/‾‾‾‾‾‾‾‾‾\___________________/‾‾‾‾   a carriage return, at the level of the pin: TTL
             |0   |1   |2   |3        |5                  |9       its edges, in bits
 
-The rate is measured over the nine bits from the first edge to the last.  CTS high makes the host wait.
+The baud rate is measured over the nine bits from the first edge to the last.  CTS high makes the host wait.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SKEW = 0.25  # tolerance of an edge, in bits
 
 
 class SerialSide:
-    """RXD, TXD and CTS; `buffer` has the characters that wait, and `arrived` changes with each character."""
+    """RXD, TXD and CTS; `buffer` contains the waiting characters, and `arrived` changes with each new one."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.bits = chip, chip.kernel, bits
@@ -55,17 +55,17 @@ class SerialSide:
 
     @property
     def arrived(self) -> Net:
-        """Net that changes whenever a character has come."""
+        """The net that changes whenever a character has arrived."""
         return self._event.net
 
     @property
     def rate(self) -> float | None:
-        """The rate of reception and transmission, in baud; None before adaption."""
+        """The rate of reception and transmission, in baud; None before it has been measured."""
         return None if self.clock is None else self.clock.hz / OVERSAMPLING
 
     # ---------------------------------------------------------------------------------------------------------- reset
     def restart(self) -> None:
-        """Restart as after reset: the next two carriage returns set the rate, unless it is fixed."""
+        """Restart as after reset: the next two carriage returns set the baud rate, unless it is fixed."""
         self.killed()
         self.rest(TTL)
         if self.fixed_baud is not None:
@@ -88,20 +88,20 @@ class SerialSide:
         self.edges.clear()
 
     def rest(self, level: int | None) -> None:
-        """Drive a level on TXD, None without supply."""
+        """Drive a level on TXD; None releases TXD, for lack of supply."""
         self.txd.drive(level)
 
     def listening(self, on: bool) -> None:
-        """Drive CTS low, so that the host may send, or high."""
+        """Drive CTS low, so that the host may send, or drive it high."""
         self.bits.clear_to_send(int(not on))
 
     def take(self) -> int:
-        """Return the oldest character that waits."""
+        """Return the oldest waiting character."""
         return self.buffer.popleft()
 
     # ------------------------------------------------------------------------------------------------------- adaption
     def _edge(self, net: Net) -> None:
-        """Process an edge on RXD while no rate is known."""
+        """Process an edge on RXD while the baud rate is not known."""
         level, edges = net.level, self.edges
         if self.clock is not None or level is None or (not edges and level == TTL):
             return
@@ -127,12 +127,12 @@ class SerialSide:
             self._adapt((first + bit) / 2)
 
     def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
-        """Return whether the edges so far are those of a character, whose edges are in bits."""
+        """Return whether the edges so far match a character; `edges` are given in bits."""
         begin = self.edges[0]
         return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
 
     def _adapt(self, bit_ps: float) -> None:
-        """Adopt the rate of two carriage returns, if the chip supports it."""
+        """Adopt the baud rate measured on two carriage returns, if the chip supports it."""
         rate = PS_PER_S / bit_ps
         fits = self.shortest * (1 - BAUD_TOLERANCE) <= bit_ps <= self.longest * (1 + BAUD_TOLERANCE)
         if not fits or all(abs(rate - standard) > BAUD_TOLERANCE * standard for standard in self.standard):
@@ -147,7 +147,7 @@ class SerialSide:
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
 
     def _is_unreported(self) -> bool:
-        """Return whether this is the first such report since the reset."""
+        """Return whether this finding is the first of its kind since the reset."""
         reported, self.reported = self.reported, True
         return not reported
 
@@ -179,12 +179,12 @@ class SerialSide:
 
     @property
     def receiving(self) -> bool:
-        """True while a character is coming in."""
+        """True while a character is being received."""
         return self.receiver is not None and self.receiver.receiving
 
     # ------------------------------------------------------------------------------------------------------------ out
     async def send(self, message: bytes) -> None:
-        """Send characters; without a rate they are lost."""
+        """Send characters; they are lost if no baud rate is known."""
         if self.clock is None:
             self.chip.finding("not-adapted", f"{message!r} is lost: it was to be sent before the rate was known")
             return

@@ -1,4 +1,4 @@
-"""User bits and bits of the data bus: latches with weak high drive; a high latch makes its pin an input too (ch.6).
+"""User bits and data bus bits: latches with a weak high level, so a pin with a high latch is also an input (ch.6).
 
 USRB6 is FPL while output goes to the parallel port, otherwise CTS if the mode register selects it, otherwise a user
 bit; USRB7 is HP_SEL while the display is written.
@@ -28,25 +28,25 @@ class UserBits:
         self.clear()
 
     def clear(self) -> None:
-        """Set all bits high, and FPL and HP_SEL to rest, for RESET and I."""
+        """Set all bits high, and FPL and HP_SEL to their idle levels, for RESET and I."""
         self.latch = self.bus_latch = 0xFF
         self.flow = self.cts = self.selected = 1
         self.show()
 
     # ------------------------------------------------------------------------------------------------ other functions
     def fpl(self, level: int) -> None:
-        """Set FPL, low while there is output for the host of the parallel port."""
+        """Set FPL, which is low while there is output for the parallel host."""
         self.flow = level
         self.show()
 
     def clear_to_send(self, level: int) -> None:
-        """Set CTS, low while the host of the serial side may send."""
+        """Set CTS, which is low while the serial host may send."""
         self.cts = level
         if self.shared == "CTS":
             self.show()
 
     def hp_sel(self, level: int) -> None:
-        """Set HP_SEL, low while the display is selected."""
+        """Set HP_SEL, which is low while the display is selected."""
         self.selected = level
         self.show()
 
@@ -57,14 +57,14 @@ class UserBits:
 
     @property
     def shared(self) -> str:
-        """Present other function of USRB6; empty while it is a user bit."""
+        """The function that USRB6 has at present; empty while it is a user bit."""
         has = self.registers.has
         if has(sheet.MB_PARALLEL) and not has(sheet.MB_HP):
             return "FPL"
         return "CTS" if has(sheet.MB_CTS) else ""
 
     def show(self) -> None:
-        """Drive the pins from the latches: low, or released, so that others may pull a pin low."""
+        """Drive the pins from the latches: low, or released, so that other outputs may pull a pin low."""
         levels = self.latch & FREE | self.sixth << 6 | (self.latch >> 7 & self.selected) << 7
         for n, driver in enumerate(self.drivers):
             level = None if levels >> n & 1 else 0
@@ -73,12 +73,12 @@ class UserBits:
 
     # ---------------------------------------------------------------------------------------------------- the data bus
     def show_bus(self) -> None:
-        """Drive the data bus from its latch: its zeros are driven, the other bits are open."""
+        """Drive the data bus from its latch: zeros are driven low, the other bits are left open."""
         zeros = ~self.bus_latch & 0xFF
         self.chip.bus_driver.drive((zeros, 0) if zeros else None)
 
     def bus_used(self) -> None:
-        """Open the latch of the bus again after a byte has been on it (quirk CY545-UND-BIT-BUS)."""
+        """Set the bus latch to all ones again after a byte has been on the bus (quirk CY545-UND-BIT-BUS)."""
         self.bus_latch = 0xFF
 
     # ----------------------------------------------------------------------------------------------------- as read
@@ -89,11 +89,11 @@ class UserBits:
 
     @property
     def word(self) -> int:
-        """Answer to ? B: the bits of the data bus above the user bits."""
+        """The answer to ? B: the data bus bits, above the user bits."""
         return self.chip.bus.byte << 8 | self.user
 
     def act(self, argument: int) -> None:
-        """B: apply an argument to the latches, all at one instant."""
+        """B: apply an argument to all latches at the same instant."""
         operand = argument & FREE
         match sheet.OPCODES.get(argument & 0xC0):
             case "write":
@@ -107,7 +107,7 @@ class UserBits:
         self.show()
 
     def act_one(self, argument: int) -> None:
-        """B below 40: apply an argument to one bit, of the user bits or of the data bus."""
+        """B below 40: apply an argument to a single bit, either a user bit or a data bus bit."""
         bit, high = 1 << (argument & 7), not argument & sheet.CLEAR_BIT
         if argument & sheet.DATA_BUS:
             self.bus_latch = self.bus_latch | bit if high else self.bus_latch & ~bit
@@ -122,7 +122,7 @@ class UserBits:
         return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
 
     def single(self, argument: int, match: bool) -> tuple[str, int] | None:
-        """Return the pin and the level that make the pins match an argument, or not; None if there are several pins."""
+        """Return the pin and the level that match an argument, or do not match it; None if there are several pins."""
         if argument & 0xC0 or argument & sheet.DATA_BUS:
             return None
         return f"usrb{argument & 7}", int(bool(argument & sheet.CLEAR_BIT) is not match)

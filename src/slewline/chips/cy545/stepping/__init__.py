@@ -1,1 +1,1 @@
-"""Stepping: motions, jog, HOME, and the outputs to the motor."""
+"""Stepping: motions, jogging, HOME, and the outputs to the motor."""

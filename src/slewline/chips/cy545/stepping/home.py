@@ -1,6 +1,6 @@
 r"""HOME: seek the edge of a sensor, always from the same side.
 
-    pattern   _________/‾‾‾‾‾‾‾‾‾‾‾     no match at first: clockwise until it matches, and that is position 0
+    pattern   _________/‾‾‾‾‾‾‾‾‾‾‾     no match at first: clockwise until it matches; that edge is position 0
                   ---->|
               _________/‾‾‾‾‾‾‾‾‾‾‾     a match at first: counter-clockwise until there is none, then as above
                      |<-----------
@@ -27,11 +27,11 @@ from .pulse_outputs import StepOutputs
 
 
 class Home(Stepping):
-    """The seek of H.
+    """The homing run of H.
 
     Args:
         shown: shows the position, if the mode register selects it.
-        bits: the pins of the sensor.
+        bits: the sensor pins.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Home(Stepping):
     async def seek(self, argument: int) -> None:
         """Seek the edge at which the pins begin to match an argument; return when STOPPED is high again.
 
-        The position is 0 there; after a seek that a limit has ended, it is the former position plus the steps made.
+        The position there is 0; if a limit ends the seek, it is the former position plus the steps made.
         """
         try:
             await self._seek(argument)
@@ -58,7 +58,7 @@ class Home(Stepping):
             self._step_toward(0)
 
     def _step_toward(self, direction: int) -> None:
-        """Report the direction of the seek: up until the pins match, down until they do not; 0 at its end."""
+        """Report the direction of the seek: up until the pins match, or down until they do not; 0 when it ends."""
         self.axis.homing = direction
         self.axis.sought = self.bits.single(self.argument, direction > 0) if direction else None
 
@@ -101,7 +101,7 @@ class Home(Stepping):
         return self.registers.has(sheet.MB_SHOW)
 
     def watched(self) -> list[tuple[Net, int | None]]:  # type: ignore[override]
-        """Return the inputs whose change matters now, including those of the pattern."""
+        """Return the inputs whose changes matter now, including the pattern's pins."""
         return [*super().watched(), *((net, None) for net in self.bits.nets(self.argument))]
 
     async def look(self, plan: Plan, step: int) -> Plan:

@@ -1,4 +1,4 @@
-r"""JOG: single steps by hand, between commands.  The line has three states: open, low (clockwise), driven high.
+r"""JOG: manual single steps between commands.  The line has three states: open, low (clockwise) and driven high.
 
     JOG?                                                      JOG?
       |  20 µs                                        20 µs    |
@@ -6,7 +6,7 @@ r"""JOG: single steps by hand, between commands.  The line has three states: ope
            |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at a twentieth of the first rate
            |<-------------------- period ---------------------->|
 
-The chip detects the open state by driving the line both ways; that is not shown on the net.
+The chip detects the open state by driving the line high and low in turn; this is not shown on the net.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .pulse_outputs import StepOutputs
 
 
 class Jog:
-    """Generator of the steps of JOG, one by one.
+    """Generates jog steps, one by one.
 
     Args:
         shown: shows the position, if the mode register selects it.
@@ -48,14 +48,14 @@ class Jog:
 
     @property
     def watched(self) -> tuple[tuple[Net, None], ...]:
-        """Inputs that an idle chip must watch, because they may change `direction`."""
+        """The inputs that an idle chip must watch, because they may change `direction`."""
         return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
 
     @property
     def direction(self) -> int | None:
-        """Direction selected by JOG, +1 clockwise; None if the line is open, or the limit is low.
+        """The direction selected by JOG (+1 is clockwise); None if the line is open, or the limit is low.
 
-        The limit is that of the direction in which the step would be made, which an external level may force on CCW.
+        The limit is the one in the direction of the step, which an external level on CCW may force.
         """
         level = self.net.level
         if level is None:

@@ -6,9 +6,9 @@ r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
                                  20 µs PULSE                  limit, INHIBIT_ABORT    after the last: 5 ms to STOPPED
                                  STOPPED low
 
-INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster one it makes the
-motion decelerate to the first rate, where it is sampled at every step.  Both samples read the levels from before the
-instant.
+INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster step it makes the
+motion decelerate to the first rate, at which the line is sampled at every step.  Both samples read the levels from
+before the instant.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .pulse_outputs import StepOutputs
 
 
 class Stepping(motion.Motion):
-    """Common behaviour of motions and HOME: the limits, and a direction that others may force."""
+    """Common behaviour of motions and HOME: the limits, and a direction that other outputs may force."""
 
     registers: Registers
     outputs: StepOutputs
@@ -58,7 +58,7 @@ class Stepping(motion.Motion):
         return [self.limits[self.sign].when_active, (self.ccw, 1 if self.sign > 0 else 0)]
 
     def refused(self) -> bool:
-        """Return whether the limit of the present direction is low; it ends the motion."""
+        """Return whether the limit in the present direction is low; if it is, end the motion."""
         sign = self.outputs.sign
         if sign != self.sign:
             self.sign, self.fresh = sign, True
@@ -86,7 +86,7 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion; without a reason it is complete, or was stopped by command."""
+        """End the motion; if no reason is given, it is complete or was stopped by a command."""
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 
@@ -97,7 +97,7 @@ class Stepping(motion.Motion):
 
 
 class Motion(Stepping):
-    """The motions of G and P.  `moving` is true from the command to STOPPED high."""
+    """The motions of G and P.  `moving` is True from the command until STOPPED goes high."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
@@ -112,7 +112,7 @@ class Motion(Stepping):
         Args:
             number: steps to the target, 0 to 16777215.
             sign: +1 clockwise, -1 counter-clockwise.
-            text: the command of the host, for `waiting`.
+            text: the host's command, for `waiting`.
         """
         chip, outputs = self.chip, self.outputs
         self.moving, self.number, self.text = True, number, text
@@ -170,7 +170,7 @@ class Motion(Stepping):
 
     # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose change matters now, without INHIBIT_ABORT during the ramp down to the first rate."""
+        """Return the inputs whose changes matter now, without INHIBIT_ABORT in the ramp down to the first rate."""
         pairs = super().watched()
         return pairs if self.aborted and self.leg == "down" else [*pairs, self.inhibit_abort.when_active]
 

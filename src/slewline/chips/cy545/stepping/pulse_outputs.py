@@ -1,10 +1,10 @@
-r"""The outputs to a motor: PULSE, CCW, STOPPED, SLEW.
+r"""The outputs to a motor: PULSE, CCW, STOPPED and SLEW.
 
       begin          begin'
     ‾‾‾|__|‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾    PULSE: low for a fixed time, whatever the rate
     ‾‾\____________________...   STOPPED: low before the first step, high some 5 ms after the last one has ended
 
-CCW and SLEW are weak when they are high, so that others may pull them low.
+CCW and SLEW are weak when high, so that other outputs may pull them low.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Weak:
 
 
 class StepOutputs(phase_outputs.StepOutputs):
-    """PULSE, CCW, STOPPED and SLEW; and a record of the motor's motions."""
+    """PULSE, CCW, STOPPED and SLEW, and a record of the motor's motions."""
 
     registers: Registers
 
@@ -50,13 +50,13 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
         self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
         self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net
-        self.stopped_changes = 0  # how many times STOPPED has been driven
+        self.stopped_changes = 0  # the number of times STOPPED has been driven
         self.motions = 0  # number of motions so far
         super().__init__(chip, registers, NO_PHASES, 0)
         self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]
 
     def clear(self) -> None:
-        """Set everything to rest, for RESET and I."""
+        """Set all outputs to their idle levels, for RESET and I."""
         super().clear()
         self.pulse.deactivate()
         self.moving(False)
@@ -68,7 +68,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.point(clockwise)
 
     def point(self, clockwise: bool) -> None:
-        """Show a direction, which may not be the one that was set."""
+        """Output a direction, which may differ from the one that was set."""
         self.ccw.drive(0 if clockwise else 1)
 
     @property
@@ -99,7 +99,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
-        """End a step at a tick: unless another one follows by then, STOPPED rises later, and the motion is over."""
+        """End a step at a tick: unless another step follows by then, STOPPED rises later, and the motion is over."""
         self.stopped_changes += 1
         changes = self.stopped_changes
 

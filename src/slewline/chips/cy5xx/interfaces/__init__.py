@@ -1,1 +1,1 @@
-"""The command port, its read-out, and the lines by their names."""
+"""The command port, its read-out, and access to lines by name."""

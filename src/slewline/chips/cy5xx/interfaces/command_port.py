@@ -1,6 +1,6 @@
 r"""The command port: bytes in by the two-line handshake, verify bytes out.  No other object drives READY.
 
-A byte comes in (fig. 7.3; times of the CY525 at 11 MHz):
+Reception of a byte (fig. 7.3; times of the CY525 at 11 MHz):
 
     I/O REQUEST  ‾‾‾\______________________/‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     INSTROBE     ‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
@@ -27,17 +27,17 @@ COMMANDS = "a command", "a live command"
 
 
 class BusReader(Protocol):
-    """Reader that assembles commands from the received bytes."""
+    """A reader that assembles commands from the received bytes."""
 
     @property
     def at_letter(self) -> bool:
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from an index on, only become part of a command."""
+        """Count the bytes from index `at` that only become part of a command."""
 
     def keep(self, data: bytes) -> None:
-        """Add such bytes to the command."""
+        """Add bytes that `kept` has counted to the command."""
 
 
 class BusPort:
@@ -70,7 +70,7 @@ class BusPort:
         self.begin()
 
     def begin(self) -> None:
-        """Discard received bytes, for a reset."""
+        """Discard the received bytes, for a reset."""
         if self.exchange is not None:
             self.exchange.withdraw()
         self.coming = None
@@ -79,16 +79,16 @@ class BusPort:
 
     # ----------------------------------------------------------------------------------------------------------- READY
     def rest(self, powered: bool) -> None:
-        """Drive READY high in reset; release it and the bus without supply."""
+        """Drive READY high in reset; without supply, release READY and the bus."""
         self.ready.drive(self.ready.active_level if powered else None)
         self.bus_driver.drive(None)
 
     def close(self) -> None:
-        """Drive READY low: the chip is busy with a motion."""
+        """Drive READY low, because the chip is busy with a motion."""
         self.ready.deactivate()
 
     def open(self) -> None:
-        """Drive READY high: the next byte may come."""
+        """Drive READY high, so that the next byte may arrive."""
         self.ready.activate()
 
     async def finish(self, tick: int) -> None:
@@ -111,10 +111,10 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, idle: bool, live: bool) -> int:
-        """Return the next byte from the bus, and output verify bytes meanwhile; -1 if one of the `others` is first.
+        """Return the next byte from the bus, and output verify bytes meanwhile; -1 if one of `others` changes first.
 
         Args:
-            idle: the chip has nothing to do until the byte comes.
+            idle: the chip has nothing to do until the byte arrives.
             live: a running program waits for the byte, between two instructions.
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
@@ -165,14 +165,14 @@ class BusPort:
                 await self.finish(self.requested + self.byte_times.kept)
 
     def early(self, live: bool) -> None:
-        """Handle an I/O REQUEST that is low before the chip waits for it; report a mistake."""
+        """Handle an I/O REQUEST that is low before the chip waits for it; report it if it is a mistake."""
         if self.request.changes == self.unanswered:  # READY may have been high: a program lowers it only for motions
             self.chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
         elif self.accepted >= 0 and not live:
             self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
 
     def accept(self, letter: bool) -> int:
-        """Read the byte on the bus, and the mode pin with a command letter; READY is to fall at `busy_ps`."""
+        """Read the byte on the bus and, with a command letter, the mode pin; READY is due to fall at `busy_ps`."""
         chip = self.chip
         self.accepted = self.request.changes
         if letter:
@@ -188,7 +188,7 @@ class BusPort:
     # --------------------------------------------------------------------------------- bytes as a value (handshake.py)
     @property
     def task(self) -> Task:
-        """Task of the firmware."""
+        """The firmware task."""
         return self.chip.task  # type: ignore[return-value]  # only queried while the firmware waits
 
     @property
@@ -210,7 +210,7 @@ class BusPort:
         return self.stage
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from an index on, the port can accept now without acting before the last one."""
+        """Count the bytes from index `at` that the port can accept now without acting before the last one."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
@@ -227,9 +227,9 @@ class BusPort:
             self.ascii = self.mode.level == 1
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Set the state to a stage of a byte, with all bytes before it received.
+        """Set the state to a handshake stage of a byte; all bytes before it have been received.
 
-        Returns when the firmware continues (ps); None if it waits for I/O REQUEST.
+        Returns the time at which the firmware continues (ps); None if it waits for I/O REQUEST.
         """
         chip, coming, self.stage, self.awaiting = self.chip, self.coming, stage, stage is HandshakeStage.AWAITED
         self.coming = None
@@ -250,7 +250,7 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """Count the changes of I/O REQUEST up to the last byte; `low` while its request still is low."""
+        """Count the changes of I/O REQUEST up to the last byte; `low` is True if the request for it is still low."""
         self.accepted = self.request.changes - (not low)
 
     def catch_up(self) -> None:
@@ -268,14 +268,14 @@ class BusPort:
             self.read = number
 
     def _show_handshake(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
-        """Set the text about the progress of a byte."""
+        """Set the text that describes the progress of a byte."""
         if accepted:
             self.chip.waits("handling a byte", coming.instant(number, self.sample))
         elif number:
             self.chip.waits("waiting for the rest of a command", coming.request_of(number))
 
     async def output_byte(self) -> None:
-        """Put the next byte of the verify group on the bus until I/O REQUEST rises (fig. 7.1)."""
+        """Output the next byte of the verify group on the bus until I/O REQUEST rises (fig. 7.1)."""
         chip, request, ps, width = self.chip, self.request, self.clock.ps, self.width
         byte = self.readout.next()
         self.accepted = request.changes
@@ -288,7 +288,7 @@ class BusPort:
         self.motion_complete.deactivate()
         chip.waits("waiting for io_request=1 (after a verify byte)")
         await chip.at_tick(self.busy_from + width)
-        self.bus.resolve(self.kernel.seen)  # finds a host that drives the bus too, even if nothing samples it
+        self.bus.resolve(self.kernel.seen)  # detects a host that drives the bus too, even if nothing samples the bus
         if request.changes > self.accepted and request.changed_at < self.busy_ps:
             chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
         if request.changes == self.accepted:
@@ -307,7 +307,7 @@ class BusPort:
         self.unanswered = self.request.changes
 
     def spend(self, handshake: bool) -> None:
-        """Use up a request that has ended a wait and has no byte.  With an open `handshake` READY waits for its end."""
+        """Use up a request that ended a wait and carries no byte.  With an open `handshake` READY waits for its end."""
         self.ended_wait = self.request.changes
         if handshake:
             self.accepted = self.ended_wait
@@ -321,11 +321,11 @@ class BusPort:
         return byte
 
     def show(self, word: int, delay: int, apart: int) -> None:
-        """Put a word on the bus, high byte, low byte, each with OUTSTROBE; MOTION COMPLETE low marks the low one.
+        """Output a word on the bus: high byte, low byte, each with OUTSTROBE; MOTION COMPLETE low marks the low byte.
 
         Args:
             delay: clocks from now to the first strobe.
-            apart: clocks between the two.
+            apart: clocks between the two strobes.
         """
         ps, width = self.clock.ps, self.width
         high = self.chip.tick + delay

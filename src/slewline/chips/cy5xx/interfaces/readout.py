@@ -8,11 +8,11 @@ from ....core.context import ChipContext
 
 
 class ReadOut:
-    """Source of the bytes of a read-out.
+    """The source of read-out bytes.
 
     Args:
-        sizes: how many bytes the manual promises for each group.
-        content: returns all present bytes of a group; its second argument is True if V was sent in ASCII.
+        sizes: how many bytes the manual specifies for each group.
+        content: returns the present bytes of a group; its second argument is True if V was sent in ASCII.
     """
 
     def __init__(self, chip: ChipContext, sizes: Mapping[int, int], content: Callable[[int, bool], bytes]) -> None:
@@ -20,7 +20,7 @@ class ReadOut:
         self.clear()
 
     def clear(self) -> None:
-        """Forget the last V."""
+        """Discard the selection made by the last V."""
         self.group: tuple[int, bool] | None = None  # and True if V was sent in ASCII
         self.output: bytes | None = None  # the group as captured at its first fetch
         self.fetched = 0

@@ -1,1 +1,1 @@
-"""Stepping: the player of plans, ramps by slope or by unit of time, outputs, twin."""
+"""Stepping: the plan player, ramps with slopes or rate units, the outputs, and the twin."""

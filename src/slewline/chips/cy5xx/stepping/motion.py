@@ -1,4 +1,4 @@
-r"""The player of a plan: it promises the whole plan, samples the inputs where the manual requires it, and withdraws.
+r"""The plan player: it promises the whole plan, samples inputs where the manual requires it, and withdraws promises.
 
 Sampling points of a step, from its start b to the start of the next:
 
@@ -36,10 +36,10 @@ Within = Callable[[], Awaitable[bool]]  # the action at a sample within a step; 
 
 
 class Motion:
-    """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE.
+    """The stepping part of the firmware.  `moving` is True from the command until MOTION COMPLETE.
 
     Args:
-        port: has MOTION COMPLETE; a part without it overrides `shows`.
+        port: drives MOTION COMPLETE; a part without that line overrides `shows`.
         law: the law by which a part plans its motions.
     """
 
@@ -80,31 +80,32 @@ class Motion:
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait, with the lines of the motion set, for the conditions of its first step except STEP INHIBIT."""
+        """Wait, with the motion's lines already set, for the conditions of its first step except STEP INHIBIT."""
 
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose change matters now, each with the level to which it would change."""
+        """Return the inputs whose changes matter now, each with the level to which it would change."""
         return [self.inhibit.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Sample the inputs before a step begins, and wait while one of them delays it.
 
-        Returns the plan for the rest of the motion, from its first step if it is a new one; an empty plan for a stop.
+        Returns the plan for the rest of the motion; a new plan is played from its first step, an empty plan means a
+        stop.
         """
         return plan
 
     def stretched(self, leg: str) -> int:
-        """Return how many clocks longer than planned the step that begins now becomes."""
+        """Return the clocks by which the step that begins now becomes longer than planned."""
         return 0
 
     @property
     def each(self) -> bool:
-        """True if every step must be processed by itself."""
+        """True if every step must be processed individually."""
         return False
 
     @property
     def progress(self) -> str:
-        """Condition that a running motion waits for, in words."""
+        """The condition that a running motion waits for, as text."""
         return f"{self.text} in motion, {self.number} steps"
 
     # ------------------------------------------------------------------------------------------------- a whole motion
@@ -114,7 +115,7 @@ class Motion:
         Args:
             number: steps to the target, 0 to 65535.
             sign: +1 clockwise, -1 counter-clockwise.
-            text: the command of the host, for `waiting`.
+            text: the host's command, for `waiting`.
         """
         chip = self.chip
         self.begin(number, sign, text)
@@ -144,7 +145,7 @@ class Motion:
         self.port.motion_complete.activate(not moving)
 
     def mark_deviation(self, kind: str, text: str) -> None:
-        """Record an event by which the motion departs from its plan."""
+        """Record an event that makes the motion depart from its plan."""
         self.axis.log.depart()
         self.axis.log.mark(kind, text)
 
@@ -155,7 +156,7 @@ class Motion:
             await self.chip.polled(*self.inhibit.when_inactive, self.ticks["inhibit_poll"])
 
     async def end(self) -> None:
-        """End the motion after its last step: outputs rest, MOTION COMPLETE falls, READY may follow."""
+        """End the motion after its last step: the outputs become idle, MOTION COMPLETE falls, and READY may follow."""
         self.settle()
         self.outputs.pulse.deactivate()
         self.outputs.slew.deactivate()
@@ -166,7 +167,7 @@ class Motion:
         await self.chip.ticks(self.ticks["ready_after_motion"])
 
     def killed(self) -> None:
-        """Reset in mid-motion: count the steps of this instant and drop later ones."""
+        """Handle a reset in mid-motion: count the steps of this instant and drop later ones."""
         if self.playing is not None and self.moving:
             bound = self.kernel.now + 1
             if self.playing.until is None or bound < self.playing.until:
@@ -203,7 +204,7 @@ class Motion:
             self.done += step - over
 
     def schedule(self, plan: Plan, step: int, stretch: int = 0) -> None:
-        """Promise a train whose first step, one of a plan, begins now and is `stretch` clocks longer than planned."""
+        """Promise a train whose first step, one of `plan`, begins now and is `stretch` clocks longer than planned."""
         runs: Runs = tail(plan.runs, step)
         self.settle()
         if stretch:
@@ -253,9 +254,10 @@ class Motion:
                 return step, True
 
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of the first sample of a net strictly after this instant, and its action.
+        """Return the tick of a net's first sample strictly after this instant, and the action there.
 
-        The action is None at the start of a step; otherwise the sample is within a step, and the action is done there.
+        The action is None at the start of a step; otherwise the sample is within a step, and the action is performed
+        there.
         """
         train, now = self.train, self.kernel.now
         step = train.count(now)  # steps begun; the running one is step - 1

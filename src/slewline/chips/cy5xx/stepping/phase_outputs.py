@@ -1,4 +1,4 @@
-"""The outputs to a motor: PULSE, the phases, DIRECTION; and SLEW."""
+"""The outputs to a motor: PULSE, the phases, DIRECTION and SLEW."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Patterns = tuple[tuple[int, ...], ...]
 
 
 class StepOutputs:
-    """PULSE, phase 1 to 4, DIRECTION and SLEW.
+    """PULSE, phases 1 to 4, DIRECTION and SLEW.
 
     Args:
-        patterns: levels of the phases, one row per step, in clockwise order.
-        high: clocks that PULSE is high between two steps.
+        patterns: the phase levels, one row per step, in clockwise order.
+        high: the clocks for which PULSE is high between two steps.
     """
 
     def __init__(self, chip: ChipContext, registers: Registers, patterns: Patterns, high: int) -> None:
@@ -33,12 +33,12 @@ class StepOutputs:
         self.walk(self.whole)
 
     def walk(self, patterns: Patterns) -> None:
-        """Use these patterns from the next step on."""
+        """Use these patterns, beginning with the next step."""
         self.patterns = patterns
         self.columns = tuple(zip(*patterns, strict=True))
 
     def turn(self, clockwise: bool) -> None:
-        """Set the direction, and show it."""
+        """Set the direction, and output it."""
         self.registers.clockwise = clockwise
         self.direction.drive(1 if clockwise else 0)
 
@@ -48,7 +48,7 @@ class StepOutputs:
             driver.drive(level)
 
     def off(self) -> None:
-        """Energise no phase."""
+        """Switch all phases off."""
         for driver in self.phases:
             driver.deactivate()
 

@@ -7,7 +7,7 @@
     start _|              |_
           |up | slew |down|
 
-Without a slope every step is made at R, divided by the factor.
+Without a slope, every step is made at rate R divided by the factor.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ....core.motion.train import OPEN
 
 
 class Law(NamedTuple):
-    """The periods of steps, in clocks, by rate parameter from 0 on, and the parameter of the first step of a ramp."""
+    """The step periods in clocks, by rate parameter, starting at 0, and the parameter of a ramp's first step."""
 
     periods: tuple[int, ...]
     start: int = 1
@@ -37,13 +37,13 @@ class Law(NamedTuple):
         return self.periods[min(rate, self.top)] * factor
 
     def up(self, rate: int, slope: int, factor: int = 1) -> Runs:
-        """Return the ramp up to a rate, the steps whose parameter is below it; a slope of 0 has none."""
+        """Return the ramp up to a rate: the steps whose parameter is below it; with a slope of 0 there are none."""
         ramp = range(self.start, min(rate, self.top), slope) if slope else ()
         return tuple((self.periods[each] * factor, 1) for each in ramp)
 
 
 class RegistersAtStart(NamedTuple):
-    """The parameters at the start of a motion; a slope of 0 means none, `factor` is the one in effect."""
+    """The parameters at the start of a motion; slope 0 means no slope, and `factor` is the factor in effect."""
 
     crystal_hz: int
     rate: int
@@ -53,7 +53,7 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rate of R, and S, F, N."""
+        """Return the parameters for a picture: the rate for R, and the values of S, F and N."""
         return MotionParameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
 
     def rates(self) -> Mapping[str, float]:
@@ -61,7 +61,7 @@ class RegistersAtStart(NamedTuple):
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal of a plan: its sequence of rates, because the law itself changes from step to step.
+        """Return the ideal of a plan, which is its sequence of rates, because the law itself changes from step to step.
 
         Args:
             runs: the runs of the plan.

@@ -19,34 +19,34 @@ from .slope import Law, RegistersAtStart
 
 
 def half_steps(inferred: Mapping[str, Any]) -> Patterns:
-    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps use every second row."""
+    """Return the half-step patterns, each row with the levels of phases 1 to 4; full steps use every second row."""
     return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
 
 
 def full_steps(inferred: Mapping[str, Any]) -> Patterns:
-    """Return the phase patterns of full steps, levels of phase 1 to 4 in a row."""
+    """Return the full-step phase patterns, each row with the levels of phases 1 to 4."""
     return half_steps(inferred)[::2]
 
 
 def law(inferred: Mapping[str, Any], periods: tuple[int, ...]) -> Law:
-    """Return the clocks of a step by rate parameter, from the options if given there, and the start of slopes."""
+    """Return the clocks of a step by rate parameter, from the options if given there, and where ramps start."""
     return Law(inferred["periods"] or periods, inferred["ramp_start"])
 
 
 @dataclass
 class Registers(registers.Registers):
-    """The registers of the family, and the mode of H."""
+    """The family's registers, and the half-step mode set by H."""
 
     half: bool = False
 
     @property
     def slope(self) -> int:
-        """Slope in effect; 0 for none."""
+        """The slope in effect; 0 for none."""
         return self.values["slope"]
 
     @property
     def factor(self) -> int:
-        """Factor in effect; 0 counts as 256."""
+        """The factor in effect; 0 counts as 256."""
         return self.values["factor"] or 256
 
     def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:
@@ -55,7 +55,7 @@ class Registers(registers.Registers):
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers of A, D and T, which have no number here, and of F and H.  A part also has those of the family."""
+    """The handlers of A, D and T, which here have no argument, and of F and H.  A part also has the family's own."""
 
     registers: Registers
     outputs: StepOutputs
@@ -78,7 +78,7 @@ class Instructions(instructions.ParameterHandlers):
             self.do_doitnow()
 
     def do_factor(self, factor: int) -> None:
-        """F: load the divisor of the rate, 1 to 255; with slopes this is a finding."""
+        """F: load the rate divisor, 1 to 255; with a slope this is a finding."""
         if self.registers.slope:
             self.chip.finding("factor-in-slope", f"F {factor} after S: {self.in_slope}")
         self.registers.load("factor", factor)
@@ -92,7 +92,7 @@ class Instructions(instructions.ParameterHandlers):
 
 
 class Motion(motion.Motion):
-    """Motions whose ideal is the sequence of the rates of the law."""
+    """Motions whose ideal is the sequence of the law's rates."""
 
     registers: Registers
     law: Law

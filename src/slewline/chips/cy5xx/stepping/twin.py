@@ -1,7 +1,7 @@
-r"""Motion one step at a time: the reference for the fast path, slow and obvious.
+r"""Motion step by step: the slow and obvious reference for the fast path.
 
 The fast path plans whole moves and promises step trains.  A twin plans only a list of single steps, drives every edge
-when it comes, and samples the pins when the chip does, as a second opinion without common code.  Findings of a motion
+when it is due, and samples the pins when the chip does, as a second opinion without common code.  Findings of a motion
 are reported by the part's own twin, or not at all.
 
     move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> samples] ... -> over
@@ -51,7 +51,7 @@ class TwinStep(NamedTuple):
 
 
 class Stepwise:
-    """Player of every motion, step by step.  A part defines the steps, and the samples between two of them.
+    """Plays every motion step by step.  A part defines the steps, and the samples between two steps.
 
     Args:
         law: the law by which a part plans its motions.
@@ -98,11 +98,11 @@ class Stepwise:
         return self.plan[0] if self.plan else None
 
     def stretched(self, step: TwinStep) -> int:
-        """Return how many clocks longer the step that begins now becomes."""
+        """Return the clocks by which the step that begins now becomes longer."""
         return 0
 
     async def time_out(self, end: int) -> None:
-        """Wait within a step until PULSE may rise, at a tick unless an event ends the step before."""
+        """Wait within a step until PULSE may rise: at a tick, unless an event ends the step earlier."""
         await self.chip.at_tick(end)
 
     async def should_continue(self, just: TwinStep) -> bool:
@@ -111,17 +111,17 @@ class Stepwise:
 
     # ------------------------------------------------------------------------------------------------ a whole motion
     def killed(self) -> None:
-        """Reset in mid-motion: count the steps begun so far; no more follow."""
+        """Handle a reset in mid-motion: count the steps begun so far; no more follow."""
         self.axis.log.end("cut")
         self.moving = False
 
     def mark_deviation(self, kind: str, text: str) -> None:
-        """Record an event by which the motion departs from its plan."""
+        """Record an event that makes the motion depart from its plan."""
         self.axis.log.depart()
         self.axis.log.mark(kind, text)
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Run a motion from its command to the moment when READY may return."""
+        """Run a motion, from its command to the moment when READY may return."""
         chip = self.chip
         self.moving = True
         chip.waits(f"{text} in motion")
@@ -148,7 +148,7 @@ class Stepwise:
         """End the motion."""
 
     async def play(self) -> None:
-        """Output step after step, until a sample between two of them ends the motion."""
+        """Output step after step, until a sample between two steps ends the motion."""
         while (step := self.coming()) is not None:
             if self.plan:
                 self.plan.popleft()
@@ -194,7 +194,7 @@ class SlopeStepwise(Stepwise):
         return self.motion_made.parameters
 
     def step_of(self, kind: str, rate: int, factor: int | None = None) -> TwinStep:
-        """Return a step at a rate parameter, multiplied by a factor: by default that of the motion."""
+        """Return a step at a rate parameter, lengthened by a factor, which is by default the motion's factor."""
         rate = min(rate, len(self.law.periods) - 1)
         return TwinStep(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
 

@@ -1,8 +1,8 @@
-"""Ramps whose rate parameter grows by one with every unit of time.  Pure functions, whole clocks.
+"""Ramps whose rate parameter grows by one per unit of time.  Pure functions, whole clocks.
 
 rate parameter
  high .........______      units are due at a fixed number of clocks, counted from the first step, and are sampled at
-             _/            the start of each step.  Then either all that are due are taken (`jumps`), or at most one; a
+             _/            the start of each step.  Then either all units due are taken (`jumps`), or at most one; a
            _/              late unit does not delay the units after it.
  low ...../
 """
@@ -17,13 +17,13 @@ from ....core.motion.plan import Runs
 
 
 def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bool) -> Runs:
-    """Return the ramp: runs from the first step at rate `low` to the last one below rate `high`.
+    """Return the ramp as runs, from the first step at rate `low` to the last step below rate `high`.
 
     Args:
         periods: clocks of a step by rate parameter.
-        low, high: rate parameters; empty unless low < high.
-        unit: clocks after which the rate parameter is one higher.
-        jumps: take all units that are due when a step begins, not one.
+        low, high: rate parameters; the ramp is empty unless low < high.
+        unit: the clocks after which the rate parameter increases by one.
+        jumps: take all units that are due when a step begins, not just one.
     """
     runs = []
     elapsed, rate = 0, low
@@ -38,12 +38,12 @@ def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bo
 
 
 def pieces(rates: Sequence[float], unit: float, number: int, slews: bool, endless: bool) -> list[IdealPiece]:
-    """Return the ideal of a motion: a rate every `unit` seconds, and straight lines between them.
+    """Return the ideal of a motion: one rate every `unit` seconds, joined by straight lines.
 
     Args:
         rates: steps/s, from the first rate to the target rate.
         number: steps of the motion.
-        slews: the motion reaches slewing; otherwise the steps left after the ramps are made at the first rate.
+        slews: the motion reaches its slew rate; otherwise the steps left after the ramps are made at the first rate.
         endless: the motion slews until an event ends it.
     """
     up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]

@@ -1,1 +1,1 @@
-"""The dialogue with the host and the execution of the program: lines, commands, instructions, runs."""
+"""The dialogue with the host and program execution: lines, commands, instructions, runs."""

@@ -1,7 +1,7 @@
-"""Effects of the host's commands, and their answers: one method per immediate row of the sheet, found by its name.
+"""Effects of the host's commands and their answers: one method per immediate row of the sheet, found by its name.
 
-Checks, in this order: the command is known (E4), its argument (E2), no program runs (B), the command is allowed now
-(E4), it fits into the memory (E3).  Choices where the sheet is silent are in quirks.py.
+The checks, in this order: the command is known (E4), its argument is valid (E2), no program runs (B), it is allowed now
+(E4), and it fits into the memory (E3).  Choices where the sheet is silent are in quirks.py.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ QUESTIONS = ("V", "Q")  # states in which the answer is B
 
 
 class HostDialogue:
-    """The dialogue with the host, for lines that were received without faults.
+    """The dialogue with the host, for lines received without faults.
 
     Args:
-        answer_later: sends the answer to M, when the EEPROM is written.
-        homing_erases: True if a homing sent by the host erases the program.
+        answer_later: sends the answer to M once the EEPROM has been written.
+        homing_erases: True if a homing run commanded by the host erases the program.
     """
 
     def __init__(
@@ -49,9 +49,9 @@ class HostDialogue:
         self.handlers = interpreter.handlers | {row.form: getattr(self, row.handler) for row in others}
 
     async def answer(self, text: str) -> str:
-        """Execute a line, and return the answer: Y, B, R, E2 to E6, or V with data; empty if it comes later.
+        """Execute a line, and return the answer: Y, B, R, E2 to E6, or V with data; empty if the answer follows later.
 
-        The lines of Q have CR between them.
+        The lines of the answer to Q are separated by CR.
         """
         command = parse(self.chip.sheet, "Po" if self.options.lenient and text == "P0" else text)
         if self.eeprom.writing:
@@ -76,7 +76,7 @@ class HostDialogue:
         return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
 
     def report_busy(self, command: Command | Refusal, text: str) -> None:
-        """Report, once per run, a command of the host that has no effect meanwhile; queries are not reported."""
+        """Report, once per run, a host command that has no effect during the run; queries are not reported."""
         form = command.row.form if isinstance(command, Command) else ""
         if self.busy_run is self.interpreter.task or form in QUESTIONS:
             return
@@ -86,17 +86,17 @@ class HostDialogue:
         self.chip.finding("busy", f"{quoted} is answered with B and ignored while a program runs; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
-        """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""
+        """Report a host's mistake or an EEPROM fault; return the code, which is the answer."""
         self.chip.finding(code, text)
         return code
 
     async def perform(self, command: Command) -> str:
-        """Execute a command; most answer Y."""
+        """Execute a command; return its answer, which is mostly Y."""
         answer = await self.handlers[command.row.form](*command.values)
         return "Y" if answer is None else answer
 
     def store(self, command: Command) -> str:
-        """Store an instruction in programming mode, if it fits."""
+        """Store an instruction, in programming mode, if it fits; return the answer."""
         if self.program.store(command):
             return "Y"
         sheet = self.chip.sheet
@@ -110,7 +110,7 @@ class HostDialogue:
         self.program.memory.clear()
 
     async def do_program_end(self) -> None:
-        """Px: end program entry without a run."""
+        """Px: end program entry without running the program."""
         self.program.entering = False
 
     async def do_execute(self) -> str:
@@ -138,7 +138,7 @@ class HostDialogue:
         await self.interpreter.come_to_rest()
 
     async def do_home(self, direction: int) -> str:
-        """H: run to the home switch in a direction, 1 or -1; return the answer."""
+        """H: start a homing run in a direction, 1 or -1; return the answer."""
         speed = self.program.homing_speed
         if not speed:
             return self.mistake("E4", f"H is refused without a start-stop speed; {set_first('S')}")
@@ -152,7 +152,7 @@ class HostDialogue:
 
     # --------------------------------------------------------------------------------------------------- questions
     async def do_feedback(self) -> str:
-        """F: return the state of the module as an answer: busy, ready, or the error of the last run."""
+        """F: return the module's state as an answer: busy, ready, or the error of the last run."""
         if self.interpreter.running:
             return "B"
         for flag, answer in (("overflow", "E5"), ("failed", "E6")):
@@ -162,7 +162,7 @@ class HostDialogue:
         return "R"
 
     async def do_query(self) -> str:
-        """Q: return the instructions of the program, one per line, and END."""
+        """Q: return the program's instructions, one per line, and END."""
         return "\r".join([*(row.text for row in self.program.rows()), "END"])
 
     async def do_verify(self, what: int) -> str:
@@ -175,13 +175,13 @@ class HostDialogue:
 
     # ------------------------------------------------------------------------------------------------------ EEPROM
     async def do_memorize(self) -> str:
-        """M: store the program in the EEPROM; the answer comes when it is written."""
+        """M: store the program in the EEPROM; the answer follows once it has been written."""
         self.program.kept = True
         self.eeprom.write(self._written)
         return "Y" if self.options.early_y else ""
 
     def _written(self, good: bool) -> None:
-        """Answer M after the EEPROM has been written, or has failed."""
+        """Answer M after the EEPROM has been written, or after the write has failed."""
         if self.options.early_y:
             self.registers.failed = not good
         else:

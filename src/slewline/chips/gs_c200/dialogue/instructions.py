@@ -1,4 +1,4 @@
-"""Effects of the instructions of a program: one method per row of the sheet, found by its name (do_delay for DELAY)."""
+"""Effects of program instructions: one method per row of the sheet, found by its name (do_delay for DELAY)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .program_memory import Program
 
 
 class Moves(Protocol):
-    """Mover of the motor: motion.py, or its slow twin.  `sign` is 1 clockwise, -1 counter-clockwise.
+    """The object that moves the motor: motion.py, or its slow twin.  `sign`: 1 is clockwise, -1 counter-clockwise.
 
-    A motion uses the parameters that the position counter has recorded just before it.  `moving` is true from MOV high
-    to MOV low; `stopped` is true if the last motion was stopped by command.
+    A motion uses the parameters that the position counter recorded just before it.  `moving` is True while MOV is
+    high; `stopped` is True if the last motion was stopped by a command.
     """
 
     moving: bool
@@ -28,7 +28,7 @@ class Moves(Protocol):
         """Make a move of `number` steps."""
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until a command stops the motion, until an input is low, or until `limit` steps are made."""
+        """Run until a command stops the motion, until an input is low, or until `limit` steps have been made."""
 
     async def home(self, sign: int, text: str) -> None:
         """Find the end of travel, in the direction of `sign`, then the home position."""
@@ -40,11 +40,11 @@ class Moves(Protocol):
         """End the motion without a ramp; the pulse in progress is completed."""
 
     def cut(self) -> None:
-        """End the motion at power-down: steps of this instant count, later ones do not."""
+        """End the motion at power-down: steps at this instant count, later ones do not."""
 
 
 class Instructions:
-    """The handlers of all rows that act in a program, and of I and f outside a program."""
+    """The handlers of all commands that act within a program, and of I and f outside a program."""
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class Instructions:
             program.loops.pop()
 
     def _check_start(self, passes: int) -> None:
-        """Report once a loop end that follows another one, without a start of its own."""
+        """Report, once, a loop end that follows another loop end and has no start of its own."""
         here = self.program.pc - self.loop_size
         before = [row.name for at, row, _ in self.program.fetched() if at < here and row.name in ("LOOP_START", "LOOP")]
         if not self.program.loop_reported and before and before[-1] == "LOOP":
@@ -166,7 +166,7 @@ class Instructions:
         await self._run_endless(direction, None)
 
     async def do_controlled_velocity(self, direction: int, number: int) -> None:
-        """Run in a direction, 1 or -1, until a user input, 1 to 3, is low: g with an input."""
+        """Run in a direction, 1 or -1, until a user input, 1 to 3, is low: command g with an input."""
         await self._run_endless(direction, number)
 
     async def _run_endless(self, direction: int, number: int | None) -> None:

@@ -1,6 +1,6 @@
-"""Work besides the lines of the host: the stored program, a homing, an instruction outside a program.
+"""Work other than the host's lines: the stored program, a homing run, an instruction outside a program.
 
-An instruction takes its time first and then acts, so that a pulse between two instructions exists.
+An instruction takes its time first and then acts, so that a pulse between two instructions is visible.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Handler = Callable[..., Awaitable[str | None]]
 
 
 class Interpreter:
-    """Runner of one piece of work at a time; `refresh_idle` is called whenever one begins or ends."""
+    """Runs one piece of work at a time; `refresh_idle` is called whenever one begins or ends."""
 
     def __init__(
         self,
@@ -45,12 +45,12 @@ class Interpreter:
 
     @property
     def running(self) -> bool:
-        """True while a program or a homing runs."""
+        """True while a program or a homing run is in progress."""
         return self.task is not None
 
     @property
     def under_way(self) -> str:
-        """The instruction of the program in progress, or other work; empty for none."""
+        """The program instruction in progress, or other work in progress; empty if there is none."""
         return self.activity.text if self.program.at is None else self.program.text_at(self.program.at)
 
     # ------------------------------------------------------------------------------------------------ begin and end
@@ -73,7 +73,7 @@ class Interpreter:
         self.refresh_idle()
 
     async def kill(self, letter: str) -> None:
-        """End all work immediately, on a command: K, or Z without a motion that can decelerate."""
+        """End all work immediately, on a command: K, or Z if no motion can decelerate."""
         if self.motion.moving:
             self.counter.log.mark("command", letter)
         if self.task is not None:
@@ -82,7 +82,7 @@ class Interpreter:
         self._end()
 
     async def come_to_rest(self) -> None:
-        """Z: end the program as soon as its motion has decelerated; without motion, or in a homing, immediately."""
+        """Z: end the program as soon as its motion has decelerated; immediately without motion, or in a homing run."""
         if self.motion.moving and not self.counter.homing:
             self.counter.log.mark("command", "Z")
             self.counter.log.stop()
@@ -92,7 +92,7 @@ class Interpreter:
             await self.kill("Z")
 
     def cut(self) -> None:
-        """End all work at power-down: steps of this instant count, later ones do not."""
+        """End all work at power-down: steps at this instant count, later ones do not."""
         if self.task is not None:
             self.task.kill()
             self.task = None
@@ -136,11 +136,11 @@ class Interpreter:
         await self.handlers[command.row.form](*command.values)
 
     async def home(self, direction: int, speed: int) -> None:
-        """Find the home position; the counter does not count meanwhile, and is cleared at the end.
+        """Find the home position; the counter does not count during the run, and is cleared at its end.
 
         Args:
-            direction: towards the end of travel: 1 clockwise, -1 counter-clockwise.
-            speed: units of 10 steps/s.
+            direction: the direction towards the end of travel: 1 is clockwise, -1 is counter-clockwise.
+            speed: the speed, in units of 10 steps/s.
         """
         text = "H+" if direction > 0 else "H-"
         self.activity.works_on(text)

@@ -1,4 +1,4 @@
-"""The program memory: its stored instructions, and the location of a run."""
+"""The program memory: the stored instructions, and the location at which a run is."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers tha
 
 
 def set_first(missing: str) -> str:
-    """Return the remedy for a motion without certain registers, given as "S, T"."""
+    """Return the remedy for a motion that lacks certain registers, given as "S, T"."""
     return f"set {missing} at the start of the program"
 
 
 class Program:
-    """The stored program: its bytes, whose codes are the model's own, and its run.
+    """The stored program: its bytes, whose codes are the model's own, and the state of its run.
 
-    `pc` is the location of the next instruction, `at` that of the one in progress, None while no program runs.
+    `pc` is the location of the next instruction, `at` that of the instruction in progress, None while no program runs.
     """
 
     def __init__(self, sheet: Sheet, registers: Registers) -> None:
@@ -34,7 +34,7 @@ class Program:
         self.clear()
 
     def clear(self) -> None:
-        """Erase the program and its state: there is no supply."""
+        """Erase the program and its state, because the supply is off."""
         self.memory.clear()
         self.entering = False  # programming mode
         self.kept = False  # M has saved the entered program in the EEPROM
@@ -43,7 +43,7 @@ class Program:
 
     # --------------------------------------------------------------------------------------------------- programming
     def store(self, command: Command) -> bool:
-        """Store an instruction after the others; return whether it fits."""
+        """Append an instruction to the program; return whether it fits."""
         fits = len(self.memory) + command.row.size <= self.sheet.buffer_bytes
         if fits:
             self.memory += command.stored
@@ -83,13 +83,13 @@ class Program:
 
     @property
     def homing_speed(self) -> int:
-        """The speed of a homing: that of the S at the start of the program, otherwise the present one; 0 for none."""
+        """The homing speed: that of an S at the program's start, otherwise the present start-stop speed; 0 for none."""
         for _, row, values in self.fetched():
             return values[0] if row.form == "S" else self.registers.start_stop
         return self.registers.start_stop
 
     def unset_before_motion(self) -> str:
-        """Return the registers among S, T, R that a motion of the program would lack, in the order of the listing."""
+        """Return those of S, T and R that a motion of the program would lack, in the order of the listing."""
         known = {letter for letter, name in SPEEDS.items() if getattr(self.registers, name)}
         for _, row, _ in self.fetched():
             if row.motion and len(known) < len(SPEEDS):

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) -> str:
-    """Return the fault of a line, and its remedy; empty for a good line.
+    """Return a line's fault and its remedy; empty if there is none.
 
     Args:
-        command: the line without address, including the character in the place of a checksum.
+        command: the line without its address, including the character in the checksum position.
     """
     if line.faulty:
         here = f"{straps.setting.in_full} ({straps.set_by})"
@@ -31,7 +31,7 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
 
 
 def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
-    """Return the fault of a line's checksum: it is missing or wrong."""
+    """Return the fault of a line's checksum: missing or wrong; empty if there is none."""
     rest, kept, pin = text[:-1], straps.kept, straps.port.checksum_pin
     wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} after {rest!r}"
     whole = command if is_command(sheet, command) else respelled(sheet, command)

@@ -1,1 +1,1 @@
-"""Stepping: the player of plans, the position counter, the lines to the driver."""
+"""Stepping: the plan player, the position counter, the lines to the driver."""

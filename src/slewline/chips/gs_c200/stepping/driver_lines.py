@@ -1,4 +1,4 @@
-"""The lines to the driver and from the machine, and those of the user: UI1 to UI3, UO1 to UO3."""
+"""The lines to the driver and from the machine, and the user lines: UI1 to UI3 and UO1 to UO3."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class StepLines:
         self.ramp.deactivate()
 
     async def pulse_reset(self) -> None:
-        """Reset the driver: RESET low for 400 µs, even if K ends the program that waits for it."""
+        """Reset the driver: drive RESET low for 400 µs, even if K ends the program that waits for it."""
         end = self.kernel.now + self.reset_ps
         self.reset.strobe(self.kernel.now, end)
         await until(self.kernel, end)
 
 
 class UserLines:
-    """The inputs and outputs of a program besides the motor."""
+    """A program's inputs and outputs other than those for the motor."""
 
     def __init__(self, chip: ChipContext) -> None:
         self.inputs = tuple(chip.pins[f"ui{n}"].net for n in (1, 2, 3))

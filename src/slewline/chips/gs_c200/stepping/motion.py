@@ -1,10 +1,10 @@
-"""The player of a GS-C module's plans: it promises a whole plan, samples just before each step, and withdraws.
+"""The plan player of a GS-C module: it promises a whole plan, samples just before each step, and withdraws promises.
 
     CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
-                b               b'             ENABLE, Z and the switches of a homing: levels from before b
+                b               b'             ENABLE, Z and the homing switches: levels from before b
     MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 µs before the first step; down with the last pulse
 
-A step that ENABLE delays is not lost: the profile counts steps, so it waits, and continues where it was.
+A step that ENABLE delays is not lost: the profile counts steps, so it waits and then continues where it was.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ RAMPS = ("up", "down")
 
 
 def input_name(net: Net) -> str:
-    """Return the name of an input as in the sheet."""
+    """Return the sheet's name of an input."""
     return net.name.rpartition(".")[2].upper()
 
 
 class Motion:
     """The stepping part of the firmware.
 
-    `moving` is true from MOV high to MOV low; `stopped` is true if the last motion was stopped by command.
+    `moving` is True while MOV is high; `stopped` is True if the last motion was stopped by a command.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Motion:
         self.release, self.instruction = times_ps["release"], times_ps["instruction"]
         self.moving = self.stopped = False
         self.playing: Playing | None = None
-        self.fresh = False  # no step made so far
+        self.fresh = False  # no step has been made so far
         self.number: int | None = None  # steps of the motion; None: endless, up to the end of the counter
         self.limit = OPEN  # steps to the end of the counter
         self.stop_net = Net(self.kernel, f"{chip.name}.stop", active=1)
@@ -68,7 +68,7 @@ class Motion:
             self.lines.rest()
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until the stop net is active, until an input is low, or until `limit` steps are made."""
+        """Run until the stop net is active, until an input is low, or until `limit` steps have been made."""
         kernel, every = self.kernel, self.instruction
         self.number, self.limit = None, limit
         plan = profile.endless(*self.counter.made, limit)
@@ -121,7 +121,7 @@ class Motion:
         self.stop.activate()
 
     async def kill(self) -> None:
-        """End the motion without a ramp; the pulse in progress is completed.  The counter keeps the steps output."""
+        """End the motion without a ramp; the pulse in progress is completed.  The counter includes all steps output."""
         self.counter.mark_deviation()
         if self.moving and self.playing is not None:
             train, now = self.playing.train, self.kernel.now
@@ -134,7 +134,7 @@ class Motion:
         self.lines.rest()
 
     def cut(self) -> None:
-        """End the motion at power-down; count the steps of this instant and drop later ones."""
+        """End the motion at power-down; count the steps at this instant and drop later ones."""
         self.end_by(self.kernel.now + 1)
         self.counter.mark_deviation()
         self.counter.cut()
@@ -148,10 +148,10 @@ class Motion:
 
     # ------------------------------------------------------------------------------------------------ playing a plan
     async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
-        """Play a plan, and its replacements, until its last pulse is over; return when its last interval will end.
+        """Play a plan, and its replacements, until its last pulse is over; return the time of its last interval's end.
 
         Args:
-            switch: an input that ends the motion when it is low just before a step.
+            switch: an input that ends the motion if it is low just before a step.
         """
         lines, counter, kernel = self.lines, self.counter, self.kernel
         self.playing = None  # no step of this plan has been played
@@ -225,7 +225,7 @@ class Motion:
         return self.base + following
 
     async def hold(self, stoppable: bool) -> None:
-        """Wait while ENABLE is low before the next step, or for a stop that may end the motion here."""
+        """Wait before the next step while ENABLE is low, or until a stop ends the motion here."""
         chip, kernel, enable = self.chip, self.kernel, self.lines.enable
         chip.waits(f"{self.text} held by enable=0")
         if stoppable:

@@ -2,7 +2,7 @@
 
 set_out      first_step            departs            over, homed or cut
 ---.-------------|.....___---------------|---___----------|-----
-                 |<-- ideal, from the first step on -->|
+                 |<-- ideal, from the first step ----->|
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class PositionCounter:
         self.axis, self.log, self.kernel = axis, axis.log, axis.kernel
         self.registers, self.law, self.wraps = registers, law, wraps
         self.made = RegistersAtStart(0, 0, 0, law)  # parameters at the start of the motion
-        self.homing = False  # the motion is a homing: its steps are not counted
+        self.homing = False  # the motion is a homing run, whose steps are not counted
         self.heading = 0  # the direction of an endless motion
 
     @property
@@ -45,7 +45,7 @@ class PositionCounter:
         self.axis.load(0)
 
     def room(self, steps: int) -> int:
-        """Return the steps to the end of the counter in a direction; OPEN if it wraps."""
+        """Return the number of steps to the end of the counter in a direction; OPEN if the counter wraps."""
         if self.wraps:
             return OPEN
         return self.axis.positions[-1] - self.position if steps > 0 else self.position
@@ -61,7 +61,7 @@ class PositionCounter:
         Args:
             text: the command that began it, as in the data sheet.
             direction: 1 clockwise, -1 counter-clockwise.
-            homing: the speed of a homing, in units of 10 steps/s; 0 for other motions.
+            homing: the speed of a homing run, in units of 10 steps/s; 0 for other motions.
             endless: the motion continues until an event ends it.
         """
         self.homing = homing > 0
@@ -72,7 +72,7 @@ class PositionCounter:
         self.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
 
     def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
-        """Record that the first step begins now; arguments as of `RegistersAtStart.ideal`."""
+        """Record that the first step begins now; the arguments are those of `RegistersAtStart.ideal`."""
         if not self.homing:
             self.log.expect(partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit))
 
@@ -83,14 +83,14 @@ class PositionCounter:
             self.log.mark(kind, text)
 
     def over(self, stopped: bool) -> None:
-        """End the motion after its last pulse; `stopped` if a command stopped it."""
+        """End the motion after its last pulse; `stopped` is True if a command stopped it."""
         self.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def homed(self) -> None:
-        """Record that a homing has found the home position."""
+        """Record that a homing run has found the home position."""
         self.axis.load(0)
         self.log.end()
 
     def cut(self) -> None:
-        """End the motion before its end."""
+        """End the motion prematurely."""
         self.log.end("cut")

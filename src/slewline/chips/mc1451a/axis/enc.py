@@ -1,27 +1,27 @@
-"""The encoder chip: a filter on every input, and a counter of quadrature states.
+"""The encoder chip: a filter on every input, and a quadrature counter.
 
-    A        ____|‾‾‾‾‾‾‾|_______|‾‾‾‾        forward: A ahead of B by a quarter of a period
+    A        ____|‾‾‾‾‾‾‾|_______|‾‾‾‾        forward: A leads B by a quarter of a period
     B        ________|‾‾‾‾‾‾‾|_______|
-    count    0   1   2   3   4   5   6        four counts a period
+    count    0   1   2   3   4   5   6        four counts per period
 
-A level counts once it has lasted for three clocks of the chip: a change at tick t is seen from tick t + 12 on.  A
-change of both channels that leaves the filters at the same tick is not a step of a shaft, and is not counted.
+A level is accepted once it has lasted for three chip clocks: a change at tick t becomes visible at tick t + 12.  A
+change of both channels that leaves the filters at the same tick is not a shaft movement, and is not counted.
 
-The CP chip reads the inputs at the start of a cycle.  All changes since the last reading are processed together, one by
-one if there are few, in arrays if there are many.  That takes most of the time of a cycle, however few changes there
+The CP chip reads the counter at the start of a cycle.  All changes since the last reading are processed together, one
+by one if there are few, in arrays if there are many.  That takes most of the time of a cycle, however few changes there
 are.  Therefore the counter looks ahead: it processes the promises of A and B for the next cycles in one pass, with the
 same filters and the same decoder, and answers from this window.  The result holds unless a driver of A or B changes.
 
     promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
-    windows    | 4    | 8          | 16            x              cycles: each twice as long as the one before
+    windows    | 4    | 8          | 16            x              cycles: each twice as long as its predecessor
     queries    ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: a driver changes; the window is dropped, the
                                                                   changes so far are read, the next window is short
 
-At its end a window is adopted: filters and decoder take its final state.  Until then it is a forecast; a query about
-the past (`history`) makes the counter read all changes up to the last query.
+At its end a window is adopted: filters and decoder take over its final state.  Until then it is a forecast; a query
+about the past (`history`) makes the counter read all changes up to the last query.
 
-Rules of this file: a window with a finding is refused, so a finding is reported when its cause happens, not before.  No
-result of a window is stored before its end.
+Rules of this file: a window with a finding is refused, so that a finding is reported when its cause occurs, not before.
+No result of a window is stored before its end.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ Edges = tuple[Any, Any]  # instants and levels, as in a reading
 
 
 class Filter:
-    """The filter of an input: its output level, and the edges that it still delays, with their ticks and levels.
+    """An input's filter: its output level, and the edges that it still delays, with their ticks and levels.
 
-    The level is that before the tick of the last query; None before it is known.
+    The level is the one before the tick of the last query; None before it is known.
     """
 
     __slots__ = ("clock", "late", "level")
@@ -65,7 +65,7 @@ class Filter:
         """Return the ticks at which the filter's output has changed since the last query, before a tick.
 
         Args:
-            edges: the edges at its input since the last query.
+            edges: the edges at the filter's input since the last query.
         """
         times, levels = edges
         if len(times) > MUCH:
@@ -104,7 +104,7 @@ class Filter:
 
 
 class FilteredInput:
-    """An input with its filter: HOME, or a channel of an encoder.  An open one reads low."""
+    """An input with its filter: HOME, or an encoder channel.  An open input reads low."""
 
     def __init__(self, pin: Terminal, clock: Clock) -> None:
         self.pin, self.clock = pin, clock
@@ -112,7 +112,7 @@ class FilteredInput:
         self.begin()
 
     def begin(self) -> None:
-        """Start with the level at the end of this instant, as if it had lasted for long."""
+        """Start with the level at the end of this instant, as if it had been steady for a long time."""
         self.reading.begin()
         self.begun = self.pin.net.kernel.now
         self.filter = Filter(self.clock)
@@ -123,7 +123,7 @@ class FilteredInput:
         return not self.filter.late[0] and self.reading.quiet
 
     def level_before(self, tick: int) -> int:
-        """Return the output level before a tick, which must not be earlier than that of the last query."""
+        """Return the output level before a tick, which must not be earlier than the tick of the last query."""
         self.filter.passed(tick, self.edges_before(tick))
         return self.filter.level or 0
 
@@ -139,7 +139,7 @@ class FilteredInput:
 
 
 class QuadratureDecoder:
-    """Counter of quadrature states, with filters on A and B.  `found` has its findings: code, text, tick."""
+    """A quadrature decoder with filters on A and B.  `found` lists its findings: code, text, tick."""
 
     __slots__ = ("a", "b", "burst", "counts", "found", "since")
 
@@ -160,7 +160,7 @@ class QuadratureDecoder:
         """Count the edges at the filters' inputs since the last query, before a tick.
 
         Returns:
-            The ticks of the counts, and the count from each tick on: two lists, or two arrays.
+            The ticks at which the count changes, and the count starting at each: two lists, or two arrays.
         """
         a, b = self.a.passed(tick, of_a), self.b.passed(tick, of_b)
         if len(a) + len(b) > MUCH:
@@ -199,7 +199,7 @@ class QuadratureDecoder:
         order = np.argsort(ticks, kind="stable")
         ticks, of_b = ticks[order], order >= len(a)
         lasted = ticks[1:] - ticks[:-1]
-        if not lasted.all():  # both at one tick
+        if not lasted.all():  # both at the same tick
             return self._count(np.asarray(a).tolist(), np.asarray(b).tolist())
         differ = self._differed_before(a, b)  # every change inverts it
         up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
@@ -215,7 +215,7 @@ class QuadratureDecoder:
         return ticks, counts
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:
-        """Report bursts of short states.  `lasted`: the duration of each, in clocks; the last one ended at a tick."""
+        """Report bursts of short states.  `lasted`: the duration of each state in clocks; the last ended at `tick`."""
         for state in lasted:
             if state >= 2 * DWELL_TICKS:
                 self.burst = False
@@ -226,10 +226,10 @@ class QuadratureDecoder:
 
 
 class CountWindow(NamedTuple):
-    """The promises of A and B before a tick, counted: the counts, from ticks on, and the final state."""
+    """The promises of A and B up to a tick, already counted: ticks, the counts starting there, and the final state."""
 
     stop: int
-    before: int  # counts at its start
+    before: int  # counts at the start of the window
     ticks: Any
     counts: Any
     decoder: QuadratureDecoder
@@ -241,14 +241,14 @@ class CountWindow(NamedTuple):
         return int(self.counts[i - 1]) if i else self.before
 
     def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts before a number of ticks: (n,) int64."""
+        """Return the counts before each of many ticks: (n,) int64."""
         import numpy as np
 
         return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
 
 
 class QuadratureCounter:
-    """The channels A and B of an encoder, counted fourfold.
+    """Channels A and B of an encoder, with four counts per period.
 
     Args:
         finding: is called for encoder signals beyond the chip's specification.
@@ -269,7 +269,7 @@ class QuadratureCounter:
         self.begin()
 
     def begin(self) -> None:
-        """Count from 0; the state at the end of this instant is the first one."""
+        """Count from 0; the first quadrature state is that at the end of this instant."""
         self._work_off()
         self.a.begin()
         self.b.begin()
@@ -286,7 +286,7 @@ class QuadratureCounter:
 
     @property
     def quiet(self) -> bool:
-        """True if no count comes after the last query, unless a driver of A or B changes."""
+        """True if no count will follow the last query, unless a driver of A or B changes."""
         window = self.window
         if window is None:
             return self.a.quiet and self.b.quiet
@@ -297,7 +297,7 @@ class QuadratureCounter:
         return ends and not (window.decoder.a.late[0] or window.decoder.b.late[0])
 
     def counts_before(self, tick: int) -> int:
-        """Return the counts before a tick, which must not be earlier than that of the last query."""
+        """Return the counts before a tick, which must not be earlier than the tick of the last query."""
         if tick == self._asked:
             return self.counts
         self._asked, window = tick, self.window
@@ -312,7 +312,7 @@ class QuadratureCounter:
 
     @property
     def history(self) -> History:
-        """The counts up to the last query, by ticks of the chip."""
+        """The counts up to the last query, by chip tick."""
         self._work_off()
         return self._history
 
@@ -327,7 +327,7 @@ class QuadratureCounter:
 
     # ------------------------------------------------------------------------------------------------------- look ahead
     def _look_ahead(self, tick: int) -> None:
-        """Process the promises from a tick on, after all changes before it have been read."""
+        """Process the promises after a tick, once all changes before it have been read."""
         if tick < self._refused:
             return
         stop = tick + min(self._reach, self.most) * sheet.CYCLE_TICKS
@@ -343,7 +343,7 @@ class QuadratureCounter:
             self.window = CountWindow(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
 
     def _adopt(self, window: CountWindow) -> None:
-        """Adopt the state at the end of a window, as if all changes up to there had been read."""
+        """Adopt the state at the end of a window, as if all changes up to that point had been read."""
         ps = self.clock.ps(window.stop) - 1
         self.decoder = decoder = window.decoder
         self.a.filter, self.b.filter = decoder.a, decoder.b
@@ -359,7 +359,7 @@ class QuadratureCounter:
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read the changes up to the last query that so far only a window has processed."""
+        """Read the changes up to the last query that only a window has processed so far."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

@@ -19,7 +19,7 @@ STEPS = RANGE // ONE  # of one turn of the target
 
 
 class Feedback:
-    """Position from the encoder; without an encoder the actual position never changes."""
+    """The position from the encoder; without an encoder, the actual position never changes."""
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock, pulses: Pulses) -> None:
         self.kernel, self.clock, self.cycle_clock = chip.kernel, chip.clock, cycle_clock
@@ -53,9 +53,9 @@ class Feedback:
         state.error = self.error8 >> 8
 
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
-        """Return the position errors of the cycles after `n` in a window, as `read` will compute them: (n,) int64.
+        """Return the position errors in the cycles after `n` within a window, as `read` will compute them: (n,) int64.
 
-        `n` is the last cycle read.  After the end of the run, which is due for itself, the run is assumed to continue.
+        `n` is the last cycle read.  The end of the run is due separately, so the run is assumed to continue past it.
         """
         import numpy as np
 
@@ -69,7 +69,7 @@ class Feedback:
         return found
 
     def declare(self, n: int, value: int) -> None:
-        """Set the actual position to a whole number of steps from now on, like the target; the position error is 0."""
+        """Set the actual position, like the target, to a whole number of steps, from now on; the error is 0."""
         state = self.state
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
@@ -78,7 +78,7 @@ class Feedback:
             state.actual = value
 
     def forget(self, before: int) -> None:
-        """Discard the past before an instant, which no query needs any more."""
+        """Discard the data before an instant, which no query needs any more."""
         self.offsets.forget(before)
         if self.encoder is not None:
             self.encoder.history.forget(self.clock.ticks_until(before))

@@ -1,4 +1,4 @@
-"""The electronic gear of one axis: the encoder of another machine displaces it by the gear ratio."""
+"""The electronic gear of one axis: another machine's encoder displaces the axis by the gear ratio."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .switches import LimitSwitches
 
 
 class ElectronicGear:
-    """Follower of counts; `suspended` by a stop, a limit switch or the motor, until an update."""
+    """Follows encoder counts; `suspended` by a stop, a limit switch or the motor, until an update."""
 
     def __init__(
         self,
@@ -34,17 +34,17 @@ class ElectronicGear:
 
     @property
     def is_lagging(self) -> bool:
-        """True if there is a displacement left to follow."""
+        """True if some displacement is left to follow."""
         return bool(self.backlog or self.followed != self.feedback.counts)
 
     def enter(self, cause: str) -> None:
-        """Change to the gear, from the present counts on."""
+        """Change to the gear mode, starting from the present counts."""
         self.followed, self.backlog = self.feedback.counts, 0
         self.suspended = self.state.awaits_update or self.switches.flagged
         self.set_out(cause)
 
     def update(self, cause: str) -> None:
-        """Follow again after an update, from the present counts on, unless a limit switch or the motor prevents it."""
+        """Follow again after an update, from the present counts, unless a limit switch or the motor prevents it."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.followed = self.feedback.counts
@@ -57,7 +57,7 @@ class ElectronicGear:
             self.generator.log.end("limit" if self.switches.flagged else "cut")
 
     def follow(self, n: int) -> None:
-        """Displace the axis in a cycle; displacement beyond the pulse range is deferred."""
+        """Displace the axis in a cycle; a displacement beyond the pulse range is deferred."""
         state, pulses, counts = self.state, self.pulses, self.feedback.counts
         new, self.followed = counts - self.followed, counts
         if self.suspended or self.feedback.encoder is None:

@@ -1,7 +1,7 @@
-"""The profile generator of one axis: its aim, and the next run toward the aim.
+"""The profile generator of one axis: its aim, and the next run towards that aim.
 
-An aim is kept across all interruptions: a destination (point, curve), a velocity (contour), rest (stop).  The
-electronic gear has none, and makes one run per cycle (gear.py).
+The aim survives all interruptions: a destination (point, curve), a velocity (contour) or rest (stop).  The
+electronic gear has no aim, and makes one run per cycle (gear.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
 class ProfileGenerator:
-    """Motion of an axis.  `aim` is empty at rest; `fresh` requires a new decision, even during a run."""
+    """The motion of an axis.  `aim` is empty at rest; `fresh` requires a new decision, even during a run."""
 
     def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
@@ -39,7 +39,7 @@ class ProfileGenerator:
 
     @property
     def pulse_range(self) -> int:
-        """The greatest speed of the pulse range."""
+        """The maximum speed of the pulse range."""
         return self.ranges[self.state.high_speed]
 
     @property
@@ -49,7 +49,7 @@ class ProfileGenerator:
 
     @property
     def fastest(self) -> int:
-        """The greatest displacement of any cycle of the run."""
+        """The maximum displacement in any cycle of the run."""
         if self.pulses.law is None:
             return 0
         if self.aim == "curve":
@@ -57,7 +57,7 @@ class ProfileGenerator:
         return max(self.limits.velocity, abs(self.state.velocity))
 
     def clamp(self) -> None:
-        """Report a velocity beyond the pulse range, once for each update."""
+        """Report a velocity beyond the pulse range, once per update."""
         velocity = self.state.active.velocity
         if velocity > self.pulse_range and not self.clamped:
             self.clamped = True
@@ -79,7 +79,7 @@ class ProfileGenerator:
             self.done = 0
 
     def slow_down(self, n: int) -> None:
-        """Make rest the aim, by deceleration."""
+        """Decelerate: make rest the aim."""
         if self.aim != "curve":
             self.aim, self.fresh = "stop", True
             return
@@ -89,13 +89,13 @@ class ProfileGenerator:
             self.phases, self.fresh = stopped, True
 
     def cut(self, n: int) -> None:
-        """End the run at the start of a cycle; another one will continue from there."""
+        """End the run at the start of a cycle; another run will continue from there."""
         if self.aim == "curve" and self.pulses.law is not None:
             self.done += n - self.pulses.since
         self.pulses.cut(n)
 
     def halt(self, n: int, complete: bool = True) -> None:
-        """Stop immediately, at the position of the axis in a cycle."""
+        """Stop immediately, at the axis position in a cycle."""
         self.pulses.cut(n)
         if complete and self.mode != GEAR:
             self.complete()
@@ -108,19 +108,19 @@ class ProfileGenerator:
         self.state.events |= MOTION_COMPLETE
 
     def rest(self) -> None:
-        """Set the speed to zero from now on."""
+        """Set the speed to zero, beginning now."""
         self.log.end()
         self.state.velocity = self.state.phase = 0
         self.state.in_motion = False
         self.aim = ""
 
     def wrapped(self) -> None:
-        """Compute the distance to a destination again: the target has passed an end of its range."""
+        """Compute the distance to a destination again, because the target has passed an end of its range."""
         self.fresh |= self.aim == "point"
 
     # ------------------------------------------------------------------------------------------------------------- runs
     def go_on(self, n: int) -> None:
-        """Begin the next run with a cycle; without one the motion is over."""
+        """Begin the next run at a cycle; if there is no run, the motion is over."""
         self.fresh = False
         planned = self.plan(n)
         if planned is None:
@@ -176,7 +176,7 @@ class ProfileGenerator:
         """Check a run once, before its pulses are promised.
 
         Raises:
-            PlanError: a mistake in the law of motion, never of the host.
+            PlanError: the law of motion contains a mistake; the host is never the cause.
         """
         state, before = self.state, abs(self.state.velocity)
         if self.mode == GEAR:  # it follows any motion of another machine

@@ -45,7 +45,7 @@ class Horizon:
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
-        """Return the cycle at which a run passes a distance from zero, in its direction and `turns` ranges further."""
+        """Return the cycle at which a run passes a distance from zero, in its direction, `turns` ranges further."""
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0
         if missing <= 0:
@@ -57,7 +57,7 @@ class Horizon:
         return pulses.since + bisect_left(range(pulses.cycles + 1), missing, key=law.travel)
 
     def breakpoint_due(self, n: int) -> int:
-        """Return when the breakpoint may be met."""
+        """Return the cycle in which the breakpoint may be met."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         value = signed(state.comparison, 32)
         match state.breakpoint:
@@ -76,7 +76,7 @@ class Horizon:
         return NEVER
 
     def error_due(self, n: int) -> int:
-        """Return when the position error may pass its limit in either direction; it has not passed it before."""
+        """Return the cycle in which the position error may first pass its limit, in either direction."""
         state, feedback, encoder = self.state, self.feedback, self.feedback.encoder
         if encoder is None or not state.step_ratio:
             return NEVER

@@ -1,8 +1,8 @@
-"""A lazy reader of a wire: it reads past edges on demand, from the promises of the wire's drivers.
+"""A lazy reader of a wire, which reads past edges on demand from the promises of the wire's drivers.
 
-A chip that samples an input once in a while need not process every edge.  A query reads the edges since the last one
-from the promises of the net, and just before a driver replaces its promise or its level, the reader reads the edges so
-far.  So an edge costs no event, whatever drives the net, and none is lost:
+A chip that samples an input only occasionally need not process every edge.  A query reads the edges since the last
+query from the promises of the net, and just before a driver replaces its promise or its level, the reader reads the
+edges so far.  So an edge costs no event, whatever drives the net, and no edge is lost:
 
     drive       promise of a train       |  level 0    |  wave
     wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
@@ -24,7 +24,7 @@ from ....core.wires.pin import Terminal
 
 
 class PinEdges:
-    """The edges of the wire on a pin, from this instant on; changes of this instant itself only set its first level.
+    """The edges of the wire on a pin after this instant; changes at this instant itself only set the first level.
 
     `on_change` is called when a driver of the wire changes; its new edges can be read in the next round.
     """
@@ -45,7 +45,7 @@ class PinEdges:
         self._edges: list[tuple[Any, Any]] = []
 
     def edges_until(self, ps: int) -> tuple[Any, Any]:
-        """Return the edges since the last query, up to an instant (ps), at most the last committed one.
+        """Return the edges since the last query, up to an instant (ps) that is at most the last committed one.
 
         Returns:
             Times in ps and the levels after them: two lists, or two arrays if they come from a promise.
@@ -73,12 +73,12 @@ class PinEdges:
         return times, levels, levels[-1] if len(levels) else self._level
 
     def skip(self, ps: int, level: Level) -> None:
-        """Count the edges up to an instant (ps) as read: they came as promised, with this level at the end."""
+        """Count the edges up to an instant (ps) as read: they occurred as promised, with this level at the end."""
         self._read, self._level = ps, level
 
     @property
     def quiet(self) -> bool:
-        """True if no edge is promised after the last query: none comes unless a driver changes."""
+        """True if no edge is promised after the last query: none will occur unless a driver changes."""
         return self._changed is None and self.ends_by(self._read)
 
     def ends_by(self, ps: int) -> bool:
@@ -109,7 +109,7 @@ class PinEdges:
             self._read = ps
 
     def _real(self, times: Any, levels: Any) -> tuple[Any, Any]:
-        """Return the edges that change the level, out of a list that may contain others."""
+        """Return those edges of a list that change the level."""
         if isinstance(times, list):
             real = [*map(ne, levels, [self._level, *levels])]
             if not all(real):

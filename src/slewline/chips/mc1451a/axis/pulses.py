@@ -1,8 +1,8 @@
-"""The run of an axis in progress: its effect on the registers, and the pulses that it promises.
+"""An axis's run in progress: its effect on the registers, and the pulses that it promises.
 
-A displacement chosen once often follows a law for thousands of cycles: a run.  Its pulses are promised whole, and its
-position is computed on request.  When it is cut, its remainder (part of a step, PULSE high or low) is the start of the
-next one.
+A displacement, once chosen, often follows a law for thousands of cycles: a run.  Its pulses are promised as a whole,
+and its position is computed on request.  When a run is cut, its remainder (part of a step, PULSE high or low) is the
+start of the next run.
 
     target    x0 ____----^^^^          x    PULSE rises where the target passes half a step, and falls, which is the
               |   run        | cut          step, where it passes a whole one
@@ -30,9 +30,9 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 
 
 class TargetLaw(NamedTuple):
-    """The law of the target from cycle `first` on, with `x0` in cycle `since`; without a law the target is at rest.
+    """The law of the target from cycle `first`; `x0` is the target in cycle `since`.  Without a law it is at rest.
 
-    The law of an S-curve comes from its phases; other laws change by no more than an acceleration, except in jumps.
+    The law of an S-curve comes from its phases; other laws change by at most the acceleration, except in jumps.
     """
 
     first: int
@@ -45,10 +45,10 @@ class TargetLaw(NamedTuple):
 
 
 class Pulses:
-    """The run of one axis, and its promised pulses.
+    """One axis's run, and its promised pulses.
 
-    `law` is that of its displacements, None at rest; `sign` its direction.  `acceleration` is the greatest change of
-    speed in a cycle by the law, for later queries.
+    `law` is the law of its displacements, None at rest; `sign` is its direction.  `acceleration` is the maximum change
+    of speed in a cycle under that law, for later queries.
     """
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
@@ -76,7 +76,7 @@ class Pulses:
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Show the target and the speed at the start of a cycle; after the end of the run, its last speed.
+        """Set the target and the speed to those at the start of a cycle; after the run's end, set its last speed.
 
         Returns whether the target has passed an end of its range.
         """
@@ -120,7 +120,7 @@ class Pulses:
             self.playing = None
 
     def remember(self, n: int) -> None:
-        """Record the law from cycle n on, for later queries."""
+        """Record the law that holds from cycle n, for later queries."""
         entry = TargetLaw(n, self.since, self.x0, self.sign, self.law, self.curve, self.acceleration)
         if self.past[-1].first == n:
             self.past[-1] = entry
@@ -133,7 +133,7 @@ class Pulses:
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def end(self) -> None:
-        """Reset: end the promised pulses at this instant, after the load of a position declared in it."""
+        """Handle a reset: end the promised pulses at this instant, after loading any position declared at it."""
         self.law = None
         self._do()
         self._withdraw()
@@ -142,7 +142,7 @@ class Pulses:
         """Begin a run with cycle n; its pulses follow after all other work of this instant.
 
         Args:
-            curve: the phases, if the law is that of an S-curve.
+            curve: the phases, if the law describes an S-curve.
         """
         sign = self.sign
         self.cut(n)
@@ -165,7 +165,7 @@ class Pulses:
             what()
 
     def play(self, law: Law) -> None:
-        """Promise the pulses of a run, unless a reset in this instant has ended it."""
+        """Promise the pulses of a run, unless a reset at this instant has ended it."""
         if self.law is not law:
             return
         train = CycleTrain(self.clock, self.cycle_clock.tick(self.since), law, self.cycles, self.sign * self.lead)
@@ -176,7 +176,7 @@ class Pulses:
         self.pulse.play(SquareView(self.playing, self.high))
 
     def declare(self, n: int, value: int) -> None:
-        """Set the target to a whole number of steps from now on; the pulses of cycle n continue."""
+        """Set the target to a whole number of steps, beginning now; the pulses of cycle n continue."""
         state, law = self.state, self.law
         state.target = value * ONE
         self.turn = self.rounds = 0

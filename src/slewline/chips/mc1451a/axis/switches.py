@@ -1,4 +1,4 @@
-"""The limit switches of one axis: their state, and the one that stops the axis."""
+"""The limit switches of one axis: their states, and the switch that stops the axis."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 
 
 class LimitSwitches:
-    """Both switches, by the event bit of each.  The levels are those sampled by the present cycle."""
+    """Both switches, each identified by its event bit.  The levels are those sampled by the present cycle."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.registers, self.state = registers, state
@@ -31,7 +31,7 @@ class LimitSwitches:
 
     @property
     def flagged(self) -> bool:
-        """True if the event of a switch keeps the axis from moving."""
+        """True if a switch's event keeps the axis from moving."""
         return self.registers.limits_on and bool(self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def tripped(self) -> int:

@@ -1,20 +1,20 @@
-"""The trajectory generator of one axis: its decisions at the start of a cycle, and how long they hold.
+"""The trajectory generator of one axis: its decisions at the start of a cycle, and how long they remain valid.
 
     cycle n      T_n ------------------------------------------ T_n+1
                  | 0 arrive    1 updates   2 limits             |
                  | 3 choose the displacement up to T_n+1        |      position    x(T_n)  ____----  x(T_n+1)
                  | 4 pulses    5 encoder   6 breakpoint         |      moves evenly from T_n to T_n+1
 
-A displacement chosen once often follows a law for thousands of cycles: a run.  While a run lasts and no input changes,
-there is no decision, so no cycle is processed: `due` is the next cycle that must be.  `sync` sets the registers in
-between.  The twin processes every cycle, and its results must be the same.
+A displacement, once chosen, often follows a law for thousands of cycles: a run.  While a run lasts and no input
+changes, there is no decision to make, so no cycle is processed: `due` is the next cycle that must be.  `sync` sets the
+registers in between.  The twin processes every cycle, and its results must be the same.
 
 Each object knows only those above it in this picture:
 
     LimitSwitches   Pulses      the active switches; the run, and its promised pulses
       Feedback                  the position from the encoder
-        ProfileGenerator        the aim of the axis, and the next run toward it
-          Gear                  one run per cycle, by the encoder
+        ProfileGenerator        the axis's aim, and the next run towards it
+          Gear                  one run per cycle, following the encoder
             Updates  Horizon    the values written by commands; the next cycle that is due
       Trajectory                creates them, and calls them in the order of a cycle
 
@@ -82,13 +82,13 @@ class Trajectory:
     def arrive(self, n: int) -> None:
         """Complete the run up to this cycle."""
         if n:
-            self.feedback.read(n - 1)  # level in the cycle before, if it was read then
+            self.feedback.read(n - 1)  # level in the previous cycle, if it was read then
         pulses = self.pulses
         if pulses.law is not None:
             if pulses.move(n):
                 self.generator.wrapped()
             i = n - pulses.since
-            self.state.velocity = pulses.sign * pulses.law.velocity(i - 1)  # position error up to here
+            self.state.velocity = pulses.sign * pulses.law.velocity(i - 1)  # position error up to this cycle
             if i >= pulses.cycles:
                 landing = pulses.landing
                 pulses.cut(n)

@@ -1,4 +1,4 @@
-"""Commands of the host to an axis: immediate settings, updates, stops."""
+"""The host's commands to an axis: immediate settings, updates, stops."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FIXED = {mode: tuple(REGISTERS[name] for name in names) for mode, (_, names) in 
 
 
 class Updates:
-    """The values written by commands, as read by a cycle; it begins and ends the motions of an axis."""
+    """The values written by commands, as read in a cycle; this object begins and ends the motions of an axis."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Updates:
 
     def begin(self) -> None:
         """Begin without any command, after reset."""
-        self.omitted: list[str] = []  # registers named in the finding, whose absence prevents a start
+        self.omitted: list[str] = []  # registers named in the finding, without which the axis does not start
 
     def settings(self, n: int) -> None:
         """Apply the immediate settings: profile mode, motor, pulse range."""
@@ -117,13 +117,13 @@ class Updates:
             self.generator.fresh = self.state.in_motion
 
     def declare(self, n: int, position: int) -> None:
-        """Set both positions to a number of steps from now on, and the error to 0; the pulses of cycle n continue."""
+        """Set both positions to a number of steps, from now on, and the error to 0; the pulses of cycle n continue."""
         self.generator.fresh |= self.pulses.law is not None
         self.pulses.declare(n, position)
         self.feedback.declare(n, position)
 
     def copy(self, new: Profile) -> None:
-        """Copy the buffer to the active registers; a register that may not change in motion is a command error.
+        """Copy the buffer to the active registers; changing a register that is fixed in motion is a command error.
 
         The destination is copied even then.  Refused values wait in the buffer for an update at rest, without a second
         error (command errors).
@@ -184,7 +184,7 @@ class Updates:
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
 
     def omit(self, cause: str) -> None:
-        """Report the registers that the host must set before a motion; once, until they change."""
+        """Report the registers that the host must set before a motion; report them once, until they change."""
         names, reported = missing_of(self.generator.mode, self.state), self.omitted
         if names and names != reported:
             zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)

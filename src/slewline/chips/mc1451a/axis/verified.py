@@ -1,11 +1,11 @@
-r"""The one check of every run before its pulses are promised: the conditions that a run of cycles must meet.
+r"""The check of every run before its pulses are promised: the conditions that a run of cycles must meet.
 
-    speed        ______  limit                          fits on:  from the cycle before to the first one, the speed
+    speed        ______  limit                          fits on:  from the previous cycle to the first one, the speed
           before/      \                                           changes by no more than the law allows
            ----/        \____                          keeps:    no cycle is faster than the limit, or than before
                           landing: exactly there        lands:    the last run of a move ends at the destination
 
-A fault is a mistake in a law of motion, never of the host or of the user.
+A fault is a mistake in a law of motion; the host and the user are never its cause.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from ..profiles.s_curves import PLACES, SCurve
 
 
 def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:
-    """Return the fault of a run with constant change of speed; "" for none.
+    """Return the fault of a run with a constant change of speed; "" for none.
 
     Args:
-        before: the speed of the cycle before, 1/65536 step per cycle, in the direction of the run.
-        remaining: from here to the destination, for a run that lands.
+        before: the speed of the previous cycle, 1/65536 step per cycle, in the direction of the run.
+        remaining: the distance from here to the destination, for a run that lands.
     """
     first, change, cycles = run.speed, run.change, run.cycles
     last = first + (cycles - 1) * change if change else first
@@ -41,7 +41,7 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
 
 def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
-    """Return the fault of the rest of an S-curve; "" for none.  Arguments as above."""
+    """Return the fault of the rest of an S-curve; "" for none.  The arguments are those of `fault_of_run`."""
     if run.cycles < 1:
         return f"{run.cycles} cycles"
     one, too_fast = 1 << PLACES, curve.velocity + 1 << PLACES

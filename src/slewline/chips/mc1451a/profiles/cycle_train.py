@@ -1,7 +1,7 @@
-"""Trains of cycles: a position that moves evenly within each cycle of a controller, and the resulting steps.
+"""Cycle trains: a position that moves evenly within each controller cycle, and the resulting steps.
 
 A chip that computes its trajectory once per cycle computes the displacement of the position in each cycle.  Steps occur
-where the position passes whole numbers, PULSE rises half a step earlier:
+where the position passes whole numbers; PULSE rises half a step earlier:
 
     position                                       . 3        cycle i runs from i * 8192 ticks on and displaces d(i)
                                         .    '
@@ -38,16 +38,16 @@ ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
 BLOCK = 3 << 12  # steps expanded at a time: they fit into the cache, and into allocated memory
 STRETCH = 1 << 10  # cycles expanded at a time if steps are rare
-NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
+NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; the sum's bits are then those of this plus the integer
 NEAREST_BITS = 0x4338 << 48
 
 
 # ------------------------------------------------------------------------------------------------------------- answers
 @dataclass(frozen=True)
 class Cycles:
-    """The targets of an axis cycle by cycle, `rate` cycles a second; all arrays (n,) int64, phases int8.
+    """An axis's targets cycle by cycle, at `rate` cycles per second; all arrays are (n,) int64, phases int8.
 
-    Numbers of the cycles, their start times in ps, targets there in 1/65536 step, target velocities in 1/65536 step per
+    The cycle numbers, their start times in ps, the targets there in 1/65536 step, target velocities in 1/65536 step per
     cycle, and phases of S-curves, 1 to 7 (0: none).
     """
 
@@ -63,14 +63,14 @@ class Cycles:
 
     @property
     def accelerations(self) -> NDArray[np.int64]:
-        """Changes of velocity from each cycle to the next: (n-1,) int64."""
+        """The changes in velocity from each cycle to the next: (n-1,) int64."""
         import numpy as np
 
         return np.diff(self.velocities)
 
     @property
     def jerks(self) -> NDArray[np.int64]:
-        """Changes of acceleration from each cycle to the next: (n-2,) int64."""
+        """The changes in acceleration from each cycle to the next: (n-2,) int64."""
         import numpy as np
 
         return np.diff(self.velocities, 2)
@@ -78,7 +78,7 @@ class Cycles:
 
 # --------------------------------------------------------------------------------------------------------------- laws
 class Law(Protocol):
-    """The travel at the start of each cycle: from 0 on, never decreasing, at most 512 steps a cycle."""
+    """The travel at the start of each cycle: from 0, never decreasing, growing by at most 512 steps per cycle."""
 
     @property
     def steady(self) -> int:
@@ -92,20 +92,20 @@ class Law(Protocol):
         """Return the distance before cycle i, in 1/65536 step."""
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the distances before many cycles, any order, in 1/65536 step: int64, shape as `i`."""
+        """Return the distances before many cycles, in any order, in 1/65536 step: int64, in the shape of `i`."""
 
     def velocity(self, i: int) -> int:
         """Return the velocity in cycle i, in 1/65536 step per cycle.
 
-        It excludes the rounding of a curve in a cycle, so it changes evenly.
+        It excludes the rounding of a curve within a cycle, so it changes evenly.
         """
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the velocities in many cycles, any order, in 1/65536 step per cycle: int64, shape as `i`."""
+        """Return the velocities in many cycles, in any order, in 1/65536 step per cycle: int64, in the shape of `i`."""
 
 
 class Linear:
-    """Cycle i displaces by `speed + i * change`."""
+    """A law by which cycle i displaces by `speed + i * change`."""
 
     __slots__ = ("change", "speed", "steady")
     even = True
@@ -133,7 +133,7 @@ class CycleTrain(Train):
 
     Args:
         origin: the tick at which cycle 0 begins.
-        cycles: their number; OPEN at a constant speed without end.
+        cycles: the number of cycles; OPEN for a constant speed without end.
         lead: the distance of the position beyond the last step when cycle 0 begins, in the direction of movement: less
             than a step, positive or negative.
         unit: the unit that is counted; half a step for the edges of PULSE.
@@ -156,11 +156,11 @@ class CycleTrain(Train):
 
     @property
     def halves(self) -> CycleTrain:
-        """The movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
+        """The movement in half steps: PULSE rises at even half steps and falls at odd ones, counting from 0."""
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
-        """Return the positions at the start of cycles i ... j-1: (n,) int64, in 1/65536 step, counted like `lead`."""
+        """Return the positions at the starts of cycles i ... j-1: (n,) int64, in 1/65536 step, counted like `lead`."""
         import numpy as np
 
         return self.lead + self.law.travels(np.arange(i, j))
@@ -195,7 +195,7 @@ class CycleTrain(Train):
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
+        """Return how many steps have begun by ticks since `origin`, in any order: (n,) int64."""
         import numpy as np
 
         i, part = np.divmod(ticks, self.cycle)
@@ -209,7 +209,7 @@ class CycleTrain(Train):
         """Return the velocities from tick `since` to before tick `to`, both since `origin`.
 
         Returns:
-            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+            Ticks since `origin`, (n,) int64, ascending, beginning with `since`; steps/s from each to the next, float64.
         """
         import numpy as np
 
@@ -234,7 +234,7 @@ class CycleTrain(Train):
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
-        """Return the first cycle whose end is at least a distance, more than 0, from the start."""
+        """Return the first cycle whose end is at least a given distance (above 0) from the start."""
         law = self.law
         if law.steady:
             return (distance - 1) // law.steady
@@ -266,14 +266,14 @@ class CycleTrain(Train):
         return out
 
     def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Fill in the start ticks from step `first` on, part by part; each part counts ticks from its own origin.
+        """Fill in the start ticks from step `first`, part by part; each part counts ticks from its own origin.
 
         Step number m of a part, counted from 1, begins on tick ceil(m * scale + rest), where both are fractions n/d, d
-        being the displacement of its cycle.  With 1/2 - 1/2d added it may as well be rounded to the nearest integer,
-        from which it is then at most 1/2 - 1/2d away.  As floats, m * scale and rest are at most 2^45/d each, besides
-        whole ticks up to 2^23.  So their rounding error is less than 2^-6/d + 2^-28, and 1/2d is more.
+        being the displacement of its cycle.  With 1/2 - 1/2d added, it can instead be rounded to the nearest integer,
+        from which it is then at most 1/2 - 1/2d away.  As floats, m * scale and rest are at most 2^45/d each, apart
+        from whole ticks up to 2^23.  So their rounding error is less than 2^-6/d + 2^-28, and 1/2d is more.
 
-        All is done in place: to allocate memory for one more array takes longer than to fill it.
+        Everything is done in place, because allocating memory for another array takes longer than filling it.
         """
         import numpy as np
 
@@ -327,7 +327,7 @@ def _counting() -> NDArray[np.float64]:
 
 
 class SquareView(TrainView):
-    """PULSE of a played train of cycles: high in the second half of each step.
+    """PULSE of a played cycle train: it is high in the second half of each step.
 
     `high`: the movement begins with PULSE high, from an unfinished half step, until the first step.
     """
@@ -341,7 +341,7 @@ class SquareView(TrainView):
 
     @property
     def rises(self) -> Events:
-        """Its rising edges: every second half step."""
+        """The rising edges of PULSE: every second half step."""
         return SquareRises(self)
 
     def level(self, ps: int) -> int:
@@ -369,7 +369,7 @@ class SquareView(TrainView):
 
 
 class SquareRises(Events):
-    """The rises of PULSE of a train of cycles."""
+    """The rising edges of PULSE in a cycle train."""
 
     def __init__(self, view: SquareView) -> None:
         self.view, self.halves, self.high = view, view.halves, int(view.high)
@@ -378,13 +378,13 @@ class SquareRises(Events):
         return max((self.halves.count(self.view.of.within(ps)) + 1) // 2 - self.high, 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None if the train has fewer, or is cut off before."""
+        """Return the instant of rising edge k (ps); None if the train has fewer, or is cut off before it."""
         return before(self.halves.time(2 * (k + self.high) - 1), self.view.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of rises first ... last, all of which come: (n,) int64 ps, ascending."""
+        """Return the instants of rising edges first ... last, all of which occur: (n,) int64 ps, ascending."""
         return self.halves.times(2 * (first + self.high) - 1, 2 * (last + self.high) - 1)[::2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some rises (ps), ascending, all of which come."""
+        """Return the instants of some rising edges (ps), all of which occur, in ascending order."""
         return self.halves.few([2 * (k + self.high) - 1 for k in numbers])

@@ -1,4 +1,4 @@
-"""The past of an axis, cycle by cycle, computed on request from the runs that its trajectory generator keeps."""
+"""An axis's past, cycle by cycle, computed on request from the runs that its trajectory generator keeps."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class ChipsetAxis(AxisOfChip):
         """Return the cycles since the last reset that begin at start <= t <= stop; all of them by default.
 
         Raises:
-            UsageError: for a chipset that works step by step, which keeps no record.
-            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
+            UsageError: the chipset works step by step, and so keeps no record.
+            NotRecorded: the record does not reach that far back (`Bench(keep=)`).
         """
         motion = self.motion
         if motion is None:
@@ -51,8 +51,8 @@ class ChipsetAxis(AxisOfChip):
     def quantities(self) -> tuple[Quantity, ...]:
         """Return velocity and position, and the derived quantities if cycles are kept.
 
-        These are acceleration, and jerk if there was an S-curve; for an axis whose encoder has turned, the actual
-        position as well.
+        The derived ones are acceleration, and jerk if there was an S-curve; for an axis whose encoder has turned, the
+        actual position as well.
         """
         found, forces = super().quantities(), self._forces()
         if forces is not None:

@@ -1,11 +1,11 @@
-"""The parameters of a motion of an axis, and its ideal: the continuous profiles that the cycles approximate.
+"""The parameters of an axis's motion, and the ideal motion: the continuous profiles that the cycles approximate.
 
     trapezoid                              S-curve
       V       .________                      V          . 3|  4  |5 .
             .'         '.                            2.'   |     |   '. 6
       s __.'             '.__                   1_.-'                    '-._7
 
-An update in motion begins a new ideal, at the present target and velocity.  A gear has none: it follows.
+An update in motion begins a new ideal, at the present target and velocity.  A gear has no ideal, because it follows.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class RegistersAtStart(NamedTuple):
     start_ps: int
     mode: int
     target: int  # 1/65536 step
-    speed: int  # speed of the cycle before, signed
+    speed: int  # speed in the previous cycle, signed
     position: int
     velocity: int  # limited by the pulse range
     acceleration: int
@@ -40,11 +40,11 @@ class RegistersAtStart(NamedTuple):
 
     @property
     def per_s(self) -> float:
-        """Cycles per second."""
+        """The number of cycles per second."""
         return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the active rates, and the other registers of the profile mode."""
+        """Return the parameters for a picture: the active rates, and the other registers that the profile mode uses."""
         if self.mode == GEAR:
             return MotionParameters({}, {"RATIO": self.ratio})
         rates = {f"VEL = {self.velocity}": self.velocity / ONE * self.per_s}
@@ -75,7 +75,7 @@ class RegistersAtStart(NamedTuple):
 
 
 def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
-    """Record that a motion of an axis begins now, with the active registers."""
+    """Record that an axis's motion begins now, with the active registers."""
     active, log = state.active, chip.axes[state.number - 1].log
     made = RegistersAtStart(
         chip.crystal_hz,
@@ -96,7 +96,7 @@ def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int,
 
 
 def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) -> None:
-    """Record an event by which the motion of an axis departs from its plan."""
+    """Record an event that makes an axis's motion depart from its plan."""
     log = chip.axes[state.number - 1].log
     log.depart()
     log.mark(kind, text)
@@ -104,7 +104,7 @@ def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) ->
 
 # ------------------------------------------------------------------------------------ profiles, in steps and seconds
 def turned(pieces: Iterable[IdealPiece], direction: float) -> list[IdealPiece]:
-    """Return the same pieces with the sign of a number."""
+    """Return the same pieces, with the sign of `direction`."""
     sign = -1 if direction < 0 else 1
     return [IdealPiece(t, sign * v, sign * a, sign * j) for t, v, a, j in pieces]
 
@@ -118,9 +118,9 @@ def change(before: float, after: float, acceleration: float) -> list[IdealPiece]
 
 
 def trapezoid(distance: float, speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return a point-to-point move with linear ramps, from a present speed; distance and speed are signed.
+    """Return a point-to-point move with linear ramps, starting at the present speed; distance and speed are signed.
 
-    If it is too fast for its destination, or moves away from it, it decelerates to rest first.
+    If the axis is too fast for its destination, or moves away from it, it first decelerates to rest.
     """
     direction = speed or distance
     d, v, s = (-distance, -speed, start) if direction < 0 else (distance, speed, start)
@@ -144,7 +144,7 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
 
 
 def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return the ramp to the greatest velocity in the direction of an acceleration, and that velocity without end."""
+    """Return the ramp to the maximum velocity in the direction of an acceleration, then that velocity without end."""
     if not acceleration:
         return [IdealPiece(FOREVER, speed)]
     a = abs(acceleration)
@@ -158,7 +158,7 @@ def contour(speed: float, top: float, acceleration: float, start: float) -> list
 
 
 def curve(phases: Phases, per_s: float) -> list[IdealPiece]:
-    """Return the seven phases of an S-curve, including those with no duration."""
+    """Return the seven phases of an S-curve, including those of zero duration."""
     jerk = phases.jerk / ONE**2 * per_s**3
     pieces, v, a = [], 0.0, 0.0
     for length, bend in zip(phases.lengths, (1, 0, -1, 0, -1, 0, 1), strict=True):

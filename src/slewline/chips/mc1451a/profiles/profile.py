@@ -1,7 +1,7 @@
-r"""The law of motion of one axis, in the integers of the chipset: pure functions, parameters in, runs of cycles out.
+r"""The law of motion of one axis, in the chipset's integers: pure functions, parameters in, runs of cycles out.
 
-Every cycle of 327.68 µs the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in the same per
-cycle, accelerations per cycle and cycle.  A `CycleRun` is a number of cycles whose displacements follow one law.
+In every cycle of 327.68 µs the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in that unit per
+cycle, accelerations in that unit per cycle².  A `CycleRun` is a number of cycles whose displacements follow one law.
 
     speed                                                    V  maximum velocity       a  acceleration
       V          ___________________                         s  starting velocity      r  remaining distance
@@ -11,9 +11,9 @@ cycle, accelerations per cycle and cycle.  A `CycleRun` is a number of cycles wh
       s  ____|  |                   |  |____
          0  up  |      coast        | down, landing          landing: the last cycle covers the rest
 
-In every cycle the trapezoid takes the greatest speed whose B fits into r.  That rule needs no memory: a new
-destination or a new maximum in mid-move is the same rule with other numbers, and every run is the rule applied for as
-long as its result is the same.
+In every cycle the trapezoid takes the highest speed whose B fits into r.  That rule needs no memory: a new
+destination or a new maximum in mid-move means the same rule with other numbers, and every run is the rule applied for
+as long as its result is the same.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ class MoveLimits:
     start: int
 
     def braking(self, speed: int) -> int:
-        """Return B: the distance of a cycle at this speed and of the deceleration after it, with one cycle at s."""
+        """Return B: the distance of a cycle at this speed and the deceleration after it, including a cycle at s."""
         a, s = self.acceleration, self.start
         cycles = -(-(speed - s) // a) if speed > s else 0
         return cycles * speed - a * cycles * (cycles - 1) // 2 + s
 
     def greatest(self, remaining: int) -> int:
-        """Return the greatest speed of at least s whose B fits into a distance; -1 if none does."""
+        """Return the highest speed, at least s, whose B fits into a distance; -1 if none does."""
         a, s = self.acceleration, self.start
         if remaining < s:
             return -1
@@ -65,11 +65,11 @@ class MoveLimits:
         return max(s + cycles * a, (remaining - s + a * cycles * (cycles + 1) // 2) // (cycles + 1))
 
     def step(self, remaining: int, speed: int) -> tuple[int, bool]:
-        """Return the displacement of the next cycle, and whether it is the landing.
+        """Return the displacement of the next cycle, and whether that cycle is the landing.
 
         Args:
-            remaining: distance to the destination; not positive if the axis has reached or passed it.
-            speed: the speed of the cycle before, not negative.
+            remaining: the distance to the destination; zero or negative if the axis has reached or passed it.
+            speed: the speed of the previous cycle, not negative.
         """
         jump = max(self.acceleration, self.start)
         slower = speed - self.acceleration
@@ -82,7 +82,7 @@ class MoveLimits:
         return self.slower(speed), False
 
     def slower(self, speed: int) -> int:
-        """Return the next speed of a deceleration: down to s, then zero."""
+        """Return the next speed in a deceleration, first to s, then to zero."""
         return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
 
 
@@ -110,7 +110,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
 
 
 def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int:
-    """Return an estimate of the length of a run, which only saves time."""
+    """Return an estimate of the length of a run, which only shortens the search."""
     if change > 0:
         return (limits.velocity - first) // change
     if change < 0:
@@ -119,7 +119,7 @@ def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int
 
 
 def holds(same: Callable[[int], bool], guess: int) -> int:
-    """Return the smallest i with not same(i), by an exponential search from a guess; `same` must be monotonic."""
+    """Return the smallest i with same(i) False, by exponential search from a guess; `same` must be monotonic."""
     if guess > 0 and not same(guess - 1):
         low, high = 0, guess - 1
     else:
@@ -137,7 +137,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run of a deceleration to `floor` (for 0: to s first); a run of speed 0 ends it."""
+    """Return the next run in a deceleration to `floor` (for 0: to s first); a run at speed 0 ends it."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -152,7 +152,7 @@ def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
 
 
 def contour(limits: MoveLimits, speed: int) -> CycleRun:
-    """Return the next run of velocity contouring in the commanded direction: up or down to V, then without end."""
+    """Return the next run of velocity contouring in the commanded direction: up or down to V, then at V without end."""
     a, top = limits.acceleration, limits.velocity
     if speed > top:
         return brake(limits, speed, top) if a else CycleRun(OPEN, speed)
@@ -166,10 +166,10 @@ def contour(limits: MoveLimits, speed: int) -> CycleRun:
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
 class Phases(NamedTuple):
-    """An S-curve, by the times of its phases, which may end within a cycle.
+    """An S-curve, defined by the times of its phases, which may end within a cycle.
 
-    Times are in 2^-PLACES cycle.  Up to the end of phase 2 positions are counted from the start, in phases 3 to 5 from
-    the line on which the axis coasts, and from phase 6 on back from the destination.  So the error from rounding the
+    Times are in 2^-PLACES cycle.  Up to the end of phase 2, positions are counted from the start, in phases 3 to 5 from
+    the line on which the axis coasts, and in phases 6 and 7 back from the destination.  So the error from rounding the
     times, less than 2^-30 of 1/65536 step, does not add up.
     """
 
@@ -183,13 +183,13 @@ class Phases(NamedTuple):
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """The times of the phases 1 to 7."""
+        """The times of phases 1 to 7."""
         t1, t2, t4 = self.jerked, self.steady, self.coasting
         return t1, t2, t1, t4, t1, t2, t1
 
     @property
     def cycles(self) -> int:
-        """Cycles of the move."""
+        """The number of cycles of the move."""
         return ceil(sum(self.lengths), UNIT)
 
     @property
@@ -200,9 +200,9 @@ class Phases(NamedTuple):
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
 
     def stopped(self, done: int) -> Phases:
-        """Return the rest of the move if it is stopped smoothly after `done` cycles.
+        """Return the rest of the move if a smooth stop begins after `done` cycles.
 
-        The deceleration mirrors the acceleration: phases that have begun are shortened to their part so far.
+        The deceleration mirrors the acceleration: phases that have begun are shortened to the part done so far.
         """
         t1, t2, t4 = self.jerked, self.steady, self.coasting
         passed = done * UNIT
@@ -215,9 +215,9 @@ class Phases(NamedTuple):
         return curve._replace(distance=curve.peak * (2 * jerked + steady + coasting) >> 16 + 2 * PLACES)
 
     def pieces(self) -> list[JerkPiece]:
-        """Return the curve in pieces: the cycles within one phase, and each cycle that spans several phases by itself.
+        """Return the curve in pieces: the cycles within one phase, and each single cycle that spans several phases.
 
-        A cycle that spans several phases counts as the first of them that has jerk.
+        A cycle that spans several phases belongs to the first of them that has jerk.
         """
         found, ends, begin = [], [], 0
         for phase, length in enumerate(self.lengths, 1):
@@ -239,10 +239,10 @@ class Phases(NamedTuple):
         return [*pieces, stays]
 
     def _piece(self, phase: int, cycle: int) -> JerkPiece:
-        """Return the cycles of a phase from a cycle on.
+        """Return the cycles of a phase, beginning with a cycle.
 
-        Its numbers are rounded up during acceleration and down after it, including the positions: so no cycle
-        displaces by more than one at the maximum velocity.
+        The piece's numbers, including the positions, are rounded up during acceleration and down after it, so that no
+        cycle displaces by more than a cycle at the maximum velocity.
         """
         x6, v2, a, j = self._state(phase, cycle * UNIT)
         speed, change = 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES), a + (j << PLACES)
@@ -253,12 +253,12 @@ class Phases(NamedTuple):
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
         """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.
 
-        They have 16 binary places, and PLACES more for each power of a cycle, so they are exact.
+        They have 16 binary places, plus PLACES for each power of a cycle, so they are exact.
         """
         t1, j = self.jerked, self.jerk
         if phase <= 2:
             return self._risen(phase, t)
-        if phase >= 6:  # as phase 2 and 1, from the other end
+        if phase >= 6:  # like phases 2 and 1, from the other end
             x6, v2, a, j = self._risen(8 - phase, sum(self.lengths) - t)
             return self.distance * SIX - x6, v2, -a, j
         risen, peak = 2 * t1 + self.steady, self.peak
@@ -272,7 +272,7 @@ class Phases(NamedTuple):
         return line - bent, 2 * peak - j * t * t, -j * t, -j
 
     def _risen(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Return the same for phase 1 or 2."""
+        """Return the values of `_state` for phase 1 or 2."""
         t1, steep, j = self.jerked, self.acceleration << 16 + PLACES, self.jerk
         if phase == 1:
             return j * t**3, j * t * t, j * t, j

@@ -1,4 +1,4 @@
-r"""Acceleration and jerk of an axis by its laws, computed on request from the runs that are kept.
+r"""The acceleration and jerk of an axis under its laws, computed on request from the runs that are kept.
 
 acceleration     ____                 trapezoid: the change of velocity in each cycle; a jump (start velocity, an
           ______|    |____      __    abrupt stop, the electronic gear) has no acceleration, and is not drawn
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class JerkSegment(NamedTuple):
-    """A time of constant jerk; the acceleration at its start, steps/s^2, and the phase of an S-curve, or 0."""
+    """A span of constant jerk, with the acceleration at its start, steps/s^2, and the phase of an S-curve, or 0."""
 
     begin_ps: int
     acceleration: float
@@ -41,7 +41,7 @@ class JerkSegment(NamedTuple):
 
 
 class Forces:
-    """The acceleration of one axis over its past, up to now."""
+    """The acceleration of one axis in the past, up to now."""
 
     def __init__(self, motion: Motion, number: int) -> None:
         self.motion, self.pulses = motion, motion.trajectories[number - 1].pulses
@@ -49,7 +49,7 @@ class Forces:
         self.per_s = self.cycle_clock.per_s
 
     def ps(self, cycle: int, parts: int = 0) -> int:
-        """Return the instant a number of parts (2^-PLACES cycle) after the start of a cycle."""
+        """Return the instant that is a number of parts (2^-PLACES cycle) after the start of a cycle."""
         cycle_clock = self.cycle_clock
         if not parts:
             return cycle_clock.ps(cycle)
@@ -65,7 +65,7 @@ class Forces:
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
-        """Return the segments that begin by `stop` (ps), and the one at `start`; ascending."""
+        """Return the segment at `start` and all segments that begin by `stop` (ps), in ascending order."""
         self.pulses.axis.check_kept(start)
         self.motion.catch_up()
         past = self.pulses.past
@@ -86,7 +86,7 @@ class Forces:
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
-        """Yield constant changes from cycle to cycle; the first one from the speed before, unless that is a jump."""
+        """Yield constant changes from cycle to cycle; the first is from the previous speed, unless that is a jump."""
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
         if not entry.acceleration:
@@ -108,7 +108,7 @@ class Forces:
         begun, over = entry.first - zero, None if following is None else following.first - zero
         parts = 0
         for phase, (length, piece) in enumerate(zip(phases.lengths, curve(phases, self.per_s), strict=True), 1):
-            late = max(begun * UNIT - parts, 0)  # of the phase, worked by an earlier run
+            late = max(begun * UNIT - parts, 0)  # of the phase, processed by an earlier run
             if length and late < length and (over is None or parts < over * UNIT):
                 acceleration = piece.acceleration + piece.jerk * (late / UNIT / self.per_s)
                 at = self.ps(zero, parts + late)
@@ -150,7 +150,7 @@ class Acceleration(Quantity):
         return np.asarray(values + slopes * (times - begins[which]) / PS_PER_S, np.float64)
 
     def slope(self, stretch: JerkSegment) -> float:
-        """Return the growth of the value in a segment, per second."""
+        """Return the rate at which the value grows in a segment, per second."""
         return stretch.jerk
 
     def changes(self, start: int, stop: int) -> Outline:
@@ -176,7 +176,7 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the outline with a value at the start of every cycle while the value grows evenly."""
+        """Return the outline, with a value at the start of every cycle in segments in which the value grows evenly."""
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)
@@ -191,7 +191,7 @@ class Acceleration(Quantity):
 
 
 class Jerk(Acceleration):
-    """The jerk of an axis: constant over each phase of an S-curve, otherwise 0: a jump of acceleration has none."""
+    """The jerk of an axis: constant in each phase of an S-curve, otherwise 0; a jump in acceleration has no jerk."""
 
     name, unit, is_staircase = "jerk", "steps/s³", True
 
@@ -200,12 +200,12 @@ class Jerk(Acceleration):
         return stretch.jerk
 
     def slope(self, stretch: JerkSegment) -> float:
-        """Return 0: the jerk of a segment is constant."""
+        """Return 0, because the jerk of a segment is constant."""
         return 0.0
 
 
 def phases(forces: Forces, start: int, stop: int) -> list[tuple[int, int, str]]:
-    """Return the phases of S-curves between two instants, cut to that range: start and end in ps, and 1 to 7."""
+    """Return the phases of S-curves between two instants, cut to that range: start and end in ps, and "1" to "7"."""
     found: list[tuple[int, int, str]] = []
     stretches = forces.stretches(start, stop)
     for stretch, following in zip(stretches, [*stretches[1:], JerkSegment(stop, 0.0, 0.0)], strict=True):

@@ -1,12 +1,12 @@
-"""S-curves, cycle by cycle: pieces in which the displacement changes by a constant jerk, added up exactly.
+"""S-curves, cycle by cycle: pieces in which the displacement changes with constant jerk, added up exactly.
 
     displacement     3 . 4 . 5           a cycle within one phase of the curve belongs to the piece of that phase;
-                   .           .         one in which a phase ends is a piece by itself
+                   .           .         a cycle in which a phase ends is a piece by itself
                2 .               . 6
                .                   .
     ____ 1 . '                       ' . 7 ____
 
-A curve is a law of a train of cycles (cycles.py).
+A curve is a law of a cycle train (cycle_train.py).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ HALF_WORD = 1 << 63
 
 
 class JerkPiece(NamedTuple):
-    """Cycles of an S-curve with constant jerk; `position` is that at their start.
+    """Cycles of an S-curve with constant jerk; `position` is the position at their start.
 
     From cycle to cycle position += speed, then speed += change, then change += jerk.  All have PLACES binary places.
     """
@@ -48,9 +48,9 @@ class JerkPiece(NamedTuple):
 
 
 class SCurve:
-    """The cycles of an S-curve, from its cycle `first` on; the last piece is its end, where the axis rests.
+    """The cycles of an S-curve, starting with its cycle `first`; the last piece is its end, where the axis rests.
 
-    Positions, at most 2^47, are rounded down, and so are velocities, each by itself.  A piece with jerk has less than
+    Positions, at most 2^47, and velocities are each rounded down independently.  A piece with jerk has fewer than
     2^21 cycles.
     """
 
@@ -82,22 +82,22 @@ class SCurve:
         return self._piece(self.first + i).phase
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the distances before many cycles, any order, in 1/65536 step: int64, shape as `i`."""
+        """Return the distances before many cycles, in any order, in 1/65536 step: int64, in the shape of `i`."""
         return self._sums(i, 0) - self.start
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the velocities in many cycles, any order, in 1/65536 step per cycle: int64, shape as `i`."""
+        """Return the velocities in many cycles, in any order, in 1/65536 step per cycle: int64, in the shape of `i`."""
         return self._sums(i, 1)
 
     def phases(self, i: NDArray[np.int64]) -> NDArray[np.int8]:
-        """Return the phases, 1 to 7, of many cycles in any order: shape as `i`."""
+        """Return the phases, 1 to 7, of many cycles in any order, in the shape of `i`."""
         import numpy as np
 
         which = np.searchsorted(self.cycles, i + self.first, side="right") - 1
         return np.array([piece.phase for piece in self.pieces], np.int8).take(which)
 
     def _sums(self, i: NDArray[np.int64], of: int) -> NDArray[np.int64]:
-        """Return positions (0) or displacements (1) of many cycles, 1/65536 step.
+        """Return the positions (`of` 0) or displacements (`of` 1) of many cycles, in 1/65536 step.
 
         They are computed twice: as floats, with an error below 1, and as integers with PLACES binary places whose upper
         bits are lost, so they are right modulo 64.

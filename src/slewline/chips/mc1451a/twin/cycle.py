@@ -1,4 +1,4 @@
-"""The train of an axis of the slow twin: the steps of one cycle, each at its own tick."""
+"""The step train of an axis in the slow twin: the steps of one cycle, each at its own tick."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class OneCycle(Train):
-    """The steps of a cycle that begins at a tick, each at its own tick, and the displacement of the position."""
+    """The steps of a cycle that begins at a tick, each step at its own tick, and the displacement of the position."""
 
     def __init__(self, clock: Clock, origin: int, steps: list[int], displaced: int) -> None:
         super().__init__(clock, origin)
@@ -31,25 +31,25 @@ class OneCycle(Train):
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by each of a number of ticks, (n,) int64."""
+        """Return how many steps have begun by each of many ticks: (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the ticks at which steps begin, counted from the start of the cycle, (n,) int64."""
+        """Return the ticks at which steps begin, counted from the start of the cycle: (n,) int64."""
         import numpy as np
 
         return np.array(self.ticks[first:last], np.int64)
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocity of the cycle and the start of the window: (1,) int64, (1,) float64 steps/s."""
+        """Return the start of the window and the velocity of the cycle: (1,) int64, (1,) float64 steps/s."""
         import numpy as np
 
         return np.array([since]), np.array([self.speed])
 
     def pieces(self, since: int, to: int) -> int:
-        """Return 1: a cycle has one velocity."""
+        """Return 1, because a cycle has one velocity."""
         return 1
 
     def rests(self, until: int) -> int:
-        """Return how many ticks of the cycle are over before an instant (ps)."""
+        """Return how many ticks of the cycle have passed before an instant (ps)."""
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)

@@ -1,7 +1,7 @@
-"""The chipset's motion, one cycle at a time: the reference for the fast path, slow and obvious.
+"""The chipset's motion, cycle by cycle: the slow and obvious reference for the fast path.
 
-The fast path computes blocks of cycles ahead.  This twin processes each cycle when it begins, one axis after the other
-(twin_axis.py), and samples the pins then; it watches HOME and the encoder edge by edge (twin_inputs.py).
+The fast path computes blocks of cycles ahead.  This twin processes each cycle when it begins, one axis after another
+(twin_axis.py), and samples the pins at that time; it watches HOME and the encoder edge by edge (twin_inputs.py).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .twin_inputs import TwinEncoder, TwinFilter
 
 
 class Stepwise:
-    """Processor of every cycle of all axes."""
+    """Processes every cycle of all axes."""
 
     def __init__(self, chip: ChipContext, registers: Registers, interrupt: HostInterrupt, activity: Activity) -> None:
         self.chip, self.kernel, self.registers = chip, chip.kernel, registers
@@ -47,7 +47,7 @@ class Stepwise:
 
     @property
     def cycle(self) -> int:
-        """The present cycle; 0 before there is one."""
+        """The present cycle; 0 before the first one."""
         return max(self.begun - 1, 0)
 
     async def run(self) -> None:
@@ -70,18 +70,18 @@ class Stepwise:
             self.activity.worked()
 
     def attend(self) -> None:
-        """Record a write by a command: a motor that was off ends its motion, even if it is on again in time."""
+        """Record a write by a command: switching a motor off ends its motion, even if it is soon on again."""
         for course in self.courses:
             course.was_off |= not course.state.motor_on
 
     def declare(self, state: AxisState, value: int) -> None:
-        """Set the position without a step; an axis in motion to a destination continues to it from there."""
+        """Set the position without a step; an axis moving to a destination continues from there."""
         self.courses[state.number - 1].relocate(value)
         if self.chip.sheet.encoder:
             state.actual = value
 
     def stop(self) -> None:
-        """Stop for reset or without supply: no cycle begins, and no step is made after this instant."""
+        """Stop for a reset or loss of supply: no cycle begins, and no step is made after this instant."""
         if self.running:
             self.task.kill()
             self.running, self.begun = False, 0

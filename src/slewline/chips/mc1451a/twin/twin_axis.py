@@ -1,12 +1,12 @@
-"""One axis of the slow twin.  `cycle` calls the methods of `TwinAxis` in the order of work.
+"""One axis of the slow twin.  `cycle` calls the methods of `TwinAxis` in the order of their work.
 
     T_n               T_n+1             T_n+2
      |<-- 8192 clocks->|                 |
     _|_________________|_________________|_      target: x at T_n; it moves by `velocity` from T_n to T_n+1,
-     x                 x + velocity              which is chosen at T_n and evenly spread over the cycle
+     x                 x + velocity              which is chosen at T_n and spread evenly over the cycle
 
-PULSE shows the target: it rises when the target is half a step past the last step made, and falls, which is the next
-step, a whole step past it.  `lead` is how far the target is ahead of the steps made so far.
+PULSE follows the target: it rises when the target is half a step past the last step made, and falls, which is the next
+step, when the target is a whole step past it.  `lead` is how far the target is ahead of the steps made so far.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ REPORTED = range(-32768, 32768)  # position errors
 
 
 def signed(number: int, bits: int) -> int:
-    """Return a number in two's complement, wrapped into its range."""
+    """Return a number wrapped into the range of two's complement."""
     half = 1 << (bits - 1)
     return (number + half) % (2 * half) - half
 
@@ -93,12 +93,12 @@ class TwinAxis:
         self.show()
 
     def event(self, bit: int) -> None:
-        """Set an event of the status word; the gear has no motion complete event."""
+        """Set an event in the status word; the gear has no motion complete event."""
         if bit != MOTION_COMPLETE or self.mode != GEAR:
             self.state.events |= bit
 
     def defer(self, what: Callable[[], object]) -> None:
-        """Call a function in the next round, when a step due at this instant counts as made."""
+        """Call a function in the next round, in which a step due at this instant counts as made."""
         if not self.deferred:
             self.chip.kernel.call_at(self.chip.kernel.now, self.apply_deferred)
         self.deferred.append(what)
@@ -110,7 +110,7 @@ class TwinAxis:
             what()
 
     def finding(self, code: str, text: str) -> None:
-        """Record a mistake of the host with this axis."""
+        """Record a host's mistake with this axis."""
         self.chip.finding(code, f"axis {self.state.number}: {text}")
 
     # ------------------------------------------------------------------------------------------------------ 0: arrive
@@ -154,7 +154,7 @@ class TwinAxis:
             self.change_mode()
 
     def change_mode(self) -> None:
-        """Change the profile mode: velocity contouring continues the motion, the gear follows from the counts now."""
+        """Change the profile mode: velocity contouring continues the motion, a gear follows from the present counts."""
         state = self.state
         if state.in_motion:
             mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
@@ -241,13 +241,13 @@ class TwinAxis:
             self.axis.log.end("limit" if self.switches.flagged else "cut")
 
     def engage(self) -> None:
-        """Let the gear follow (again), from the present counts on."""
+        """Let the gear follow, or follow again, from the present counts."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.counts_used = self.count
 
     def stop_smoothly(self) -> None:
-        """Decelerate; at rest, the stop is complete."""
+        """Decelerate; the stop is complete when the axis is at rest."""
         if not self.state.in_motion:
             self.rest(complete=True)
             return
@@ -292,7 +292,7 @@ class TwinAxis:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
     def does_not_start(self, zero: set[str]) -> None:
-        """Report an update after which registers of value 0 keep the axis at rest; once, until they change."""
+        """Report registers whose value of 0 keeps the axis at rest after an update; once, until they change."""
         if zero != self.why:
             self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
         self.why = zero
@@ -302,11 +302,11 @@ class TwinAxis:
         return min(self.state.active.velocity, self.pulse_range())
 
     def pulse_range(self) -> int:
-        """Return the greatest displacement of a cycle."""
+        """Return the maximum displacement in a cycle."""
         return ONE * (sheet.HIGH_RANGE if self.high_speed else sheet.STANDARD_RANGE)
 
     def clamp(self) -> None:
-        """Report a velocity above the pulse range, once for each update."""
+        """Report a velocity above the pulse range, once per update."""
         if self.state.active.velocity > self.pulse_range() and not self.clamped:
             self.finding("clamped", "the velocity is above the pulse range")
             self.clamped = True
@@ -339,7 +339,7 @@ class TwinAxis:
         self.displacement = state.velocity
 
     def trapezoidal(self) -> int:
-        """Return the velocity toward the destination."""
+        """Return the velocity towards the destination."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         distance = state.active.position * ONE - state.target
@@ -351,7 +351,7 @@ class TwinAxis:
         return direction * speed
 
     def contoured(self) -> int:
-        """Return the velocity toward the maximum, in the direction of the acceleration."""
+        """Return the next velocity on the way to the maximum, in the direction of the acceleration."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         direction, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
@@ -363,7 +363,7 @@ class TwinAxis:
         return direction * contour(speed, most, acceleration, min(self.start, most))
 
     def ended(self, speed: int) -> int:
-        """Return the speed; complete a stop that has reached 0."""
+        """Return the speed; complete a stop whose speed has reached 0."""
         if speed == 0:
             self.rest(complete=True)
         return speed
@@ -391,7 +391,7 @@ class TwinAxis:
         curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
         if velocity == 0 and curve is None:
             return
-        heading = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the least velocity
+        heading = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the minimum velocity
         if heading != self.direction:
             self.direction = heading
             self.defer(lambda: drivers[f"dir{number}"].drive(1 if heading > 0 else 0))
@@ -470,12 +470,12 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------- 7: show
     def show(self) -> None:
-        """Drive AtRest; in the gear it is low while steps are made."""
+        """Drive AtRest; in gear mode it is low while steps are made."""
         rest = not self.steps if self.mode == GEAR else not self.state.in_motion
         self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
 
     def cut(self) -> None:
-        """Output no step after this instant; a position declared in it counts."""
+        """Output no step after this instant; a position declared at this instant counts."""
         self.deferred.clear()
         self.load()
         if self.playing is not None:

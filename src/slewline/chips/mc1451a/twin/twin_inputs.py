@@ -1,4 +1,4 @@
-r"""The inputs of the slow twin: HOME and the encoder, after filters and watched edge by edge, and the limit switches.
+r"""The inputs of the slow twin: HOME and the encoder, filtered and watched edge by edge, and the limit switches.
 
         |<- 12 ->|           clocks
 pin   __/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_____________
@@ -20,7 +20,7 @@ FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive 
 
 
 class TwinFilter:
-    """An input with its filter: a level counts when it has lasted for three clocks of 160 ns."""
+    """An input with its filter: a level is accepted when it has lasted for three clocks of 160 ns."""
 
     def __init__(self, chip: ChipContext, name: str) -> None:
         self.chip, self.name = chip, name
@@ -57,7 +57,7 @@ class TwinFilter:
 
 
 class TwinEncoder:
-    """A quadrature encoder with its filters: four counts a period, up when A is ahead of B."""
+    """A quadrature encoder with its filters: four counts per period, counting up when A leads B."""
 
     def __init__(self, chip: ChipContext, number: int) -> None:
         self.chip, self.number = chip, number
@@ -65,7 +65,7 @@ class TwinEncoder:
         self.begin()
 
     def begin(self) -> None:
-        """Begin again."""
+        """Start counting again from 0."""
         self.a.begin()
         self.b.begin()
         self.state: tuple[int, int] | None = None  # output of the filters; not yet known
@@ -96,7 +96,7 @@ class TwinEncoder:
 
 
 class Switches:
-    """The limit switches of an axis.  They are sampled once in a cycle; directions are 1 and -1."""
+    """The limit switches of an axis.  They are sampled once per cycle; directions are 1 and -1."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.chip, self.registers, self.state = chip, registers, state
@@ -104,7 +104,7 @@ class Switches:
 
     @property
     def flagged(self) -> bool:
-        """True if the event of a switch keeps the axis from moving."""
+        """True if a switch's event keeps the axis from moving."""
         return bool(self.registers.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def active(self, direction: int) -> bool:
@@ -115,7 +115,7 @@ class Switches:
         return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
-        """Yield the switch that becomes active; while one has tripped, the other one is not sampled."""
+        """Yield the switch that becomes active; while one switch has tripped, the other is not sampled."""
         for direction in (1, -1):
             self.armed[direction] |= not self.active(direction)
         for direction in (1, -1):

@@ -1,6 +1,6 @@
-"""The laws of motion of the slow twin, for one cycle at a time: plain integers, straight from the rules.
+"""The slow twin's laws of motion, one cycle at a time: plain integers, straight from the rules.
 
-Distances are in 2^-16 step, and speeds in that per cycle.
+Distances are in 2^-16 step, and speeds in that unit per cycle.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def sign(number: int) -> int:
 
 
 def least(holds: Callable[[int], bool]) -> int:
-    """Return the least number, 0 and up, that meets a condition which then holds for all greater ones."""
+    """Return the smallest number, from 0, that meets a condition which also holds for all larger numbers."""
     high = 1
     while not holds(high):
         high *= 2
@@ -29,7 +29,7 @@ def least(holds: Callable[[int], bool]) -> int:
 
 
 def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
-    """Return whether a cycle at a speed and the deceleration to `start` after it fit into the room."""
+    """Return whether a cycle at a speed, and the deceleration to `start` after it, fit into the remaining distance."""
     if speed <= start:
         return start <= room
     if acceleration == 0:
@@ -39,14 +39,14 @@ def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
 
 
 def braked(speed: int, acceleration: int, start: int) -> int:
-    """Return the speed of the next cycle of a deceleration; 0 after a cycle at the start velocity."""
+    """Return the speed of the next cycle in a deceleration; 0 after a cycle at the start velocity."""
     return 0 if speed <= start else max(speed - acceleration, start)
 
 
 def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -> tuple[int, bool]:
-    """Return the next speed of a move to a destination, and whether the axis lands there with it.
+    """Return the next speed of a move to a destination, and whether the axis reaches the destination with it.
 
-    It is the greatest speed from which the axis can stop in time; an axis that is too fast decelerates.
+    It is the highest speed from which the axis can stop in time; an axis that is too fast decelerates.
     """
     step = max(acceleration, start)
     if 0 <= room <= min(max(most, speed - acceleration), step) and speed <= room + step:
@@ -59,7 +59,7 @@ def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -
 
 
 def contour(speed: int, most: int, acceleration: int, start: int) -> int:
-    """Return the next speed toward the maximum velocity; without acceleration it is constant."""
+    """Return the next speed on the way to the maximum velocity; without acceleration the speed is constant."""
     if acceleration == 0:
         return speed
     if speed > most:
@@ -76,12 +76,12 @@ def fine(number: Fraction) -> Fraction:
 
 
 def finest(holds: Callable[[Fraction], bool]) -> Fraction:
-    """Return the least number of parts that meets a condition which then holds for all greater ones."""
+    """Return the smallest number of parts that meets a condition which also holds for all larger numbers."""
     return Fraction(least(lambda parts: holds(Fraction(parts, FINE))), FINE)
 
 
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
-    """Return the times of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to cycle parts.
+    """Return the durations of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to cycle parts.
 
     Phase 1 lasts A/J and phases 1 and 2 together V/A, or only sqrt(V/J) if A is not reached; phase 4 is the rest of D
     at V.  If V is not reached, phase 4 is omitted and V is limited by D.
@@ -102,8 +102,8 @@ def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction
 class TwinSCurve:
     """An S-curve in progress: +J, 0, -J, 0, -J, 0, +J.
 
-    A cycle moves the axis from its position to that of the curve at the end of the cycle.  Registers with 58 binary
-    places contain position, speed, and its changes; with every cycle each is added to the one before it.  They are
+    A cycle moves the axis from its position to the curve's position at the end of the cycle.  Registers with 58 binary
+    places contain position, speed and the changes of speed; in every cycle, each is added to its predecessor.  They are
     loaded at the first cycle that begins in another phase.
     """
 
@@ -117,7 +117,7 @@ class TwinSCurve:
 
     @property
     def ends(self) -> list[Fraction]:
-        """End times of the phases 1 to 7, in cycles."""
+        """The end times of phases 1 to 7, in cycles."""
         t1, t2, t4 = self.t1, self.t2, self.t4
         return list(accumulate((t1, t2, t1, t4, t1, t2, t1)))
 
@@ -133,7 +133,7 @@ class TwinSCurve:
         return min(Fraction(self.velocity), steepest * (self.t1 + self.t2))
 
     def place(self, phase: int, t: Fraction) -> Fraction:
-        """Return the position of the axis at a time by the law of a phase."""
+        """Return the axis position at a time under the law of a phase."""
         ends = self.ends
         coasting = self.peak * (t - ends[2] / 2)
         if phase == 1:
