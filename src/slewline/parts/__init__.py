@@ -1,9 +1,9 @@
-"""Parts around a chip: an explicit list without scanning, and plug-ins, found by module:Class or an entry point.
+"""Parts around a chip: the built-in ones, from an explicit list, and plug-ins, found by module:Class or an entry point.
 
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
 
-With `to`, the pins of the part are wired to those of a neighbour in the standard way.
+With `to`, the pins of the part are wired to its neighbour's pins in the standard way.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class ListedPart:
     """A kind of part: its description, and the location of its class as `module:name` within this folder.
 
-    `fixed` are the options of the class that define the kind; users cannot set them.
+    `fixed` holds the options of the class that define the kind; users cannot set them.
     """
 
     description: str
@@ -96,7 +96,7 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
     """Return the class of a part by its kind: "uart", the name of an entry point, or module:Class.
 
     Args:
-        allow_code: a kind may be module:Class, whose import runs the code of the module.
+        allow_code: whether a kind may be module:Class; importing it runs the module's code.
 
     Raises:
         UnknownName: the kind is unknown; the message lists the known kinds.

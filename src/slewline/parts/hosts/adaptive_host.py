@@ -73,7 +73,7 @@ class AdaptiveHost(UartHost, Host):
 
         Raises:
             UsageError: the command has no answer.
-            Timeout: no answer in time; the mode register may direct answers to the bus.
+            Timeout: no answer arrives in time; the mode register may direct answers to the bus.
         """
         uart = self.uart
         query = uart.shadow.query(self.name, command)

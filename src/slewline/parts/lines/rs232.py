@@ -21,7 +21,7 @@ class SerialPort(OverUart, Part):
 
     _for_users = ("write", "received", "got", "drop", "change_line", "baud", "word", "faulty", "on_character")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
-    optional = frozenset({"rxd"})  # of a receiver
+    optional = frozenset({"rxd"})  # a neighbour that only receives has no txd
     options = (
         BAUD,
         *word_options(7, "odd", 2),
@@ -37,7 +37,7 @@ class SerialPort(OverUart, Part):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is to be sent."""
+        """Whether no character is waiting to be sent."""
         return self.uart.idle
 
     @property

@@ -21,7 +21,7 @@ SHOWN = 200  # spots
 class Workpieces(Part):
     """Workpieces that come to the machine one by one and leave after their last weld.
 
-    `in_place` is high while one is ready; `last` is low as long as another one is to come.
+    `in_place` is high while a workpiece is ready; `last` is low as long as another workpiece is to come.
     """
 
     _for_users = ("pieces", "welds", "left", "finished")
@@ -65,7 +65,7 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the number of workpieces, the number finished, and the welds that the one in place still needs."""
+        """Return the numbers of all and finished workpieces, and the welds that the present one still needs."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property

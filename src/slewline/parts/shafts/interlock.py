@@ -1,4 +1,4 @@
-"""Steps that a shaft makes while they are forbidden, found on request from the past motion of the shaft."""
+"""Steps that a shaft makes while steps are forbidden, found on request from the past motion of the shaft."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class InterlockMonitor:
-    """Watches the shaft of a part for steps while the level of a wire forbids them."""
+    """Watches the shaft of a part for steps while a wire's level forbids them."""
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
         self.part, self.shaft = part, shaft
@@ -26,7 +26,7 @@ class InterlockMonitor:
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the steps since the last query: instant (ps), position before and after."""
+        """Yield the steps since the last query: the instant (ps), and the positions before and after it."""
         import numpy as np
 
         since, seen, shaft = self._since, self.part.kernel.seen, self.shaft
