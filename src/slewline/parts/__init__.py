@@ -118,7 +118,7 @@ def make_part(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     **mounted: Shaft,
 ) -> Part:
-    """Return a new part of a class, on its shaft if it sits on one, after checking all options.
+    """Return a new part of a class, mounted on its shaft if it sits on a shaft, after checking all options.
 
     Args:
         fixed: options that the kind fixes.

@@ -61,11 +61,13 @@ class Happened:
 
     Attributes:
         kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed,
-        an "input" that the program waited for, or a "delay" in the program. number: the number of the axis, output or
-        input, counted from 1. value: the steps with their sign, a level, or the duration of a delay, ps. time_ps: the
-        time at which the event began, ps from the start; None: not known from the text. first_ps: for a move, the
-        time of its first step, ps; None: not known. lasts_ps: for a move, the time from its first step to its last,
-        ps; None: not known. rate: for a move, the maximum rate, steps/s; None: not known.
+            an "input" that the program waited for, or a "delay" in the program.
+        number: the number of the axis, output or input, counted from 1.
+        value: the steps with their sign, a level, or the duration of a delay, ps.
+        time_ps: the time at which the event began, ps from the start; None: not known from the text.
+        first_ps: for a move, the time of its first step, ps; None: not known.
+        lasts_ps: for a move, the time from its first step to its last, ps; None: not known.
+        rate: for a move, the maximum rate, steps/s; None: not known.
     """
 
     kind: Literal["move", "run", "output", "input", "delay"]

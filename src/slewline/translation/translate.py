@@ -78,8 +78,8 @@ def translate(
         axis: the name of the axis, for targets that have several.
         unroll: the maximum number of lines for a loop, if the target has no loops.
         strict: whether to refuse a result that is not the same.
-        settings: facts missing in the text, by name: {"output1": "low"} for the initial level of an output, and
-        target settings such as {"library": "fastaccelstepper"}.
+        settings: facts missing in the text, by name: {"output1": "low"} for the initial level of an output, and target
+            settings such as {"library": "fastaccelstepper"}.
 
     Raises:
         UnknownName: the part or target does not exist.

@@ -158,7 +158,7 @@ class Stateless(Follower):
         part: the part, with its pins.
         inputs: the names of the input pins.
         views: for each output, by its name, a function that returns its promised waveform or level; it is called with
-        the waveforms or levels of the inputs, in their order.
+            the waveforms or levels of the inputs, in their order.
     """
 
     def __init__(

@@ -25,7 +25,7 @@ class Lookahead:
     Args:
         pin: the pin; wiring may still merge its net with another net.
         changed: called before a driver of the wire replaces its promise, in every round in which this happens; inputs
-        can be read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
+            can be read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
     """
 
     __slots__ = ("_levels", "_shown", "changed", "pin")

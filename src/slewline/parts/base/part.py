@@ -65,8 +65,9 @@ class Part(Component):
         optional: the pins that stay open if that chip or part has no such pin.
         verbs: the methods that a run script can call.
         sits: whether the part "may" or "must" be mounted on the shaft of another part (`bench.part(on=...)`); "":
-        neither. keeps: True if the part has an option `store`, which preserves its memory without power. queue: its
-        request queue; None for a part without requests.
+            neither.
+        keeps: True if the part has an option `store`, which preserves its memory without power.
+        queue: its request queue; None for a part without requests.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (

@@ -49,7 +49,8 @@ class RequestQueue:
 
     Args:
         give_up: a function that cancels a request that took too long, as an input of the part; by default
-        `cancel_last`. rest: a function that releases the outputs of the part when a request was cut short.
+            `cancel_last`.
+        rest: a function that releases the outputs of the part when a request was cut short.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""GS-D200 and GS-D200S, the driver modules next to a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+"""GS-D200 and GS-D200S, the driver modules for a GS-C: translator (figure 7) and phase current (figures 6 and 11).
 
     state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step moves one column to the right
     a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
@@ -175,7 +175,7 @@ def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> flo
 
 
 def beside(total: float, present: float) -> float:
-    """Return the resistor, in ohms, that makes `total` ohms in parallel with the present one."""
+    """Return the resistor, in ohms, whose parallel connection to the present resistor results in `total` ohms."""
     return _rest(total, present, f"{total:g} ohm with {present:g} ohm in parallel")
 
 
@@ -194,7 +194,7 @@ def _resists(ohms: float) -> str:
 class PhaseCurrent(Part):
     """The phase current that MOV and RAMP select through Tr1 and Tr2 (figure 11).
 
-    The default resistors are those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
+    The default resistors are those of the data sheet's example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
     _for_users = ("amperes", "past", "current_at", "currents_at", "transistors")

@@ -115,7 +115,7 @@ class HpDisplay(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def text(self) -> str:
-        """The eight characters; a user-defined one is a small box."""
+        """The eight characters; a user-defined character is shown as a small box."""
         if not self.brightness:
             return BLANK * CHARACTERS
         return "".join(_glyph(byte) for byte in self._cells[FIRST:])

@@ -156,8 +156,7 @@ class BusHost(Host):
 
         Raises:
             UsageError: the list of commands is empty, a command is not ASCII text, no program is running, or the part
-                accepts
-                no commands while its program runs.
+                accepts no commands while its program runs.
             Timeout: the chip does not accept them in time.
         """
         for command in commands or ("",):

@@ -72,7 +72,7 @@ class Host(Part):
 
     @property
     def chip(self) -> Connection:
-        """The chip selected with `to`; initially the first one."""
+        """The chip selected with `to`; initially the first chip."""
         return self.chips[self._to]
 
     @property

@@ -236,7 +236,7 @@ class PacketHost(Host):
 
         Args:
             how: `low` and `gap` are the durations of a strobe, and of the pause after it; `ready=False` strobes
-            without waiting for HostRdy.
+                without waiting for HostRdy.
 
         Raises:
             UsageError: the byte is not 0 to 255, or a strobe or pause is 0.

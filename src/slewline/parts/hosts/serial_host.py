@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class SerialHost(UartHost, Host):
-    """A host computer on the serial line of one module, or of several that share it.
+    """A host computer on the serial line of one module, or of several modules that share the line.
 
     The host follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
 

@@ -65,7 +65,7 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the numbers of all and finished workpieces, and the welds that the present one still needs."""
+        """Return the number of workpieces, how many are finished, and the welds that the present workpiece needs."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property

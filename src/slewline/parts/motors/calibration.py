@@ -1,7 +1,7 @@
 """Two constants that no data sheet lists, from measurements: the friction of a machine, and the iron loss of a motor.
 
-    start-stop rate     the greatest rate at which the motor starts without a ramp     -> friction
-    pull-out rate       at which it stalls under some torque, when accelerated slowly  -> iron loss
+    start-stop rate     the maximum rate at which the motor starts without a ramp     -> friction
+    pull-out rate       the rate at which it stalls under a torque, accelerated slowly  -> iron loss
 
 The more friction or iron loss, the lower the rate.  So each constant is the largest value with which the simulated
 motor still reaches the measured rate, found by bisection.  If both rates are measured, the two constants are found
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 START_STEPS = 60  # steps that a motor must make to have started
 SLOWEST = 0.6  # fraction of the pull-out rate at which a sweep begins
 SWEEP_S = 1.0  # duration of a sweep
-SETTLES_S = 0.1  # before it
+SETTLES_S = 0.1  # time before the sweep
 COARSE, TRIES = 0.8, 24  # factors from the largest constant down to 1/200 of it, each 0.8 times its predecessor
 EXACT = 1e-3  # relative tolerance of a constant
 TURNS = 12  # maximum number of turns of the two searches

@@ -16,7 +16,7 @@ The motor (two phases): torque and EMF have the same constant K, so that energy 
     L di1/dt = v1 - R i1 + K omega s            torque = K (i2 c - i1 s) - D sin(4 x)       x: electrical angle
     L di2/dt = v2 - R i2 - K omega c            J domega/dt = torque - DRAG omega - pull
 
-The detent torque is stable where one phase alone holds the rotor, so it softens the full-step positions.
+The detent torque has its stable positions where a single phase holds the rotor, so it softens the full-step positions.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Equations:
 
     Attributes:
         states: names of the integrated states.
-        kept: names of values set at a grid point and kept until the next one: latches and timers.
+        kept: names of values set at a grid point and kept until the next grid point: latches and timers.
         begin: assignments at a grid point, before all others.
         torque: the torque, as a function of position and currents.
         decide: decisions at a grid point; s, c and torque are those of the grid point.

@@ -3,7 +3,7 @@
     input edges      |                    |
     grid points      0    h    2h    3h   0    h    2h    3h    ...
                                   ^
-                                  this state is one step of this length after the preceding grid point
+                                  this state is a step of this length from the preceding grid point
 
 Queries and earlier integration have no influence, so a state is bit-identical for any order of queries.  Plain Python
 and Numba agree, since they run the same lines: sums, products, square roots and comparisons, in one order.  Sine and

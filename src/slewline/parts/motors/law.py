@@ -60,14 +60,14 @@ class MotorLaw:
     Args:
         motor, driver, load: their data.
         steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8
-            commands
-            per full step.
+            commands per full step.
         step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid starts again at each edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps.  The table then has a row for each combination of phases,
-        numbered by the sum of the phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps` is
-        "half". origin: the command, in half steps of `fields`, that is command 0 of a phased motor. restless: whether
-        to integrate also at rest, to include the chopper ripple.
+            numbered by the sum of the phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps`
+            is "half".
+        origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
+        restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:
         UsageError: motor, driver, load and step mode do not match.
@@ -339,12 +339,13 @@ class MotorLaw:
             start, stop: the window, ps.
             codes: the table row for each command, (n,) int64; by default the row that belongs to the command.
             state, command, code: the state, command and row at `start`; by default the rotor rests at the position of
-            `command`. limit: the distance from the command, in full steps, at which the integration stops early.
+                `command`.
+            limit: the distance from the command, in full steps, at which the integration stops early.
             engine: "python" or "numba"; None: Numba for long runs, if it is installed.
 
         Raises:
             UsageError: the instants are not in ascending order or do not match the commands, or the engine is unknown
-            or not installed.
+                or not installed.
         """
         import numpy as np
 

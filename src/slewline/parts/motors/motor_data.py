@@ -78,18 +78,19 @@ class MotorData:
 class DriverData:
     """A driver and its settings.
 
-    "current"   the current follows its set point with a first-order lag `lag` (0: immediately), regardless of the
-    supply "averaged"  a current source limited by the supply: the mean of a chopper, without its ripple and damping
+    "current"   the current follows its set point with a first-order lag `lag` (0: immediately), whatever the supply
+    "averaged"  a current source limited by the supply: the mean of a chopper, without its ripple and damping
     "chopper"   regulates the peak current, at a fixed frequency or, with `off_time`, with a fixed off-time, during
-    which the current decays in slow mode (shorted), fast (against the supply), mixed (fast for `fast_part` of a
-    period or off-time, then slow), or auto (slow, and mixed after a step at which the current is to decrease)
-    "voltage"   the supply through `series` ohms: L/R, and L/nR "bilevel"   `high` volts for `high_time` after each
-    change of a phase, then the supply
+                which the current decays in slow mode (shorted), fast (against the supply), mixed (fast for `fast_part`
+                of a period or off-time, then slow), or auto (slow, and mixed after a step at which the current is to
+                decrease)
+    "voltage"   the supply through `series` ohms: L/R, and L/nR
+    "bilevel"   `high` volts for `high_time` after each change of a phase, then the supply
 
     `current` is the current per phase with two phases on; with `boost`, a single phase gets sqrt(2) times as much,
     for half steps with an even torque.  `rest`, `slew` and `ramp` are factors of this current, selected by MOV and
-    RAMP. A half winding that is switched off drives its current into a clamp at `clamp` volts (0.7 for a diode; a
-    Zener diode).
+    RAMP.  A half winding that is switched off drives its current into `clamp` volts (0.7 for a diode, or the voltage
+    of a Zener diode).
     """
 
     name: str = ""

@@ -59,12 +59,12 @@ def of_text(
     Args:
         name: name of the described object, for messages.
         spelled: other words for figures, such as "holding torque", in lower case; also whole parts of the text, such
-        as "unipolar", with the figure and its value, "windings unipolar". beside: parts of the text allowed in
-        addition to the figures.
+            as "unipolar", with the figure and its value, "windings unipolar".
+        beside: parts of the text allowed in addition to the figures.
 
     Raises:
-        UsageError: a part of the text names no figure, or a figure occurs twice.  An unknown figure is included in
-        the table, and `checked` refuses it.
+        UsageError: a part of the text names no figure, or a figure occurs twice.  An unknown figure is included in the
+            table, and `checked` refuses it.
     """
     if ";" in text:
         raise UsageError(f"{name} {text!r}: commas separate figures, not semicolons")

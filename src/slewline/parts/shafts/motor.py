@@ -160,8 +160,8 @@ class Motor(Part):
         lag: the duration of a step.
         pull_in: maximum rate from rest, steps/s; 0: any rate at any time.
         acceleration: the acceleration, steps/s^2, at most pull_in^2 / 2, so that the first step from rest does not
-        exceed pull_in either. loses: the numbers of pulses that the motor misses in addition; the first pulse is
-        number 1.
+            exceed pull_in either.
+        loses: the numbers of pulses that the motor misses in addition; the first pulse is number 1.
     """
 
     _for_users = ("position", "lost", "pulses")

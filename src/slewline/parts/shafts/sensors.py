@@ -105,11 +105,15 @@ class Switch(Part):
     Args:
         on: the part on whose shaft the switch is mounted.
         role: the role of the input that `to` wires it to: "home", "end" (either end of travel), "end_plus",
-        "end_minus" ... axis: of the neighbour. low: the lowest position at which the switch is closed, in steps;
-        None: no limit in this direction. high: the lowest position above `low` at which the switch is open again, in
-        steps; None: no limit in this direction. hysteresis: the number of steps by which it opens further out. lag:
-        the time from the step that operates the switch to its edge, more than 0. active: the level of `out` while the
-        switch is closed; None: the active level of the input, or 0 if it has none.
+            "end_minus" ...
+        axis: the neighbour's axis.
+        low: the lowest position at which the switch is closed, in steps; None: no limit in this direction.
+        high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in this
+            direction.
+        hysteresis: the number of steps by which it opens further out.
+        lag: the time from the step that operates the switch to its edge, more than 0.
+        active: the level of `out` while the switch is closed; None: the active level of the input, or 0 if it has
+            none.
     """
 
     _for_users = ("closed",)

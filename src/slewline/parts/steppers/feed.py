@@ -55,7 +55,7 @@ class Piece(NamedTuple):
 class Reading(NamedTuple):
     """The levels of the pins over a stretch of time: at its start, and at each instant at which a pin has an edge.
 
-    `high` is (n + 1, pins) bool; the first row has the levels before the first instant.
+    `high` is (n + 1, pins) bool; the first row contains the levels before the first instant.
     """
 
     times: NDArray[np.int64]
@@ -220,7 +220,7 @@ def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequen
 
     Args:
         fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command from 0 to
-        `law.cycle - 1`, or None.  These sets are the rows of the table.
+            `law.cycle - 1`, or None.  These sets are the rows of the table.
     """
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:

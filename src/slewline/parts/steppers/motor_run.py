@@ -32,7 +32,7 @@ class Stretch:
     Attributes:
         changed: `first` does not continue the preceding stretch, because the law or the state was changed externally.
         times, states, commands, codes: the columns of the points, as in a `MotorTrace`; None: the points have been
-        dropped.
+            dropped.
     """
 
     def __init__(self, law: MotorLaw, first: Point, changed: Mapping[str, float] | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The condition that a stepper has come to rest: for `bench.run_until(motor.rests)`."""
+"""The condition that a stepper has come to rest, for `bench.run_until(motor.rests)`."""
 
 from __future__ import annotations
 

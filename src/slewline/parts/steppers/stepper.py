@@ -65,7 +65,7 @@ class Stepper(Blockable, Part):
         step: the step of the integrator; None: 20 µs, or 1 µs with a chopper.
         lag: the delay from the rotor to the edge of `stall`.
         engine: the engine of the integrator: "python"; "numba", which compiles before time passes; None: Python, then
-        Numba, if it is installed, once that saves time.  The results are bit-identical.
+            Numba, if it is installed, once that saves time.  The results are bit-identical.
     """
 
     _for_users = (

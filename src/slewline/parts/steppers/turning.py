@@ -93,7 +93,7 @@ class LinkageMotion:
         return 0
 
     def onward(self, ps: int) -> LinkageMotion:
-        """Return the same motion, valid after an instant (ps), too, since a run keeps its past."""
+        """Return the same motion, which remains valid after an instant (ps), since a run keeps its past."""
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
@@ -136,7 +136,7 @@ class RunCounter:
     direction = 0  # the rotor may reverse
 
     def onward(self, ps: int) -> RunCounter:
-        """Return the same counter, valid after an instant (ps), too, since a run keeps its past."""
+        """Return the same counter, which remains valid after an instant (ps), since a run keeps its past."""
         return self
 
     def on(self, motion: object, now: int) -> RunCounter:
@@ -161,7 +161,7 @@ class MotorShaft(Shaft):
     Args:
         run: the rotor's run.
         alter: a function that changes the law of the run, or its state, at the last committed instant: hard stops, a
-        shaft blocked by hand, or a push (steps).
+            shaft blocked by hand, or a push (steps).
     """
 
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:

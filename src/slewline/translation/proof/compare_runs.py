@@ -29,7 +29,8 @@ class StatedBounds:
         pause: the allowed relative difference in delays.
         command_ps: an additional allowance for a pause, ps, because parts need time for a command.
         hosted: the number of events at the start that are caused by host commands, whose pauses are not compared;
-        None: all. runs: how often a host runs a stored program; the pause before each run but the first is the host's.
+            None: all.
+        runs: how often a host runs a stored program; the pause before each run but the first is the host's.
         long: moves with more steps than this reach the rate between the ramps on both sides.
     """
 
@@ -52,9 +53,10 @@ class Compared:
         differences: differences beyond the bounds of the report, in words; empty: the translation is proven.
         time_off: the greatest difference in a move time, as a fraction.
         rate_off: the greatest difference in the maximum rate of a long move, as a fraction; None: there was no long
-        move. pause_off_ps: the greatest difference in a pause, ps; None: no pauses were compared. stated: the bounds
-        of the report. cut: whether one of the runs had no end and was cut off, so that only the common part was
-        compared.
+            move.
+        pause_off_ps: the greatest difference in a pause, ps; None: no pauses were compared.
+        stated: the bounds stated in the report.
+        cut: whether one of the runs had no end and was cut off, so that only the common part was compared.
     """
 
     moves: int

@@ -165,7 +165,7 @@ class ScriptWriter(Structured):
         return distance if action.sign > 0 else f"-{distance}"
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a probing move, with its input."""
+        """Write a probing move of the board."""
         line, code = action.line, probing(action)
         self._set_rate(action.profile.top if action.profile else None, line)
         word = "" if code == "G38.3" else f', code="{code}"'

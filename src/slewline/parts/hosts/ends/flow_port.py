@@ -1,7 +1,6 @@
 r"""A host's port on a bidirectional bus: commands out, messages in, one handshake per byte; FPL shows the direction.
 
-    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: if FPL is high, the part receives; IO_REQUEST
-    high
+    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high if the part receives; IO_REQUEST high
                 then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low, wait BUSY low, IO_REQUEST high
     message     FPL low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high, wait BUSY high, while it is low
 

@@ -122,7 +122,7 @@ class CommandPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def send(self, data: bytes) -> None:
-        """Send bytes by the two-line handshake; the last one leaves the bus when it has been accepted."""
+        """Send bytes with the two-line handshake; the last byte is removed from the bus once it has been accepted."""
         kernel, queue, ready, drive_bus, request = (
             self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
         )  # fmt: skip

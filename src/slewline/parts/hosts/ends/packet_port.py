@@ -210,7 +210,7 @@ class PacketPort:
         axis: int = UNKNOWN,
         never: Callable[[], bool] = lambda: False,
     ) -> int:
-        """Poll the status word, immediately, until a bit has the wanted level.
+        """Poll the status word immediately, until a bit has the wanted level.
 
         An axis is in motion after the cycle in which its update takes effect, so !in_motion is polled only after that
         cycle.
