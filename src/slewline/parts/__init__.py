@@ -106,7 +106,7 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
 
 
 def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the options of a class that a user may set: all except those fixed by its kind."""
+    """Return the options of a class that a user may set, which are all options not fixed by its kind."""
     return tuple(row for row in cls.options if row.name not in fixed)
 
 

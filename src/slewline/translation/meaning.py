@@ -311,7 +311,7 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the source: its number, the code before its comment, the comment without its mark, and its actions.
+    """A source line: its number, the code before its comment, the comment without its mark, and its actions.
 
     A line without `code` is a comment, or empty.
     """

@@ -92,7 +92,7 @@ class RoleReader:
         return [*found, *method(statement, before, common)]
 
     def set_profile(self, statement: Statement, common: Common) -> Action:
-        """Return the action that sets a rate or a value of the ramp, with the resulting profile."""
+        """Return the action that sets a rate or a ramp value, with the resulting profile."""
         axis = int(str(common["axis"]))
         profile = self.profile(self.registers.after(statement), axis)
         sets = SETS.get(statement.row.role, "ramp")

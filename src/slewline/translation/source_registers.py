@@ -117,7 +117,7 @@ class KnownRegisterValues:
         return frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """Apply the effect of a command to the position, and to the settings that a motion uses up."""
+        """Apply the effect of a command to the position, and to the settings that a motion consumes."""
         here, place = state.get((axis, "position")), (axis, "position")
         if row.role == "preset":
             state[place] = value

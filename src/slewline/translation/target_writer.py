@@ -150,6 +150,6 @@ class Target:
 
 
 def found(room: str, where: str) -> Any:
-    """Return the object with a name in a module of a package."""
+    """Return an object by its name in a module of a package."""
     module, _, name = where.partition(":")
     return getattr(import_module(f".{room}.{module}", __package__), name)

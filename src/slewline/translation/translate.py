@@ -111,7 +111,7 @@ def translate_text(
     options: WriterOptions | None = None,
     strict: bool = False,
 ) -> Translation:
-    """Return a text for another part; arguments and errors as for `translate`."""
+    """Return a text translated for another part; arguments and errors as for `translate`."""
     options = options or WriterOptions()
     sheet = sheet_of(part)
     source_hz = None if crystal is None else crystal_for(sheet, crystal)

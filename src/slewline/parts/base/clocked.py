@@ -87,7 +87,7 @@ class Clocked(Follower):
         super().go_by_edges()
 
     def _take_edge(self) -> None:
-        """Process the edge of an input, and drive the outputs to the levels that follow."""
+        """Process an input edge, and drive the outputs to the resulting levels."""
         self.advance(self.kernel.seen)
         self._sample_clock()
         self.follow(NoEvents())
@@ -100,7 +100,7 @@ class Clocked(Follower):
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """Return the clock from this instant on, up to the first edge of a steering pin."""
+        """Return the clock from this instant up to the first edge of a steering pin."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more

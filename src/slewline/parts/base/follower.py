@@ -89,7 +89,7 @@ class Follower:
                     yield driver.source
 
     def shown(self, name: str) -> Promise | Level:
-        """Return the state of an input from now on: a promised waveform, or a constant level."""
+        """Return the present and future state of an input: a promised waveform, or a constant level."""
         return self.part.pins[name].net.level if self.edge_driven else self.lookaheads[name].shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
@@ -104,7 +104,7 @@ class Follower:
             self.kernel.call_at(self.kernel.now, self._schedule_next)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs, which must not depend on the inputs from an instant (ps) on."""
+        """Bound the promises of the outputs, which must not depend on the inputs after an instant (ps)."""
         for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
@@ -143,7 +143,7 @@ class HasRule(Protocol):
 
     @property
     def rule(self) -> Follower:
-        """Rule of the part, which computes its outputs ahead of time."""
+        """The part's rule, which computes its outputs ahead of time."""
 
 
 def start_rule(self: HasRule) -> None:

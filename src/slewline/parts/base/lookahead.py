@@ -46,7 +46,7 @@ class Lookahead:
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
-        """Return the promise or level of the wire from now on; the same object while nothing has changed."""
+        """Return the present promise or level of the wire; the same object as before, if nothing has changed."""
         net = self.pin.net
         levels = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
         if self._levels is None or len(levels) != len(self._levels) or not all(map(alike, levels, self._levels)):

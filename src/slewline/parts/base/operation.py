@@ -168,7 +168,7 @@ class Operation(Leader[Exchange]):
         return True
 
     async def take_place(self) -> bytes:
-        """Wait until the operation is over and the port is released; return the bytes read."""
+        """Wait until the operation has ended and the port is released; return the bytes read."""
         strobes, exchange, self.waited = self.strobes, self.exchange, True
         try:
             await until(self.kernel, strobes.last)

@@ -147,7 +147,7 @@ class Part(Component):
 
     @formerly(description="says")
     def add_bus(self, name: str, description: str, *, role: str = "") -> Terminal:
-        """Make a bus pin of eight wires, and return it; its driver drives (mask, value) or None."""
+        """Make an eight-wire bus pin, and return it; its driver drives (mask, value) or None."""
         terminal = Terminal(
             self.name,
             Pin(len(self.pins) + 1, name, "both", description, role=role),
@@ -253,7 +253,7 @@ class Part(Component):
         """
 
     def rewired(self) -> None:
-        """Start to follow the pins, in a subclass: called once, when the part is wired and time is about to pass.
+        """Start to follow the pins, in a subclass; called once, after wiring and just before time passes.
 
         Raises:
             UsageError: the part has a rule, and a subclass without this method has not started it.
@@ -266,7 +266,7 @@ class Part(Component):
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing until an input does."""
+        """Whether the part will change nothing until an input changes."""
         return self.queue is None or not self.queue.requests  # queried after every instant of a run
 
     @property

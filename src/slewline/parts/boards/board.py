@@ -121,13 +121,13 @@ class Board(Part):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
-        """Write a byte to a port immediately: a write cycle."""
+        """Write a byte to a port immediately, in a write cycle."""
         self._began = self.kernel.now
         await self._access(self._offset(port), byte, port)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
-        """Return the byte of a port, read immediately: a read cycle."""
+        """Read a byte from a port immediately, in a read cycle, and return it."""
         self._began = self.kernel.now
         byte = await self._access(self._offset(port), None, port)
         await until(self.kernel, self._clock(CYCLE))

@@ -108,7 +108,7 @@ class Host8080(Part):
     async def _sendchr(self, byte: int) -> None:
         """Send a character as SENDCHR does (fig. 10.7).
 
-        Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
+        Wait until ready, output the byte with bit 7 low, wait until busy, set bit 7 high.
         """
         await self._cpu.poll(self.net("ready"), 1)
         await self._cpu.states(MOVE + MVI + OUT)
@@ -122,7 +122,7 @@ class Host8080(Part):
 class Ppi8255(Part):
     """An 8255 with an 8080, wired as in Table IX, and the routines listed in the manual.
 
-    Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
+    Port A is high-impedance while I/O SELECT (port C, bit 1) is high, so that the chip may drive the bus.
     """
 
     _for_users = ("out", "read", "sendparallel", "sendchar", "rcvbyte", "received", "sent")
@@ -165,7 +165,7 @@ class Ppi8255(Part):
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
 
     def _write(self, port: int, value: int) -> None:
-        """Perform an OUT: a byte to port A, or a set/reset code of port C to EF: 2 * bit number + level."""
+        """Perform an OUT: a byte to port A, or a set/reset code for port C (2 * bit number + level) to EF."""
         self._checked(port, value)
         if port == DATA:
             self._latched = value

@@ -33,7 +33,7 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 
 def add_bus_lines(part: Part) -> None:
-    """Add the data lines, handshake and management lines of the IEEE-488 bus."""
+    """Add the data, handshake and management lines of the IEEE-488 bus."""
     part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
         part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)

@@ -274,8 +274,8 @@ class GpibController(Talks, Part):
         """Queue a read-out of at most `most` bytes.
 
         Args:
-            end: the byte that ends it; None: no byte does.
-            pause: time without a byte that ends it (ps); None: wait forever.
+            end: the byte that ends the read-out; None: no byte ends it.
+            pause: the time without a byte that ends the read-out (ps); None: wait forever.
         """
         self.input("fetch", address, most, end, pause)
         return self.queue.submit(f"reads from {address}", lambda: self._fetched(address, most, end, pause))
@@ -289,7 +289,7 @@ class GpibController(Talks, Part):
 
     @from_outside
     def poll(self, address: int, pause: int | None = None) -> Request[int | None]:
-        """Queue a serial poll of one device; the result is its status, or None if it sends none within `pause` (ps)."""
+        """Queue a serial poll of one device; the result is its status, or None if none arrives within `pause` (ps)."""
         self.input("poll", address, *([] if pause is None else [pause]))
         return self.queue.submit(f"polls {address}", lambda: self._polled(address, pause))
 
@@ -328,8 +328,8 @@ class GpibInterrupts(Part):
     """Interrupt logic (fig. 12.9): a flip-flop on STEP INHIBIT, and service requests.
 
     `clear` (device clear), `reset` (master reset) and a falling edge of `limit` set STEP INHIBIT; `trigger` resets it,
-    even while the limit switch is still closed, so that the master can drive away from it.  SRQ is low while the limit
-    switch is closed or MOTION COMPLETE is low.
+    even while the limit switch is still closed, so that the master can drive the motor off it.  SRQ is low while the
+    limit switch is closed or MOTION COMPLETE is low.
     """
 
     wiring = MappingProxyType({"step_inhibit": "enable", "motion_complete": "motion_complete"})

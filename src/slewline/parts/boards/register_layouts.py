@@ -34,7 +34,7 @@ class Layout(NamedTuple):
         return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
 
     def listed(self, reading: bool) -> str:
-        """Return the registers that can be read, or written, with their offsets."""
+        """Return the readable, or the writable, registers with their offsets."""
         found = self.reads if reading else self.writes
         return ", ".join(f"{name} at +{offset}" for offset, name in sorted(found.items()))
 

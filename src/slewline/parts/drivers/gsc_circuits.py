@@ -23,7 +23,7 @@ TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by D
 
 
 class TwoClocks(Part):
-    """A clock line for each direction, for drivers that need two (figure 10)."""
+    """A separate clock line for each direction, for drivers that need two clocks (figure 10)."""
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction"})
     options = (AXIS,)
@@ -71,7 +71,7 @@ class StepCheck(Part):
         self._lets = 1  # the ENABLE level that permits the next step
 
     def attached(self, own: str, row: Pin) -> None:
-        """Use the active level of the chip's input: STEP INHIBIT of a CY525 inhibits when high."""
+        """Use the active level of the chip's input; the CY525's STEP INHIBIT, for example, is active high."""
         if own == "enable" and row.active is not None:
             self._lets = row.active
             self._put(0)

@@ -168,7 +168,7 @@ def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
 
 
 def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to 5 V, in ohms, that sets a current, with other resistors to ground."""
+    """Return the resistor to 5 V, in ohms, that sets a current if there are other resistors to ground."""
     volts = amperes / AMPERES_PER_VOLT
     upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
     return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")

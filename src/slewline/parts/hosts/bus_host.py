@@ -26,7 +26,7 @@ NO_READ_OUT = "the part accepts commands but cannot be read"
 
 
 class BusHost(Host):
-    """A host computer on the command port of one chip, or of several that share a bus."""
+    """A host computer on the command port of one chip, or of several chips that share a bus."""
 
     _for_users: ClassVar[tuple[str, ...]] = (
         "run_program",
@@ -58,7 +58,7 @@ class BusHost(Host):
         """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.write(self.chip.name, as_bytes(self.name, data))
 
@@ -230,7 +230,7 @@ class BusHost(Host):
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 
     def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:
-        """Wait for a request to a moving motor, and return its result."""
+        """Wait for a request made while the motor is moving, and return its result."""
         try:
             return self.queue.result(request, timeout)
         except Timeout as error:

@@ -58,7 +58,7 @@ class FlowHost(Host):
 
     @property
     def idle(self) -> bool:
-        """True while nothing is queued and no message is being read."""
+        """Whether nothing is queued and no message is being read."""
         return not self.port.taken and not self.port.offered and self.queue.idle
 
     def _rest(self) -> None:
@@ -113,7 +113,7 @@ class FlowHost(Host):
         """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.write(self.chip.name, as_bytes(self.name, data))
 

@@ -121,7 +121,7 @@ class Host(Part):
     # ---------------------------------------------------------------------------------------------------------- queue
     @from_outside
     def drop(self) -> None:
-        """Drop the queue; a request that is being sent already is completed."""
+        """Drop the queue; a request that is already being sent is completed."""
         if not self._begun:
             self.clear()
             return

@@ -50,11 +50,11 @@ class Result(NamedTuple):
 
 
 class PacketHost(Host):
-    """A host computer on the host port of one chipset, or of several that share a data bus.
+    """A host computer on the host port of one chipset, or of several chipsets that share a data bus.
 
     Attributes:
         received: all words read, a list of ints, 0 to 65535.
-        results: the results of the commands of a script: axis, command, value.
+        results: the results of a script's commands: axis, command, value.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -145,7 +145,7 @@ class PacketHost(Host):
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
-        """Send a command and return the value that it returns, in the units of the command.
+        """Send a command and return its value, in the units of the command.
 
         Raises:
             UsageError: the command does not exist, or returns nothing.
@@ -159,7 +159,7 @@ class PacketHost(Host):
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
-        """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
+        """Send a command as text, such as "GET_STATUS", as in a script, and return its value.
 
         Raises:
             UsageError: the text is not a command, or the command returns nothing.

@@ -56,7 +56,7 @@ class SerialHost(UartHost, Host):
         """Queue characters to be sent unchanged: no address or checksum is added.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.write(data)
 

@@ -1,4 +1,4 @@
-"""The UART of a computer: characters out on txd, characters in on rxd, at the speed of the line."""
+"""The UART of a computer: characters out on txd, characters in on rxd, at the line rate."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class HostUart:
         return lambda: self.set_line(baud, word)
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
+        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
         self.part.input("opened_at", baud)
         self.far.opened_at(baud)
 
@@ -87,7 +87,7 @@ class HostUart:
         """Queue characters, as an input; they are sent one after another.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes; or the fault is unknown.
+            UsageError: the text is not ASCII, the data are neither text nor bytes, or the fault is unknown.
         """
         data = as_bytes(self.name, data)
         if fault and fault not in FAULTS:
@@ -259,7 +259,7 @@ class OverUart:
 
     @from_outside
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
+        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
         self.uart.opened_at(baud)
 
     @from_outside
@@ -271,7 +271,7 @@ class OverUart:
             fault: "parity", "framing" or "late": every character is sent with this fault.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes; or the fault is unknown.
+            UsageError: the text is not ASCII, the data are neither text nor bytes, or the fault is unknown.
         """
         self.uart.write(data, fault)
 

@@ -17,7 +17,7 @@ from .host_uart import HostUart, OverUart
 
 
 class SerialPort(OverUart, Part):
-    """A serial connector: characters out on txd, characters in on rxd, at the speed of the line."""
+    """A serial connector: characters out on txd, characters in on rxd, at the line rate."""
 
     _for_users = ("write", "received", "got", "drop", "change_line", "baud", "word", "faulty", "on_character")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
@@ -47,5 +47,5 @@ class SerialPort(OverUart, Part):
 
     @from_outside
     def drop(self) -> None:
-        """Drop the queued characters, except those already on the line."""
+        """Drop the queued characters, except characters already on the line."""
         self.uart.drop("drop")

@@ -1,4 +1,4 @@
-"""Gates, delay lines and latches of the 74 series.  Gates have no delay; an open input reads high, as in TTL.
+"""74-series gates, delay lines and latches.  Gates have no delay; an open input reads high, as in TTL.
 
 The output of a gate follows from the promises of its inputs (core/wires/views.py), so it makes no events of its own.
 """

@@ -60,7 +60,7 @@ class Bar(Part):
         return self.drive.position - self._cut_at
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the bar and of its last holes, in steps, and the number of pieces cut off."""
+        """Return the positions of the bar and of its last holes, in steps, and the number of pieces cut off."""
         return {"position": self.position, "spots": self.holes[-SHOWN:], "pieces": len(self.pieces)}
 
     def rewired(self) -> None:
@@ -88,7 +88,7 @@ class Bar(Part):
 
 
 class Drill(Part):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
+    """A drill lowered (clockwise) and lifted by CLOCK and DIR; its spindle turns while `motor` is high."""
 
     _for_users = ("position", "gap")
     wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})

@@ -87,7 +87,7 @@ class Weld:
 
 
 class Welder(Part):
-    """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
+    """A carriage moved by PULSE and DIRECTION, with a torch that burns while `torch` is high."""
 
     _for_users = ("position", "spots", "lit")
     wiring = MappingProxyType({**STEP_WIRING, "torch": "output1"})
@@ -115,7 +115,7 @@ class Welder(Part):
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the torch and of its last spots, in steps, and whether the torch burns."""
+        """Return the positions of the torch and of its last weld spots, in steps, and whether the torch burns."""
         spots = [spot.position for spot in self.spots[-SHOWN:]]
         return {"position": self.position, "spots": spots, "lit": self.lit is not None}
 

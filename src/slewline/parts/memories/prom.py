@@ -92,7 +92,7 @@ class Prom(Part):
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing without an input."""
+        """Whether the part will change nothing unless an input changes."""
         return self.ended
 
     @property

@@ -177,7 +177,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
 
 # -------------------------------------------------------------------------------------------------------- simulation
 def _starts(law: MotorLaw, rate: float) -> bool:
-    """Return whether the motor starts at a rate, from rest, and stops again."""
+    """Return whether the motor starts from rest at a rate, and stops again."""
     import numpy as np
 
     count = START_STEPS * law.micro

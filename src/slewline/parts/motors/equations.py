@@ -206,7 +206,7 @@ def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
 
 
 def switched(count: int) -> Equations:
-    """Return the equations of transistors, one per winding or half: on, or the current decays in the clamp."""
+    """Return the equations of transistors, one per winding or half winding: on, or the current decays in the clamp."""
     numbers = range(1, count + 1)
     return Equations(
         decide=each("v# = where(r# > 0.0, VS, where(i# > 0.0, -CLAMP, R * i# + e#))", *numbers),

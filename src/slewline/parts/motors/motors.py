@@ -217,7 +217,7 @@ def assumptions(value: Any) -> tuple[str, ...]:
 
 
 def _check_whole(given: Mapping[str, Any], name: str) -> None:
-    """Refuse a motor with missing figures, and name all of them."""
+    """Refuse a motor with missing figures, and name all missing figures."""
     reluctance = given.get("windings") == "reluctance"
     needed = [each.replace("torque", "swing") if reluctance else each for each in NEEDED]
     rows = {row.name: row for row in FIGURES}

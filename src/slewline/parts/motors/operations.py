@@ -83,7 +83,7 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
         return {name: rebuilt()[name] for name in names}
 
     def safe(name: str) -> Callable[..., Any]:
-        """Return a function that works without the cache if the cache fails: a damaged file, a full disk."""
+        """Return a function that works without the cache if the cache fails (damaged file, full disk)."""
         function = kept[name]
 
         def call(*given: Any) -> Any:

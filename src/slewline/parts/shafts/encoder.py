@@ -66,7 +66,7 @@ class CountOutputs:
 
     @property
     def count(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
+        """The count that the outputs show; at 0, both A and B are low."""
         return self.rule.counter.level(self.rule.kernel.seen)
 
     def steps(self, counts: int) -> Fraction:
@@ -115,7 +115,7 @@ class ShowsCounts:
 
     @property
     def counts(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
+        """The count that the outputs show; at 0, both A and B are low."""
         return self._outputs.count
 
     def shows(self) -> dict[str, Any]:
@@ -129,7 +129,7 @@ class ShowsCounts:
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing without an input."""
+        """Whether the part will change nothing unless an input changes."""
         return not self._outputs.hand
 
     @property

@@ -54,7 +54,7 @@ class MotorLimits:
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
-        """Return the shortest interval before the next step (ps), at a rate."""
+        """Return the shortest interval before the next step at a given rate (ps)."""
         if not self.pull_in:
             return 0
         return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
@@ -76,7 +76,7 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return how many of n >= 1 pulses, (n,) int64 ps, are followed without a gap, the first one included."""
+        """Return how many of n >= 1 pulses, (n,) int64 ps, are followed without a gap, including the first."""
         import numpy as np
 
         intervals = np.diff(times)

@@ -18,7 +18,7 @@ class InterlockMonitor:
         self._since: int | None = None  # steps after this instant are not checked yet
 
     def hold(self, on: bool) -> None:
-        """Start to watch that the shaft is at rest, or stop watching."""
+        """Start to check that the shaft is at rest, or stop checking."""
         if on:
             self._since = self.part.kernel.now if self._since is None else self._since
         elif self._since is not None:

@@ -60,7 +60,7 @@ class ShaftMotion:
 
     # --------------------------------------------------------------------------------------------------------- queries
     def count(self, ps: int) -> int:
-        """Return the number of edges of this motion up to an instant (ps), including lost ones."""
+        """Return the number of edges of this motion up to an instant (ps), including lost edges."""
         return max(0, self.drive.count(ps) - self.first)
 
     def moved(self, k: int) -> int:
@@ -141,7 +141,7 @@ class ShaftMotion:
         return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
 
     def refined(self, times: int) -> ShaftMotion:
-        """Return the motion in parts that are smaller by an integer factor."""
+        """Return the motion expressed in parts that are smaller by an integer factor."""
         return replace(
             self, place=self.place * times, step=self.step * times, unit=self.unit * times, slack=self.slack * times
         )

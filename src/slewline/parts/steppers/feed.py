@@ -90,7 +90,7 @@ class Feed:
         return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
-        """Return the edges at start < t <= stop (ps), given the command and row at `start`."""
+        """Return the edges at start < t <= stop (ps), given the command and table row at `start`."""
         import numpy as np
 
         found = []

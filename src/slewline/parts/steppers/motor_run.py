@@ -67,7 +67,7 @@ class Stretch:
         self.last = self.point(-1)
 
     def edges(self, after: int) -> Edges:
-        """Return the edges of the inputs at the points after an instant (ps)."""
+        """Return the input edges at the points after an instant (ps)."""
         times, _, commands, codes = self.whole
         changed = changes(commands, commands[0]) | changes(codes, codes[0])
         changed &= times > after

@@ -240,7 +240,7 @@ class Stepper(Blockable, Part):
         return RestCondition(self.name, self.kernel, self._run)
 
     def shows(self) -> dict[str, Any]:
-        """Return position and lag in full steps, and the steps per turn."""
+        """Return position and lag in full steps, and the number of steps per turn."""
         return {"angle": self.place, "per_turn": self.shaft.per_turn, "lag": self.lag}
 
     def catch_up(self) -> None:

@@ -143,7 +143,7 @@ class ActionWriter:
         return pieces
 
     def impossible(self, action: Action, description: str, limit: str, remedy: str) -> list[ResultPiece]:
-        """Record that an action is not possible; return the comment that replaces it."""
+        """Record that an action is not possible; return the comment that takes its place."""
         self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, description or action.text, limit, remedy))
         return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
 
@@ -196,7 +196,7 @@ class ActionWriter:
         return row
 
     def fitting(self, row: Row, arg: Arg, value: int, remedy: str = "") -> int:
-        """Return a value of an argument; raise Impossible if it is out of range."""
+        """Return a value for an argument; raise Impossible if it is out of range."""
         if not arg.allows(value):
             raise Impossible(f"{value}", out_of(self.sheet, row, arg), remedy)
         return value

@@ -95,7 +95,7 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """Return a branch for each matching combination of levels; inputs that the program does not test are high."""
+        """Return one branch per matching combination of levels; inputs that the program does not test are high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [

@@ -271,7 +271,7 @@ class OwnWriter:
         return found
 
     def _bit(self, kind: str, number: str) -> str:
-        """Return the bit of a part whose outputs and inputs are bits."""
+        """Return the bit for an output or input of a part that selects them by bits."""
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"

@@ -29,7 +29,7 @@ class MotionWriter(ActionWriter):
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:
-        """Return the instructions that set a rate or a value of the ramp."""
+        """Return the instructions that set a rate or a ramp value."""
         commands, verdicts = self.rates.setting(action)
         self.verdicts += verdicts
         return [ResultPiece(row, (value,)) for row, value in commands]

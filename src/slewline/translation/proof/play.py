@@ -97,7 +97,7 @@ def numbered(wiring: Sequence[tuple[str, str]], kind: str) -> dict[int, str]:
 
 
 def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[list[Happened], dict[int, int]]:
-    """Return the events of a part, and the levels of its outputs at the start.
+    """Return the events of a part, and its output levels at the start.
 
     Args:
         outputs: the pins of the outputs, by number; they are recorded.
@@ -121,7 +121,7 @@ def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
-    """Let time pass until the run ends or is cut off; return the changes of inputs, and whether it was cut off."""
+    """Let time pass until the run ends or is cut off; return the input changes, and whether it was cut off."""
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
     active, after = bench.now_ps, made(chip)
@@ -150,7 +150,7 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
 
 
 def made(chip: Chip) -> tuple[int, ...]:
-    """Return the activity of a part: its steps, and the levels of its outputs."""
+    """Return the activity of a part: its steps, and its output levels."""
     outputs = (pin.name for pin in chip.sheet.pins if pin.in_out in ("out", "both") and pin.role.startswith("output"))
     steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
     return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))

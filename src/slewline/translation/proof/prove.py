@@ -64,7 +64,7 @@ def prove(done: Translation, source: Played | None = None) -> Proof:
     """Run source and result of a translation, and compare them.
 
     Args:
-        source: the run of the source, if it has been made.
+        source: the run of the source, if there has been one.
 
     Raises:
         ProgramError: a line cannot be sent by a host.

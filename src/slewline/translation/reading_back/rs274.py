@@ -63,7 +63,7 @@ def run(text: str, options: WriterOptions) -> PlayedTrace | None:
 
 
 def _called(words: Sequence[str], folder: str, errors: IO[bytes], around: Surroundings) -> bool:
-    """Run rs274, and record its output; return whether the program has no end."""
+    """Run rs274, and record its output; return whether the program is endless."""
     process = start(words, dict(os.environ) | {"HOME": folder}, errors)
     watch = threading.Timer(MOST_SECONDS, process.kill)
     watch.start()
@@ -77,7 +77,7 @@ def _called(words: Sequence[str], folder: str, errors: IO[bytes], around: Surrou
 
 
 def _follow(lines: Iterable[str], around: Surroundings) -> bool:
-    """Record the calls that rs274 prints; return whether the program has no end."""
+    """Record the calls that rs274 prints; return whether the program is endless."""
     at = [0.0] * 9
     offset = [0.0] * 9
     for line in lines:

@@ -28,7 +28,7 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return the events of a script.
 
     Raises:
-        RefusedLine: Python, or grbl, would not accept it.
+        RefusedLine: Python, or grbl, would not accept a line.
     """
     try:
         tree = ast.parse(text)

@@ -49,7 +49,7 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return the events of a sketch in setup().
 
     Raises:
-        RefusedLine: the compiler, or a library, would not accept it.
+        RefusedLine: the compiler, or a library, would not accept a line.
     """
     machine = _SketchMachine(text, options)
     stopped = False

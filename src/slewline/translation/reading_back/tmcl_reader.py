@@ -167,7 +167,7 @@ class _Processor:
             getattr(self, f"on_{command.name}")(command, *command.operands)
 
     def refused(self, command: _Command, reason: str) -> RefusedLine:
-        """Return the error that the module does not accept a command."""
+        """Return the error stating that the module does not accept a command."""
         return RefusedLine(command.line, command.text, reason)
 
     # ---------------------------------------------------------------------------------------------------------- motion

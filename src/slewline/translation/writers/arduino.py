@@ -137,7 +137,7 @@ class SketchWriter(Structured):
             sheet.impossible(line, f"{number(top, 0)} steps/s", limit, self.library.faster)
 
     def _prepare(self, axis: int, profile: Profile, line: int) -> None:
-        """Write the speed and the acceleration of a profile, unless they were written last."""
+        """Write the speed and the acceleration of a profile, unless they are those last written."""
         stepper = self.pins.stepper(axis)
         if profile.top != self.known.get((axis, "speed")):
             self.sheet.add(self.library.speed(stepper, profile.top), line)

@@ -107,7 +107,7 @@ def probing(action: RunEndless | Home) -> str:
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has an output; record a verdict if not."""
+    """Return whether grbl has an output; if not, record a verdict."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"

@@ -201,7 +201,7 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def profile(self, action: SetProfile) -> None:
-        """Write the command that sets a rate or a value of the ramp."""
+        """Write the command that sets a rate or a ramp value."""
 
     @abstractmethod
     def preset(self, action: SetPosition) -> None:

@@ -1,4 +1,4 @@
-"""Libraries for stepper motors that a sketch may use: includes, declarations and calls."""
+"""Stepper motor libraries that a sketch may use: includes, declarations and calls."""
 
 from __future__ import annotations
 

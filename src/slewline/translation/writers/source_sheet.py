@@ -36,7 +36,7 @@ FAR = 1_000_000  # steps of a motion that is ended by an input, if the target ha
 
 
 class Draft:
-    """The lines of a result under construction, and the verdicts on the lines of the source."""
+    """The lines of a result under construction, and the verdicts on the source lines."""
 
     def __init__(self, comment: Callable[[str], str], program: Program, indent: str = "  ") -> None:
         self.lines: list[OutLine] = []

@@ -140,7 +140,7 @@ class AdaptiveUart(HostUart):
         """Queue characters, after two carriage returns if the chip does not know the rate.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         if not self.adapted:
             self.write(RETURNS, "late" if self.was_reset else "")
@@ -148,7 +148,7 @@ class AdaptiveUart(HostUart):
         self.write(data)
 
     def opened_at(self, baud: int) -> None:
-        """Accept a rate without a report: the chip would have detected it."""
+        """Accept a rate without a report, because the chip would have detected it."""
 
     async def exchange(self, command: str) -> str | bytes | None:
         """Send a command in a task, and wait until it has been sent; for a query, return the answer.

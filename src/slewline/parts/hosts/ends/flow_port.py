@@ -152,7 +152,7 @@ class FlowPort:
             asked = False
 
     def _no_message(self) -> None:
-        """Stop sampling FPL: its pin was low, and nothing drives the bus."""
+        """Stop sampling FPL, because its pin was low but nothing drives the bus."""
         self.control.heeding = False
         self.finding(
             "no-message",

@@ -108,7 +108,7 @@ class CommandPort:
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """Return the verify group that a command selects; None: it selects none, or the group does not exist."""
+        """Return the verify group that a command selects; None: it selects no group, or the group does not exist."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
             if match and int(match[1]) in self.verify_bytes:

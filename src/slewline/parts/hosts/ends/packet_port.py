@@ -40,7 +40,7 @@ class Packet(NamedTuple):
     checked: bool = True
 
     def spelled(self, sheet: Sheet) -> str:
-        """Return the packet as readable text: SET_POS (10 0000 3039)."""
+        """Return the packet as readable text, such as SET_POS (10 0000 3039)."""
         row = sheet.commands.by_code.get(self.code)
         sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"

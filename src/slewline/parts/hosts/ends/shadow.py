@@ -48,7 +48,7 @@ class Shadow:
 
     @property
     def at_letter(self) -> bool:
-        """Whether the next byte is the first one of a command, outside program entry."""
+        """Whether the next byte is the first byte of a command, outside program entry."""
         return self.entry is None and self.decoder.at_letter
 
     def take(self, data: bytes) -> None:

@@ -102,7 +102,7 @@ class StrappedUart(HostUart):
         """Return the bytes of a command, with address, checksum and carriage return.
 
         Raises:
-            UsageError: the text is empty, or more than one command.
+            UsageError: the text is empty, or contains more than one command.
         """
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
