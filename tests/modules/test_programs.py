@@ -477,7 +477,7 @@ def test_a_cut_cable_is_reported_with_the_content_of_the_module_and_the_next_pus
     try:
         push(x, wanted(part), tmp_path / "weld", store=part.startswith("gs"))
     except Unfinished as cut:
-        assert f"content of {part} at slewline://{url}, as far as it has answered: " in str(cut)
+        assert f"contents of {part} at slewline://{url}, as far as its answers show: " in str(cut)
         assert f"the old program is in {tmp_path}/weld.before" in str(cut)
         if "keeps" not in str(cut):
             assert before[:5] == stored(x)[:5]

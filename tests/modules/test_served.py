@@ -195,7 +195,7 @@ def test_a_cut_cable_is_reported_with_the_content_of_the_module(served, seed, ca
     assert pushing.returncode in (0, 1), told
     if pushing.returncode:
         assert "the port is gone" in told
-        assert not saved(served) or ", as far as it has answered: " in told
+        assert not saved(served) or ", as far as its answers show: " in told
     served.start()
     if (
         served.family == "gs"

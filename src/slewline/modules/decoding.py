@@ -96,7 +96,7 @@ class _Wire:
         import numpy as np
 
         if waves.kind(name) != "bits" or waves.width(name) > 1:
-            raise UsageError(f"{name}: is not a wire; name a signal of one bit")
+            raise UsageError(f"{name}: not a wire; name a one-bit signal")
         trace = waves.trace(name)
         self.name, self.stop = name, waves.stop_ps
         bounds = np.concatenate(([trace.since], trace.times_ps, [trace.until]))

@@ -48,7 +48,7 @@ OWN = (  # keys of a URL besides the straps and options of the module
     Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
     Option("store", "text", None, "a file that keeps the EEPROM"),
     Option("memory", "text", None, "an image of the external memory of the chip: a dump, or Intel HEX"),
-    Option("seed", "int", 0, "seed of everything random"),
+    Option("seed", "int", 0, "seed for all random behaviour"),
     Option("rate", "text", None, "virtual seconds per second of the wall clock"),
     Option("log", "text", None, "a file for the transcript"),
 )
@@ -213,8 +213,8 @@ class Rig:
         self.warned = True
         warnings.warn(
             f"{self.url}: {gap / 1e9:.1f} s of real time have passed, but no virtual time: the module is unchanged. "
-            "Virtual time passes in calls of the port; call port.sleep(...) instead of time.sleep(...), or give a rate "
-            "in the URL, rate=1.",
+            "Virtual time passes only during calls to the port: call port.sleep(...) instead of time.sleep(...), or "
+            "give a rate in the URL, rate=1.",
             stacklevel=level_of_caller(LIBRARIES),
         )
 

@@ -107,7 +107,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
     ("value", "says"),
     [
         (5, f"m 5; allowed {ALLOWED}"),
-        ({"like": 5}, "m: like 5; allowed the name of a motor, such as QSH4218-35-10-027"),
+        ({"like": 5}, "m: like 5; expected the name of a motor, such as QSH4218-35-10-027"),
         ({}, f"m: needs {NEEDS}; such as '{EXAMPLE}', or like and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
@@ -144,7 +144,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         ),
         (
             VR | {"swing": "8 mH"},
-            "m: swing 0.008 H of a reluctance motor; allowed more than 0 and less than its inductance, 0.008 H",
+            "m: swing 0.008 H of a reluctance motor; allowed: more than 0 and less than its inductance, 0.008 H",
         ),
         (VR | {"swing": "4 mH", "phases": 2}, "m: phases 2; allowed 3 and more"),
     ],

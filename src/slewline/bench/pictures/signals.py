@@ -108,7 +108,7 @@ class Signals:
         if nets and begun == now > self.circuit.since:
             name = max(since, key=lambda each: since[each])
             raise NotRecorded(
-                f"{name} is recorded from {readable(now)} on, which is now, so no edge of it is recorded yet; call "
+                f"the recording of {name} starts only now, at {readable(now)}, so it has no edges yet; call "
                 f"bench.record({name!r}) before time passes"
             )
         return begun, last

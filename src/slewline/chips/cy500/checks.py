@@ -36,7 +36,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
             "a-after-direction", "warning", "A directly follows a change of direction", "T.2 A", "a command in between"
         )
     if name == "ATHOME" and state.home:
-        yield Odd("a-twice", "warning", "A is repeated without RESET or I", "T.2 A")
+        yield Odd("a-twice", "warning", "A is repeated with no RESET or I in between", "T.2 A")
     if name == "NUMBER" and state.last == "ATHOME":
         less = f"N directly after A moves one step less: {statement.values[0] - 1}"
         yield Odd("n-after-a", "warning", less, "T.2 N", "any command between")

@@ -62,7 +62,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         if registers.last in TURNS:
             self.chip.finding("a-after-direction", "A directly follows a change of direction")
         if registers.home:
-            self.chip.finding("a-twice", "A is repeated without RESET or I")
+            self.chip.finding("a-twice", "A is repeated with no RESET or I in between")
         registers.home = True
         super().do_athome()
 

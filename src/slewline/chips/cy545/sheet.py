@@ -227,7 +227,7 @@ INFERRED = (
     *(replace(row, high=LONGEST_TICKS.get(row.name, row.high)) for row in clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"})),
 )
 OPTIONS = (
-    Option("stepwise", "bool", False, "play every motion step by step instead of whole; slow, with identical edges"),
+    Option("stepwise", "bool", False, "play every motion step by step instead of as a whole; slow, with identical edges"),
     Option("cold", "bool", False, "start without supply; `power(True)` powers up the chip"),
     Option("rate_table", "choice", "20k", "inferred: the rate table, by its top at 12 MHz (quirk CY545-CON-RATE-TOP)", choices=tuple(TABLES), where="ch.16, JOG; guide"),
     Option("ramp_jumps", "bool", True, "take all rate indices that are due when a step begins; otherwise at most one per step, as the CY525", where="2002 p.77"),

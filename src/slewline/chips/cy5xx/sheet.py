@@ -168,7 +168,7 @@ OPTIONS = (
         "stepwise",
         "bool",
         False,
-        "play every motion step by step instead of whole; slow, with identical edges",
+        "play every motion step by step instead of as a whole; slow, with identical edges",
     ),
     Option("cold", "bool", False, "start without supply; `power(True)` and RESET low for 10 ms power up the chip"),
 )

@@ -232,7 +232,7 @@ class Port:
             self._early("data read")
             return self.shown
         if self.wanted and not self.half:
-            self.chip.finding("early-read", f"{self._name} is waiting for words, but a word is read: 0000 is returned")
+            self.chip.finding("early-read", f"{self._name} expects data, but the host reads a word: 0000 is returned")
         word = 0 if self.wanted or not self.answer else self.answer[0]
         self.shown = word & 0xFF if self.half else word >> 8
         return self.shown

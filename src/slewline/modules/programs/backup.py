@@ -99,8 +99,8 @@ def _putting_back(module: Module, contents: ModuleContents, report: Report) -> I
         except (ModuleFailure, KeyboardInterrupt) as failure:
             whys = dict.fromkeys(filter(None, (began, _why(failure))))
             raise Unfinished(
-                "\n".join(whys) + f"\nthe old program was not restored.  Content of {module.name}, as far as it "
-                f"has answered: {restore.status}.  The file has the program: slewline push restores it"
+                "\n".join(whys) + f"\nthe old program was not restored.  Contents of {module.name}, as far as its "
+                f"answers show: {restore.status}.  The file holds the program: slewline push restores it"
             ) from None
 
 
@@ -170,7 +170,7 @@ def push(
             restore.store()
     except (ModuleFailure, KeyboardInterrupt) as failure:
         raise Unfinished(
-            f"{_why(failure)}\ncontent of {module.name}, as far as it has answered: {restore.status}"
+            f"{_why(failure)}\ncontents of {module.name}, as far as its answers show: {restore.status}"
             f"{'; ' + kept if kept else ''}\nto continue, repeat the same command"
         ) from None
     report(restore.status)

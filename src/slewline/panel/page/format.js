@@ -106,8 +106,8 @@ export function times(rate) {
  * @param {string} name of the value, for the message
  * @returns {number}
  */
-export function wholeNumber(text, what) {
+export function wholeNumber(text, name) {
   const number = Number(text.replace("\u2212", "-").replace(/\s/g, "") || NaN);
-  if (!Number.isSafeInteger(number)) throw new Error(`${what} ${text.trim()}: expected a whole number, such as 400`);
+  if (!Number.isSafeInteger(number)) throw new Error(`${name} ${text.trim()}: expected a whole number, such as 400`);
   return number;
 }

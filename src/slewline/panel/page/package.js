@@ -294,8 +294,8 @@ class PackageView {
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const all = [...this.pins.values()];
     if (key === "Home" || key === "End") all.at(key === "Home" ? 0 : -1)?.element.focus();
-    const way = steps[/** @type {keyof typeof ways} */ (key)];
-    if (!way) return key === "Home" || key === "End";
+    const step = steps[/** @type {keyof typeof steps} */ (key)];
+    if (!step) return key === "Home" || key === "End";
     const middle = (/** @type {HTMLElement} */ element) => {
       const box = element.getBoundingClientRect();
       return [box.x + box.width / 2, box.y + box.height / 2];
@@ -306,8 +306,8 @@ class PackageView {
     let target = null;
     for (const { element } of all) {
       const there = middle(element);
-      const ahead = (there[0] - here[0]) * way[0] + (there[1] - here[1]) * way[1];
-      const aside = Math.abs((there[0] - here[0]) * way[1]) + Math.abs((there[1] - here[1]) * way[0]);
+      const ahead = (there[0] - here[0]) * step[0] + (there[1] - here[1]) * step[1];
+      const aside = Math.abs((there[0] - here[0]) * step[1]) + Math.abs((there[1] - here[1]) * step[0]);
       if (ahead > 2 && ahead + 3 * aside < best) {
         best = ahead + 3 * aside;
         target = element;

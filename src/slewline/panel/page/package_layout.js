@@ -61,7 +61,7 @@ const IN_OUT = { in: "input", out: "output", both: "input and output", power: "s
  * @returns {string}
  */
 export function inOutText(pin) {
-  return IN_OUT[/** @type {keyof typeof WAYS} */ (pin.way)] ?? pin.way;
+  return IN_OUT[/** @type {keyof typeof IN_OUT} */ (pin.way)] ?? pin.way;
 }
 
 /**

@@ -229,7 +229,7 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
 
 def _named_like(like: object, name: str) -> MotorData:
     if not isinstance(like, str):
-        raise UsageError(f"{name}: like {like!r}; allowed the name of a motor, such as {next(iter(MOTORS))}")
+        raise UsageError(f"{name}: like {like!r}; expected the name of a motor, such as {next(iter(MOTORS))}")
     return motor_named(like, f"{name}: like")
 
 
@@ -238,7 +238,7 @@ def _consistent(motor: MotorData, name: str) -> MotorData:
     if motor.windings == "reluctance":
         if not 0 < motor.swing < motor.inductance:
             raise UsageError(
-                f"{name}: swing {motor.swing:g} H of a reluctance motor; allowed more than 0 and less than its "
+                f"{name}: swing {motor.swing:g} H of a reluctance motor; allowed: more than 0 and less than its "
                 f"inductance, {motor.inductance:g} H"
             )
         return motor

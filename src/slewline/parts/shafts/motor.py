@@ -161,7 +161,7 @@ class Motor(Part):
         pull_in: maximum rate from rest, steps/s; 0: any rate at any time.
         acceleration: the acceleration, steps/s^2, at most pull_in^2 / 2, so that the first step from rest does not
             exceed pull_in either.
-        loses: the numbers of pulses that the motor misses in addition; the first pulse is number 1.
+        loses: the numbers of further pulses that the motor misses; the first pulse is number 1.
     """
 
     _for_users = ("position", "lost", "pulses")
@@ -171,7 +171,7 @@ class Motor(Part):
         Option("lag", "time", 0, "duration of a step"),
         Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
         Option("acceleration", "float", 0, "greatest acceleration", low=0, unit="steps/s2"),
-        Option("loses", "ints", (), "numbers of pulses that it misses in addition", low=1),
+        Option("loses", "ints", (), "numbers of further pulses that it misses", low=1),
     )
     attached = attach_drive
     rewired = start_rule

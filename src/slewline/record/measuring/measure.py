@@ -26,13 +26,14 @@ def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the time from each instant to the next: (n-1,) int64 ps.
 
     Raises:
-        UsageError: the instants do not ascend.
+        UsageError: the instants are not in ascending order.
     """
     import numpy as np
 
     between = np.diff(times_ps)
     if len(between) and between.min() <= 0:
-        raise UsageError(f"instants must ascend; number {int(np.argmin(between)) + 1} is not after the one before")
+        number = int(np.argmin(between)) + 1
+        raise UsageError(f"instants must be in ascending order; number {number} is not later than its predecessor")
     return between
 
 
@@ -40,7 +41,7 @@ def rates(times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the rate from each step to the next: (n-1,) float64 steps/s.
 
     Raises:
-        UsageError: the instants do not ascend.
+        UsageError: the instants are not in ascending order.
     """
     return PS_PER_S / intervals(times_ps)
 
@@ -53,7 +54,7 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
             intervals of steps first[i] to first[i] + count[i] - 1.
 
     Raises:
-        UsageError: the instants do not ascend.
+        UsageError: the instants are not in ascending order.
     """
     import numpy as np
 

@@ -209,7 +209,7 @@ class SketchWriter(Structured):
     def output(self, action: SetOutput) -> None:
         if action.number > len(self.library.outputs):
             limit = f"{len(self.library.outputs)} pins are free for outputs"
-            self.sheet.impossible(action.line, f"output {action.number}", limit, "a board with more pins: add a pin")
+            self.sheet.impossible(action.line, f"output {action.number}", limit, "use a board with more pins")
             return
         name = self.pins.pin(f"OUTPUT{action.number}_PIN", self.library.outputs[action.number - 1])
         self.sheet.add(f"digitalWrite({name}, {level_name(action.level)});", action.line)
@@ -218,7 +218,7 @@ class SketchWriter(Structured):
     def _input(self, pin: int, line: int) -> str:
         if pin > len(INPUTS):
             limit = f"{len(INPUTS)} pins are free for inputs"
-            self.sheet.impossible(line, f"input {pin}", limit, "a board with more pins: add a pin")
+            self.sheet.impossible(line, f"input {pin}", limit, "use a board with more pins")
             return f"INPUT{len(INPUTS)}_PIN"
         return self.pins.pin(f"INPUT{pin}_PIN", INPUTS[pin - 1])
 
