@@ -5,7 +5,7 @@
     NDAC  = READY inverted              low until the byte is accepted
     IFC  -> RESET      MOTION COMPLETE -> SRQ
 
-A blocked byte never makes READY fall; the gate that blocks it therefore accepts it instead of the chip, or the talker
+A blocked byte never makes READY fall; so the gate that blocks the byte accepts it in place of the chip, or the talker
 would wait forever.  The bus lines are open-collector lines.  The data lines go straight to the chip: this circuit has
 no inverter, so the talker sends its bytes in positive logic.
 """

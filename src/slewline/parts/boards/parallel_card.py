@@ -1,7 +1,6 @@
 r"""A PC card for a bidirectional bus: the handshake lines are bits of registers.
 
-    base + 0   data       write: the byte that the card drives while bit 1 of the control is 1; read: the byte on the
-        bus
+    base + 0   data       write: the byte that the card drives while bit 1 of the control is 1; read: the bus byte
          + 2   control    bit 0: IO_REQUEST low; bit 1: the card drives the bus; read as written
          + 4   status     read: bit 7: BUSY is high, bit 6: FPL is high; the others read 1
          + 8   reset      write any byte: a pulse on RESET

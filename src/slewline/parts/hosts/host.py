@@ -42,7 +42,7 @@ TO_ONE = "; host.to(x) selects one of several chips"
 
 
 class Host(Part):
-    """A host computer that commands one chip, or several that share a bus or a line.
+    """A host computer that commands one chip, or several chips that share a bus or a line.
 
     Each kind of channel has a subclass, which adds the calls for that channel.
 

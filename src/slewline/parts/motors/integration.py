@@ -70,8 +70,8 @@ class MotorTrace:
         law: the `MotorLaw` that was integrated.
         times: the grid points, (n,) int64 ps, ascending.
         states: the state variables, (n, k) float64, with one column for each of `law.names`.
-        commands: the command in force after each grid point, (n,) int64.
-        codes: the table row in force after each grid point, (n,) int64.
+        commands: the command in force from each grid point, (n,) int64.
+        codes: the table row in force from each grid point, (n,) int64.
         rests: True if nothing changes after the last grid point.
     """
 

@@ -334,7 +334,7 @@ class MotorLaw:
 
         Args:
             times: the instants of the commands, (n,) int64 ps, ascending, after `start`.
-            commands: the command in force after each instant, (n,) int64, counted from command 0.
+            commands: the command in force from each instant, (n,) int64, counted from command 0.
             start, stop: the window, ps.
             codes: the table row for each command, (n,) int64; by default the row that belongs to the command.
             state, command, code: the state, command and row at `start`; by default the rotor rests at the position of

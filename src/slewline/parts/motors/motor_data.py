@@ -132,7 +132,7 @@ class LoadData:
 
     `friction` is Coulomb friction, and `stiction` the torque that a shaft at rest resists (None: equal to the
     friction).  `torque` acts backwards, against counting up, like a weight being lifted.  With `stiffness` the
-    inertia is connected by a coupling, and friction and torque act beyond it.  A damper is an inertia
+    inertia is connected by a coupling, and friction and torque act beyond it.  A damper is an inertia of
     `damper_inertia`, dragged along by `damper_drag`.
     """
 

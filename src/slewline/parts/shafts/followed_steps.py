@@ -41,7 +41,7 @@ class PulseFollowing:
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and pulses missed in addition."""
+    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further missed pulses."""
 
     lag_ps: int
     pull_in: float

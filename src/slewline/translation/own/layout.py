@@ -24,7 +24,7 @@ class ResultPiece:
     """A line of the result before layout: an instruction, or another text (`row` is None).
 
     An instruction that has a text is written as this text, since a prefix, a string or "#" is not in its values.
-    `labels` name the instruction; `source` is the line of the source, `block` the stored program that the instruction
+    `labels` name the instruction; `source` is the source line, `block` the stored program that the instruction
     belongs to, and `program` the program that it enters, leaves or runs.
     """
 
