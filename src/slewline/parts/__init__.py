@@ -1,9 +1,9 @@
-"""Parts around a chip: an explicit list without scanning, and plug-ins, found by module:Class or an entry point.
+"""Parts around a chip: the built-in ones, from an explicit list, and plug-ins, found by module:Class or an entry point.
 
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
 
-With `to`, the pins of the part are wired to those of a neighbour in the standard way.
+With `to`, the pins of the part are wired to its neighbour's pins in the standard way.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class ListedPart:
     """A kind of part: its description, and the location of its class as `module:name` within this folder.
 
-    `fixed` are the options of the class that define the kind; users cannot set them.
+    `fixed` holds the options of the class that define the kind; users cannot set them.
     """
 
     description: str
@@ -96,7 +96,7 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
     """Return the class of a part by its kind: "uart", the name of an entry point, or module:Class.
 
     Args:
-        allow_code: a kind may be module:Class, whose import runs the code of the module.
+        allow_code: whether a kind may be module:Class; importing it runs the module's code.
 
     Raises:
         UnknownName: the kind is unknown; the message lists the known kinds.
@@ -106,7 +106,7 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
 
 
 def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the options of a class that a user may set: all except those fixed by its kind."""
+    """Return the options of a class that a user may set, which are all options not fixed by its kind."""
     return tuple(row for row in cls.options if row.name not in fixed)
 
 
@@ -118,7 +118,7 @@ def make_part(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     **mounted: Shaft,
 ) -> Part:
-    """Return a new part of a class, on its shaft if it sits on one, after checking all options.
+    """Return a new part of a class, mounted on its shaft if it sits on a shaft, after checking all options.
 
     Args:
         fixed: options that the kind fixes.

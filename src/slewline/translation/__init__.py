@@ -1,6 +1,6 @@
-"""Translation of a program for one part to a program for another one; both are run and compared.
+"""Translation of a program for one part to a program for another part; both are run and compared.
 
-    meaning.py   the effect of a program, in terms of the field: the form between two dialects
+    meaning.py   the effect of a program, in motion-control terms: the form between two dialects
     reading      a text in a dialect -> that form, by the roles of its rows (core/datasheet/roles.py)
     own          that form -> a text for one of our parts
     writers      that form -> a text for another target: `language_writer.py` is the base of all languages
@@ -8,5 +8,6 @@
     report.py    the result for each line: the same, nearly, not possible, assumed
     proof        source and result are run, and compared within the limits that the report states
 
-A new target is a `LanguageWriter` in a module of `writers`, a reader, and a row of `TARGETS` in `writers/__init__.py`.
+A new target needs a `LanguageWriter` in a module of `writers`, a reader, and a row of `TARGETS` in
+`writers/__init__.py`.
 """

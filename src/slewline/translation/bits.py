@@ -1,7 +1,7 @@
-"""Parts whose outputs and inputs are bits selected by number in a command: the output or input of each bit.
+"""Parts whose outputs and inputs are bits selected by a number in a command: the output or input for each bit.
 
-A single bit is a number below 40 hexadecimal: its number in the low three bits, and bit 4 for low.  Outputs and inputs
-are numbered in the order of their bits, as far as a program uses them.
+A single bit is selected by a number below 40 hexadecimal: the bit's number in the low three bits, and bit 4 set for
+low.  The outputs and inputs that a program uses are numbered in the order of their bits.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ WAITS = ("wait_bits", "branch_bits")
 
 
 class Numbers:
-    """The bits of a program, in both directions."""
+    """The bits that a program uses, as outputs and as inputs."""
 
     def __init__(self, sheet: Sheet, source: Source | None = None) -> None:
         statements = source.statements if source is not None else []
@@ -34,12 +34,12 @@ class Numbers:
         return sorted(bits)
 
     def outputs(self, statement: Statement) -> list[tuple[int, int]] | None:
-        """Return the outputs that a command sets, with their levels; None: they are not single bits."""
+        """Return the outputs that a command sets, with their levels; None: the command does not set single bits."""
         level = self._one(statement)
         return None if level is None else [(self.outs.index(level[0]) + 1, level[1])]
 
     def input(self, statement: Statement) -> Input | None:
-        """Return the input that a command tests, with its level; None: it is not a single bit."""
+        """Return the input that a command tests, with its level; None: the command does not test a single bit."""
         level = self._one(statement)
         return None if level is None else Input(self.ins.index(level[0]) + 1, level[1])
 

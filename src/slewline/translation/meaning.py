@@ -1,16 +1,16 @@
-"""The effect of a program in terms of the field, the form between the dialects of a program and its translation.
+"""The effect of a program in motion-control terms, the form between the dialects of a program and its translation.
 
     program   lines    each line of the text, with its comment and its actions
-              actions  set a rate, move, wait for an input, loop ...: in the order of the text
-              block    a program that the part stores and runs; -1: its host sends the command, which acts immediately
+              actions  set a rate, move, wait for an input, loop ..., in the order of the text
+              block    a program that the part stores and runs; -1: the host sends the command, which acts immediately
 
-A register that a command sets is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
-line of its own; the motion after it contains the values of the registers, so that a target without registers reads the
-motions alone.  A value that depends on the path through the program, or on the state before it, is None.
+A command that sets a register is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
+line of its own; the motion after it contains the values of the registers, so that a target without registers needs
+only the motions.  A value that depends on the path through the program, or on the state before the program, is None.
 
-Times are whole picoseconds, rates are steps/s, accelerations steps/s^2, positions and distances steps; positive is
-clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; the names of the
-source's wires are in `Program.wiring`.
+Times are in whole picoseconds, rates in steps/s, accelerations in steps/s^2, positions and distances in steps;
+positive is clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; the
+names of the source's wires are in `Program.wiring`.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Profile:
     """The rates and the ramp of a motion.
 
     Attributes:
-        start: the rate of the first and of the last step, steps/s.
+        start: the rate of the first and last steps, steps/s.
         top: the rate between the ramps, steps/s; equal to `start` if there is no ramp.
-        time_ps: the time from the first step to the first one at `top`, ps; 0 if there is no ramp.
+        time_ps: the time from the first step to the first step at `top`, ps; 0 if there is no ramp.
         steps: the number of steps in that time.
         values: the parameters of the source, by the name of the command that sets them.
     """
@@ -48,13 +48,13 @@ class Profile:
 
     @property
     def acceleration(self) -> float:
-        """The mean acceleration, steps/s^2: the gain in rate divided by the time of the ramp; 0 without a ramp."""
+        """The mean acceleration, steps/s^2: the increase in rate divided by the ramp time; 0 without a ramp."""
         return (self.top - self.start) * 1e12 / self.time_ps if self.ramped else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """A level of an input: the condition of a wait, of a branch, or of the end of a motion."""
+    """An input level, as the condition for a wait, for a branch, or for the end of a motion."""
 
     number: int
     level: int
@@ -63,14 +63,14 @@ class Input:
 # ------------------------------------------------------------------------------------------------------------- actions
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Action:
-    """Effect of a command.
+    """The effect of a command.
 
     Attributes:
-        line: the line of the source, from 1 on; 0 for an action without a line.
+        line: the line of the source, counted from 1; 0 for an action without a line.
         text: the command in the source.
-        block: the stored program that it belongs to, counted from 0; -1: a host sends it.
-        axis: the axis that it concerns, from 1 on.
-        command: the form of the command in the sheet of the source, with its `values`; for our own parts.
+        block: the stored program that the command belongs to, counted from 0; -1: a host sends the command.
+        axis: the axis concerned, counted from 1.
+        command: the form of the command in the source's data sheet, with its `values`; for our own parts.
     """
 
     line: int = 0
@@ -83,9 +83,9 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """Set one value of the profile: `sets` names it, `profile` is the resulting profile, as far as known.
+    """Set one value of the profile: `sets` names the value, and `profile` is the resulting profile, as far as known.
 
-    `value` is the value set: a rate, steps/s; for "ramp" the acceleration that results, steps/s^2.
+    `value` is the value set: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
     """
 
     sets: Part
@@ -95,14 +95,14 @@ class SetProfile(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetDistance(Action):
-    """Set the number of steps of the relative moves that follow."""
+    """Set the number of steps for the relative moves that follow."""
 
     steps: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetTarget(Action):
-    """Set the target of the next motion; the motion is a `MoveTo` of its own."""
+    """Set the target of the next motion; the motion itself is a separate `MoveTo`."""
 
     position: int
 
@@ -116,7 +116,7 @@ class SetDirection(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetEndless(Action):
-    """Let the next motion run until an event stops it; the motion is a `RunEndless` of its own."""
+    """Let the next motion run until an event stops it; the motion itself is a separate `RunEndless`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ class SetPosition(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion(Action):
-    """An action that moves the motor: its profile, and the position at its start; None if not known."""
+    """An action that moves the motor: its profile, and the position at its start; either is None if not known."""
 
     profile: Profile | None = None
     begins: int | None = None
@@ -138,8 +138,8 @@ class Motion(Action):
 class MoveBy(Motion):
     """Move by a number of steps.
 
-    `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` and `sign` are
-    the two, as far as each is known.
+    `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` and `sign`
+    are the number and the direction, as far as each is known.
     """
 
     distance: int | None
@@ -147,13 +147,13 @@ class MoveBy(Motion):
 
     @property
     def steps(self) -> int | None:
-        """Number of steps with the sign of the direction; None if either is not known."""
+        """The number of steps, with the sign of the direction; None if either is not known."""
         return None if self.distance is None or self.sign is None else self.distance * self.sign
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveTo(Motion):
-    """Move to a position; None if it is not known.
+    """Move to a position; the position is None if not known.
 
     `implied`: the command moves other axes as well.
     """
@@ -163,13 +163,13 @@ class MoveTo(Motion):
 
     @property
     def steps(self) -> int | None:
-        """Number of steps with the sign of the direction; None if the position before is not known."""
+        """The number of steps, with the sign of the direction; None if the position before the move is not known."""
         return None if self.position is None or self.begins is None else self.position - self.begins
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunEndless(Motion):
-    """Run in a direction until an event ends it: an input `until`, or a `Stop`, an abort input or a host."""
+    """Run in a direction until an event ends the run: an input `until`, a `Stop`, an abort input or a host."""
 
     sign: int | None
     until: Input | None = None
@@ -177,14 +177,14 @@ class RunEndless(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Home(Motion):
-    """Find the home position, in a direction, and set the counter to 0 there."""
+    """Search for the home position in a direction, and set the counter to 0 there."""
 
     sign: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stop(Action):
-    """Stop the motion: `ramped` along its ramp, else with the running step.  A running program ends."""
+    """Stop the motion, along its ramp if `ramped`, otherwise after the current step; a running program ends."""
 
     ramped: bool
 
@@ -192,7 +192,7 @@ class Stop(Action):
 # ---------------------------------------------------------------------------------------------- outputs, inputs, times
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetOutput(Action):
-    """Set an output to a level; `implied`: the command sets all outputs of the part, whether they are used or not."""
+    """Set an output to a level; `implied`: the command sets all outputs of the part, used or not."""
 
     number: int
     level: int
@@ -216,14 +216,14 @@ class Delay(Action):
 # ---------------------------------------------------------------------------------------------------------------- flow
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Label(Action):
-    """Mark the target of a jump or a loop of the same block."""
+    """Mark the target of a jump or a loop in the same block."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jump(Action):
-    """Continue at a label; with `inputs`, only if all of them have their levels, else with the next action."""
+    """Continue at a label; with `inputs`, only if all of them have their levels, otherwise with the next action."""
 
     to: str
     inputs: tuple[Input, ...] = ()
@@ -231,7 +231,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """Repeat from a label above, until `passes` passes have been made, then continue with the next action."""
+    """Repeat from a preceding label until `passes` passes have been made, then continue with the next action."""
 
     to: str
     passes: int
@@ -245,7 +245,7 @@ class EndProgram(Action):
 # --------------------------------------------------------------------------------------------------- host and programs
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnterProgram(Action):
-    """Begin to enter a stored program, which replaces the one before it: the actions of block `number` follow."""
+    """Begin to enter a stored program, which replaces the previous one; the actions of block `number` follow."""
 
     number: int
 
@@ -266,17 +266,17 @@ class RunProgram(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SaveProgram(Action):
-    """Save the stored program, so that it survives power-off."""
+    """Save the stored program so that it survives power-off."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EraseProgram(Action):
-    """Erase the stored program, and set the registers to those of a reset."""
+    """Erase the stored program, and set the registers to their values after a reset."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HostDirective(Action):
-    """A line that is directed at the host: @wait 20 ms, @until ready."""
+    """A line directed at the host, such as @wait 20 ms or @until ready."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,7 +290,7 @@ class Special(Action):
 
     Attributes:
         description: its effect, in words.
-        needless: why a target without such a command needs no replacement; empty: it does.
+        needless: why a target without such a command needs no replacement; empty: it needs one.
         remedy: advice to the user; empty: the advice of the source's manual.
     """
 
@@ -300,7 +300,7 @@ class Special(Action):
 
     @classmethod
     def of(cls, action: Action, description: str, remedy: str) -> Special:
-        """Return a command in the place of an action."""
+        """Return a special command that replaces an action."""
         its = {name: getattr(action, name) for name in ("line", "text", "block", "axis", "command", "values")}
         return cls(description=description, remedy=remedy, **its)
 
@@ -311,7 +311,7 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the source: its number, the code before its comment, the comment without its mark, and its actions.
+    """A source line: its number, the code before its comment, the comment without its mark, and its actions.
 
     A line without `code` is a comment, or empty.
     """
@@ -324,7 +324,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Assumed:
-    """A fact missing in the text, and its assumed value: the crystal, the state at the start."""
+    """A fact missing in the text, such as the crystal or the state at the start, and its assumed value."""
 
     about: str
     value: str
@@ -336,12 +336,12 @@ class Program:
     """The effect of a program.
 
     Attributes:
-        part: the part it is for, "cy525".
+        part: the part that the program is for, such as "cy525".
         where: the name of its file.
         lines: all lines of the text, in order.
         assumed: the assumptions about facts missing in the text.
-        wiring: the pins of the source by their purpose: "step", "direction", "output1", "input1" ...
-        half_steps: a step of the source is half a step of the motor, from some command on or by option.
+        wiring: the pins of the source, by their purpose: "step", "direction", "output1", "input1" ...
+        half_steps: whether a step of the source is a motor half step, after some command or by an option.
     """
 
     part: str

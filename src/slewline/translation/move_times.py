@@ -1,4 +1,4 @@
-"""Times of moves, from the first step to the last one, by the laws of the source and of other targets."""
+"""The times of moves, from the first step to the last, by the laws of the source and of other targets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .profiles import profiles_of
 
 
 def measured(program: Program) -> Callable[[Profile, int], float]:
-    """Return a function for the time of a move of the source, s: by the law of its part, or else by `source_time`."""
+    """Return a function for the time of a source move, s: by the law of the source's part, else by `source_time`."""
     try:
         law = profiles_of(program.part, sheet_of(program.part).crystal_hz)
     except SlewlineError:
@@ -32,7 +32,7 @@ def measured(program: Program) -> Callable[[Profile, int], float]:
 
 
 def source_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move of the source from its first step to its last one, s."""
+    """Return the time of a source move from its first step to its last, s."""
     gaps = max(abs(steps) - 1, 0)
     if not profile.ramped or profile.steps <= 0:
         return gaps / profile.top if profile.top else 0.0
@@ -55,7 +55,7 @@ def standing_time(top: float, acceleration: float, steps: int) -> float:
 
 
 def started_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move with one acceleration between start rate and top rate, from its first step on, s."""
+    """Return the time of a move from its first step, with a constant acceleration between start and top rate, s."""
     gaps = max(abs(steps) - 1, 0)
     acceleration = profile.acceleration
     if not acceleration:

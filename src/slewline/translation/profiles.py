@@ -1,7 +1,7 @@
-"""Profiles of motions and parameters of a part, in both directions: profiles from registers, and the nearest registers.
+"""Motion profiles from a part's parameters, and the parameters nearest to a motion profile.
 
-read    values of the part's parameters -> start rate, top rate, ramp, by its own calculator
-fit     a profile -> the values of a part whose motions come nearest, by the inverse calculator
+read    values of the part's parameters -> start rate, top rate, ramp, by the part's calculator
+fit     a profile -> the parameter values whose motions come nearest, by the inverse calculator
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from ..language.ramp_answers import Calculator, Ramp, RampParameter, Search, Val
 from .meaning import Profile
 from .source_registers import PROFILE_ROLES, rows_by_role
 
-ODD_RATE = 1000  # steps/s: a rate out of the part's range is too high above it, and too low below it
+ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the part, one below it too low
 
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """The values of a target whose motions come nearest to a profile, by the form of the command, and their profile."""
+    """The target's values whose motions come nearest to a profile, by the form of the command, and their profile."""
 
     values: Mapping[str, int]
     profile: Profile
 
 
 class Profiles:
-    """Profiles of a part, at a crystal."""
+    """The profiles of a part with a given crystal."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int, calculator: Calculator | None = None) -> None:
         self.sheet, self.hz = sheet, crystal_hz
@@ -45,7 +45,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- reading
     def read(self, values: Mapping[str, Value]) -> Profile | None:
-        """Return the profile for some values of the part's parameters; None: a required one is missing."""
+        """Return the profile for some values of the part's parameters; None: a required parameter is missing."""
         return self._read(frozenset(values.items()))
 
     def _profile(self, items: frozenset[tuple[str, Value]]) -> Profile | None:
@@ -77,9 +77,9 @@ class Profiles:
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
 
     def move_ps(self, profile: Profile, steps: int) -> int | None:
-        """Return the time from the first step of a move to the last one, ps; None: it is not known.
+        """Return the time from the first step of a move to the last, ps; None: the time is not known.
 
-        Parts differ in when they report the end of a move: before or after the interval of the last step.
+        Parts differ in when they report the end of a move: before or after the last step interval.
         """
         return self._moves(frozenset(profile.values.items()), 0.0 if profile.ramped else profile.top, abs(steps))
 
@@ -96,7 +96,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- fitting
     def fit(self, wanted: Profile) -> Fitted:
-        """Return the values whose profile comes nearest: first the rates, then the ramp by its time."""
+        """Return the values whose profile comes nearest: first the rates, then the ramp, according to its time."""
         key = wanted.start, wanted.top, wanted.time_ps
         if key not in self._fitted:
             self._fitted[key] = self._fit(wanted)
@@ -120,7 +120,7 @@ class Profiles:
         return Fitted(dict(chosen), self.profile_of(best, best.values))
 
     def ends(self, role: str) -> tuple[float, float]:
-        """Return the lowest and the highest rate of a command, steps/s."""
+        """Return the lowest and the highest rate that a command can set, steps/s."""
         row, ramp, top = self.rows[role], self.rows["ramp"], self.rows["top_rate"]
         first = self.rows.get("start_rate")
         found = []
@@ -151,7 +151,7 @@ class Profiles:
         return Fitted(mine, found) if same and found is not None else None
 
     def _constant(self, wanted: Profile, values: dict[str, Value]) -> Fitted:
-        """Return the values of motions without ramps."""
+        """Return the values for motions without ramps."""
         top = self.rows["top_rate"].form
         if "rate_divisor" in self.rows:  # rate and factor, without a slope
             factor, rate = self._divided(wanted.top)
@@ -172,11 +172,11 @@ class Profiles:
         unset = {register.letter for register in self.sheet.registers if not register.default}
         chosen |= {
             form: value for form, value in gentle.items() if form in unset
-        }  # the part moves with none of them unset
+        }  # the part moves only if all of them are set
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:
-        """Return the factor and rate parameter nearest to a rate; of equal ones those with the least factor."""
+        """Return the factor and rate parameter nearest to a rate; among equals, the pair with the lowest factor."""
         row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
         steepest = self.rows["ramp"].args[0].high
         form, slope = self.rows["top_rate"].form, self.rows["ramp"].form
@@ -190,7 +190,7 @@ class Profiles:
         return by, value
 
     def _nearest_rate(self, role: str, rate: float) -> int:
-        """Return the parameter of the nearest rate; beyond the range its end."""
+        """Return the parameter of the nearest rate; outside the range, the parameter at its end."""
         row = self.rows[role]
         quantity: RampParameter = self.calculator.quantity(row.form)
         arg = self.calculator.arg(row.form)
@@ -203,13 +203,13 @@ class Profiles:
         return min(max(int(found or 0), arg.low), arg.high)
 
     def _written(self, name: str) -> bool:
-        """Return whether a parameter is a command of the part."""
+        """Return whether a parameter is set by a command of the part."""
         return name in self.values_of and name in self.sheet.commands.by_form
 
 
 @lru_cache(maxsize=32)
 def profiles_of(part: str, hz: int) -> Profiles | None:
-    """Return the profiles of a part at a crystal; None: it has no ramp calculator."""
+    """Return the profiles of a part with a given crystal; None: the part has no ramp calculator."""
     try:
         return Profiles(sheet_of(part), hz)
     except UsageError:
@@ -217,5 +217,5 @@ def profiles_of(part: str, hz: int) -> Profiles | None:
 
 
 def is_number(value: Value) -> bool:
-    """Return whether a value of a parameter is a number, not a name."""
+    """Return whether a parameter value is a number rather than a name."""
     return isinstance(value, int)

@@ -1,4 +1,4 @@
-"""Facts about a whole program: its outputs and inputs, its stored programs, its greatest rate."""
+"""Facts about a whole program: its outputs and inputs, its stored programs, its maximum rate."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
-    """Return the profiles of the motions, or, if none of them is known, the profiles set."""
+    """Return the profiles of the motions, or, if none of them is known, the profiles that are set."""
     known = list(actions)
     found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
     return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
 
 
 def top_rate(actions: Iterable[Action]) -> float:
-    """Return the greatest rate, steps/s; 0 if none is known."""
+    """Return the maximum rate, steps/s; 0 if none is known."""
     return max((each.top for each in profiles(actions)), default=0.0)
 
 
 def one_acceleration(actions: Iterable[Action]) -> float:
-    """Return the acceleration for a target with one for all moves, steps/s^2: the least of the ramps.
+    """Return the acceleration for a target that has one for all moves, steps/s^2: the lowest of all ramps.
 
-    Without a ramp it is so great that the top rate is reached within half a step.
+    Without a ramp it is so high that the top rate is reached within half a step.
     """
     known = list(actions)
     ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
@@ -64,7 +64,7 @@ def stored(program: Program) -> list[int]:
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return the stored program that each run command of the host runs, by the line number of the command."""
+    """Return the stored program that each of the host's run commands runs, by the command's line number."""
     found: dict[int, int] = {}
     entered = -1
     for action in program.actions:
@@ -75,10 +75,10 @@ def runs(program: Program) -> dict[int, int]:
 
 
 def started_plainly(program: Program) -> Program:
-    """Return a program whose host runs only stored programs of the text, from their start or a label.
+    """Return a program whose host only runs stored programs from the text, from their start or from a label.
 
-    These commands of the host become a `Special`: a loop or branch, a level at a pin other than an input of programs,
-    and a run of a program that the text does not enter.
+    These host commands become a `Special`: a loop or branch, a level at a pin that is not a program input, and a run
+    of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
@@ -98,7 +98,7 @@ def started_plainly(program: Program) -> Program:
 
 
 def axes(program: Program) -> list[int]:
-    """Return the axes that the program moves, from 1 on."""
+    """Return the axes that the program moves, counted from 1."""
     return sorted({each.axis for each in program.actions}) or [1]
 
 
@@ -128,6 +128,6 @@ def counts_positions(program: Program) -> bool:
 
 
 def counter_of(sheet: Sheet) -> tuple[int, int] | None:
-    """Return the limits of the position counter, as far as a move to a position shows them."""
+    """Return the limits of the position counter, as far as they are known from moves to a position."""
     row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
     return None if row is None else (row.args[0].low, row.args[0].high)

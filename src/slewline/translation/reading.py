@@ -1,6 +1,6 @@
 """Reads a text in the dialect of a part into its effect (meaning.py), by the roles of its rows.
 
-Labels keep their names in the source; a branch target without a name is named after its line.
+Labels keep their source names; a branch target without a name is named after its line.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .role_reader import RoleReader
 from .source_registers import UNKNOWN, KnownRegisterValues, from_switches, leads
 from .special_commands import ADD_IT, ELSEWHERE, NO_AXIS, SELECT_IT, SWITCHED, WRITE_IT
 
-ASTRAY = ("branch-middle", "branch-outside")  # a part then takes a number for a command; no other part does
+ASTRAY = ("branch-middle", "branch-outside")  # the part then runs a number as a command; other parts do not
 WIRES = (
     "step",
     "direction",
@@ -37,10 +37,10 @@ def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | 
     """Return the effect of a program.
 
     Args:
-        text: the commands of a host, one a line.
-        part: the part it is for.
+        text: the commands of a host, one per line.
+        part: the part that the program is for.
         where: the name of the text in messages.
-        crystal_hz: the crystal of the part; None: its usual one.
+        crystal_hz: the crystal of the part, Hz; None: its usual crystal.
 
     Raises:
         RefusedProgram: the part does not accept some lines; all of them are in `.problems`.

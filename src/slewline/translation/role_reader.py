@@ -1,4 +1,4 @@
-"""Statements -> actions: a method for each role of a row, for all parts that have a command with it."""
+"""Statements -> actions: a method for each role of a row, for all parts that have a command with this role."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ class RoleReader:
     """Converts statements to actions, by the roles of their rows.
 
     Args:
-        source: the text, read.
-        hz: the crystal.
-        profiles: of the part; None: it has no ramp calculator.
-        registers: their known values at every statement.
-        bits: the outputs and inputs of bits.
+        source: the text that has been read.
+        hz: the crystal frequency, Hz.
+        profiles: the profiles of the part; None: the part has no ramp calculator.
+        registers: the known register values at every statement.
+        bits: the outputs and inputs selected by bits.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class RoleReader:
         self.source, self.sheet, self.hz = source, source.sheet, hz
         self.profiles, self.registers, self.bits = profiles, registers, bits
         self.labels: dict[tuple[int, int], str] = {}  # block, address
-        self.loops: dict[tuple[int, int], str] = {}  # the same, of loops that begin at a mark
+        self.loops: dict[tuple[int, int], str] = {}  # the same for loops that begin at a mark
         self._name_labels()
 
     # ---------------------------------------------------------------------------------------------------- statements
@@ -92,7 +92,7 @@ class RoleReader:
         return [*found, *method(statement, before, common)]
 
     def set_profile(self, statement: Statement, common: Common) -> Action:
-        """Return the action that sets a rate or a value of the ramp, with the resulting profile."""
+        """Return the action that sets a rate or a ramp value, with the resulting profile."""
         axis = int(str(common["axis"]))
         profile = self.profile(self.registers.after(statement), axis)
         sets = SETS.get(statement.row.role, "ramp")
@@ -102,7 +102,7 @@ class RoleReader:
         return SetProfile(sets=sets, value=value, profile=profile, **common)  # type: ignore[arg-type]
 
     def profile(self, state: Mapping[Key, int], axis: int) -> Profile | None:
-        """Return the profile of some register values; None: it is not known."""
+        """Return the profile for some register values; None: it is not known."""
         if self.profiles is None:
             return None
         return self.profiles.read(
@@ -110,12 +110,12 @@ class RoleReader:
         )
 
     def motion(self, before: Mapping[Key, int], common: Mapping[str, object]) -> dict[str, object]:
-        """Return the data of a motion that follow from the registers before it."""
+        """Return the data of a motion that are determined by the registers before it."""
         axis = int(str(common["axis"]))
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
     def on_move(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a relative move, by its own number of steps or the number set before."""
+        """Yield a relative move, with its own number of steps or the number set before it."""
         axis = int(str(common["axis"]))
         its = self.motion(before, common)
         sign = before.get((axis, "sign"))
@@ -134,7 +134,7 @@ class RoleReader:
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_update(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that start the motions set before."""
+        """Yield the actions that start the motions set up before."""
         position = before.get((int(str(common["axis"])), "target"))
         yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
 
@@ -145,7 +145,7 @@ class RoleReader:
     on_absolute = on_goto
 
     def on_endless(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a run without end."""
+        """Yield an endless run."""
         yield RunEndless(sign=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_until_input(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
@@ -154,7 +154,7 @@ class RoleReader:
         yield RunEndless(sign=sign, until=Input(number, 0), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_home(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a homing."""
+        """Yield a homing run."""
         alone = statement.row.args[0].sign == "alone"
         sign = statement.values[0] if alone else before.get((1, "sign"), 1)
         yield Home(sign=sign, **self.motion(before, common))  # type: ignore[arg-type]
@@ -227,7 +227,7 @@ class RoleReader:
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_jump(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a jump; from a host, the start of the program at that address."""
+        """Yield a jump; if a host sends it, the start of the program at that address."""
         to = self.goal(statement)
         if statement.block < 0:
             yield RunProgram(at=to, **common)  # type: ignore[arg-type]
@@ -235,7 +235,7 @@ class RoleReader:
             yield Jump(to=to, **common)  # type: ignore[arg-type]
 
     def on_pointer(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a jump, in a program; from a host, the address where the next program is entered or run."""
+        """Yield a jump in a program; if a host sends it, the address at which the next program is entered or run."""
         if statement.block >= 0:
             yield from self.on_jump(statement, before, common)
             return
@@ -255,7 +255,7 @@ class RoleReader:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
     def on_branch_low(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch on the level of an input: its own, or the second one."""
+        """Yield a branch on the level of an input: the command's own input, or the second input."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
         yield Jump(to=self.goal(statement), inputs=(Input(number, level),), **common)  # type: ignore[arg-type]
@@ -268,7 +268,7 @@ class RoleReader:
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
     def on_branch_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch until inputs match: it is taken at the other level."""
+        """Yield a branch that repeats until inputs match: it is taken at the opposite level."""
         one = self.bits.input(statement)
         if one is None:
             yield Special(description=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
@@ -286,7 +286,7 @@ class RoleReader:
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
     def on_leave(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that ends program entry, or runs a program that was entered."""
+        """Yield the action that ends program entry, or that runs an entered program."""
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
             yield LeaveProgram(runs=statement.row.starts, **common)  # type: ignore[arg-type]
@@ -294,7 +294,7 @@ class RoleReader:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
     def on_run(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that runs the program from its start; in a program, that restarts it."""
+        """Yield the action that runs the program from its start; in a program, a restart."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
@@ -315,7 +315,7 @@ class RoleReader:
     on_state = on_read = on_list = on_question
 
     def other(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """Yield the action of a command without a role common to all parts."""
+        """Yield the action of a command whose role is not common to all parts."""
         row = statement.row
         if row.at_once:
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
@@ -328,7 +328,7 @@ class RoleReader:
                 yield from self._updates(statement, common)
 
     def _updates(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """Yield the motions of several axes that begin in one cycle: a `MoveTo` for each axis that has a target."""
+        """Yield the motions of several axes that begin in one cycle: a `MoveTo` for each axis with a target."""
         before = self.registers.before(statement)
         for axis in range(1, self.sheet.axes + 1):
             if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:
@@ -359,7 +359,7 @@ class RoleReader:
         return next((each for each in marks if each.end == address), None)
 
     def _block_before(self, statement: Statement) -> int:
-        """Return the number of the program that was entered last when the host sends a command."""
+        """Return the number of the last program entered before the host sends a command."""
         found = -1
         for item in self.source.statements:
             if item is statement:
@@ -391,6 +391,6 @@ class RoleReader:
 
 
 def delay_unit_ps(sheet: Sheet, hz: int) -> int:
-    """Return the duration of a delay of 1 at a crystal, ps."""
+    """Return the duration of a delay of 1 with a given crystal, ps."""
     time = next(sheet.times[name] for name in UNIT_TIMES if name in sheet.times)
     return time.ticks * PS_PER_S // hz

@@ -1,8 +1,8 @@
-"""Values of registers at every command of a program, as far as its text shows: all paths through it are followed.
+"""Register values at every command of a program, as far as its text shows: all paths through it are followed.
 
-If paths meet at a command with different values of a register, the value is not known there; nor is a position from
-before a loop.  The roles of the rows determine the effect of a command; a parameter of the ramp is an argument of the
-part's calculator.
+If paths meet at a command with different values of a register, the value is not known there; the same applies in a
+loop to a position from before the loop.  The roles of the rows determine the effect of a command; a ramp parameter is
+an argument of the part's calculator.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from ..language.lint import explored
 from ..language.ramp_answers import Calculator
 from ..language.statements import Block, Source, Statement
 
-Key = tuple[int, str]  # axis (0: of the whole part), name
+Key = tuple[int, str]  # axis (0: the whole part), name
 State = frozenset[tuple[Key, int]]
 
-SWITCHES = "#"  # in the place of a number
+SWITCHES = "#"  # in place of a number
 INTERRUPTING = "SET_I"  # selects an axis that the text does not show
 UNKNOWN = 0  # axis
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
@@ -43,7 +43,7 @@ class KnownRegisterValues:
 
     # ----------------------------------------------------------------------------------------------------- following
     def initial(self) -> State:
-        """Return the registers after a reset, from the sheet; a rate of 0 counts as unset."""
+        """Return the registers after a reset, from the data sheet; a rate of 0 counts as unset."""
         found: dict[Key, int] = {(0, "axis"): 1}
         for register in self.sheet.registers:
             row = self.sheet.commands.by_form.get(register.letter)
@@ -52,7 +52,7 @@ class KnownRegisterValues:
             if row.args[0].allows(register.default):
                 found |= {(axis, row.form): register.default for axis in range(1, self.sheet.axes + 1)}
         place = next((each for each in self.sheet.registers if each.name in ("position", "trgt_pos")), None)
-        if place is not None and not place.default:  # else it is undefined
+        if place is not None and not place.default:  # otherwise it is undefined
             found |= {(axis, "position"): 0 for axis in range(1, self.sheet.axes + 1)}
         if "plus" in rows_by_role(self.sheet):
             found[1, "sign"] = after_reset(self.sheet)
@@ -61,7 +61,7 @@ class KnownRegisterValues:
         return frozenset(found.items())
 
     def _follow(self) -> None:
-        """Follow the text in the order in which a host sends it; a program is followed where it is run."""
+        """Follow the text in the order in which a host sends it; a stored program is followed where it is run."""
         states: list[State] = [self.initial()]
         blocks, block, ran = iter(self.source.blocks), None, True
 
@@ -113,11 +113,11 @@ class KnownRegisterValues:
         if row.stored and row.flow != "n" and statement.block >= 0:
             state = {
                 key: number for key, number in state.items() if key[1] != "position"
-            }  # a repeated part moves again
+            }  # a repeated section moves again
         return frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """Apply the effect of a command to the position, and to the settings that a motion uses up."""
+        """Apply the effect of a command to the position, and to the settings that a motion consumes."""
         here, place = state.get((axis, "position")), (axis, "position")
         if row.role == "preset":
             state[place] = value
@@ -141,7 +141,7 @@ class KnownRegisterValues:
             state.pop(place, None)
 
     def _reach(self, position: int, axis: int, state: dict[Key, int]) -> None:
-        """Set the direction after a motion to a position, which stays for the next one."""
+        """Set the direction after a motion to a position; it remains set for the next motion."""
         here = state.get((axis, "position"))
         if here is None:
             state.pop((axis, "sign"), None)
@@ -151,12 +151,12 @@ class KnownRegisterValues:
 
 
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:
-    """Return whether a command sets a parameter of the ramp."""
+    """Return whether a command sets a ramp parameter."""
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
 
 
 def runs(row: Row, statement: Statement, block: Block) -> bool:
-    """Return whether a command of the host runs the program."""
+    """Return whether a host command runs the program."""
     return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
 
 
@@ -166,29 +166,29 @@ def from_switches(statement: Statement) -> bool:
 
 
 def leads(row: Row) -> bool:
-    """Return whether a command continues elsewhere in a program."""
+    """Return whether a command makes a program continue elsewhere."""
     return row.role in ("jump", "loop") or row.role.startswith("branch")
 
 
 def start_of(statement: Statement, block: Block) -> int:
-    """Return the address at which a command of the host starts the program."""
+    """Return the address at which a host command starts the program."""
     target = statement.target
     address = None if target is None or statement.row.role == "run" else block.address_of(target)
     return block.base if address is None else address
 
 
 def merged(states: Iterable[State]) -> dict[Key, int]:
-    """Return the values common to all of some states."""
+    """Return the values that are common to all states."""
     found = list(states)
     return dict(frozenset.intersection(*found)) if found else {}
 
 
 def rows_by_role(sheet: Sheet) -> dict[str, Row]:
-    """Return the command of each role; the first one if several share it."""
+    """Return the command for each role; the first if several commands share a role."""
     return {row.role: row for row in reversed(list(sheet.commands)) if row.role}
 
 
 def after_reset(sheet: Sheet) -> int:
-    """Return the direction after a reset: 1 clockwise, -1 counter-clockwise."""
+    """Return the direction after a reset: 1 clockwise, -1 counterclockwise."""
     pin = sheet.role("direction")
     return 1 if pin is None or pin.reset == pin.sense else -1

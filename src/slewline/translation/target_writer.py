@@ -1,8 +1,8 @@
 """The interface of a target: a writer for programs in its language, and a reader that proves the result.
 
-A writer goes through `program.lines` in order and returns lines of its own, each with its line of the source; comments
-are kept next to the same code.  A part that cannot be written is a `LineVerdict` with the limit of the target and
-advice to the user, and a comment at that line of the result.  `translate` adds the warning at the head and the report.
+A writer goes through `program.lines` in order and returns lines of its own, each with its source line; comments stay
+next to the same code.  What cannot be written is reported as a `LineVerdict` with the target's limit and advice to
+the user, and as a comment at that line of the result.  `translate` adds the warning at the head, and the report.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class WriterOptions:
     """A user's options for the target.
 
     Attributes:
-        steps_per_mm: for targets that count millimetres.
-        axis: the name of the axis for targets that have several: X.
-        unroll: greatest number of lines for a loop, if the target has no loops.
-        crystal_hz: the crystal of the target; None: its usual one.
+        steps_per_mm: the number of steps per millimetre, for targets that count millimetres.
+        axis: the name of the axis, such as X, for targets that have several.
+        unroll: the maximum number of lines for a loop, if the target has no loops.
+        crystal_hz: the crystal of the target, Hz; None: its usual crystal.
         values: other settings of a target, by name, as text.
     """
 
@@ -42,10 +42,10 @@ class WriterOptions:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """Result of a writer: the lines, the verdicts on the lines of the source, and the wiring.
+    """The result of a writer: the lines, the verdicts on the source lines, and the wiring.
 
-    `wiring` has triples: the purpose of a wire ("output1"), its name at the source, its name at the target; empty: the
-    target has none.  `assumed` are pairs of an assumption about the target, and its value.
+    `wiring` holds triples: the purpose of a wire ("output1"), its name in the source, and its name in the target;
+    empty: the target has no such wire.  `assumed` holds pairs of an assumption about the target and its value.
     """
 
     lines: tuple[OutLine, ...]
@@ -60,14 +60,14 @@ class Happened:
     """An event of a run, as compared by a proof.
 
     Attributes:
-        kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed, an
-            "input" that was waited for, or a "delay" in the program.
-        number: of the axis, of the output or of the input, from 1 on.
-        value: steps with their sign, or a level; of a delay its ps.
-        time_ps: when it began, ps from the start; None: not known from the text.
-        first_ps: of a move, the time of its first step; None: not known.
-        lasts_ps: of a move, from its first step to its last one, ps; None: not known.
-        rate: of a move, the greatest rate, steps/s; None: not known.
+        kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed,
+            an "input" that the program waited for, or a "delay" in the program.
+        number: the number of the axis, output or input, counted from 1.
+        value: the steps with their sign, a level, or the duration of a delay, ps.
+        time_ps: the time at which the event began, ps from the start; None: not known from the text.
+        first_ps: for a move, the time of its first step, ps; None: not known.
+        lasts_ps: for a move, the time from its first step to its last, ps; None: not known.
+        rate: for a move, the maximum rate, steps/s; None: not known.
     """
 
     kind: Literal["move", "run", "output", "input", "delay"]
@@ -81,7 +81,7 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class PlayedTrace:
-    """Events of a run, in order; `ran` names the interpreter, such as "rs274"; `stopped`: it was ended from outside."""
+    """Events of a run, in order; `ran` names the interpreter, such as "rs274"; `stopped`: it was ended externally."""
 
     ran: str
     happened: tuple[Happened, ...]
@@ -104,14 +104,14 @@ class Target:
     demand.
 
     Attributes:
-        name: the argument of --to, "grbl".
+        name: the argument of --to, such as "grbl".
         mark: the start of a comment.
-        ending: of its files, ".nc".
-        language: the reference of the limits, "grbl 1.1 (documentation)".
+        ending: the file extension, such as ".nc".
+        language: the source of the limits, such as "grbl 1.1 (documentation)".
         writer: the class that writes a program.
-        reader: reads a text back, and shares no code with the writer.
-        interpreter: runs a text in the real interpreter of the target; empty: none is available.
-        settings: arguments of --set besides the levels of outputs: name and allowed values.
+        reader: the function that reads a text back; it shares no code with the writer.
+        interpreter: the function that runs a text in the target's real interpreter; empty: none is available.
+        settings: arguments of --set other than output levels: name and allowed values.
     """
 
     name: str
@@ -124,7 +124,7 @@ class Target:
     settings: tuple[tuple[str, str], ...] = ()
 
     def comment(self, text: str) -> str:
-        """Return a comment as a line of its own; for an empty text an empty line."""
+        """Return a comment as a line of its own, or an empty line for an empty text."""
         return f"{self.mark}{text}" if text else ""
 
     def joined(self, line: OutLine) -> str:
@@ -142,7 +142,7 @@ class Target:
         return read(text, options)
 
     def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return the events of a text in the real interpreter of the target; None: it cannot be run here."""
+        """Return the events of a text in the target's real interpreter; None: it cannot be run here."""
         if not self.interpreter:
             return None
         run: Callable[[str, WriterOptions], PlayedTrace | None] = found("reading_back", self.interpreter)
@@ -150,6 +150,6 @@ class Target:
 
 
 def found(room: str, where: str) -> Any:
-    """Return the object with a name in a module of a package."""
+    """Return an object by its name in a module of a package."""
     module, _, name = where.partition(":")
     return getattr(import_module(f".{room}.{module}", __package__), name)

@@ -1,4 +1,4 @@
-"""Translation from Python: a program for one part becomes a program for another one.
+"""Translation from Python: a program for one part becomes a program for another part.
 
 done = slewline.translate("weld.cy525", to="gs-c200s")
 print(done.text)
@@ -27,7 +27,7 @@ from .target_writer import WARNING, Target, WriterOptions, Written
 from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
 from .writers import TARGETS, target
 
-COLUMN = 13  # of a comment next to a command
+COLUMN = 13  # column of a comment next to a command
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,20 +71,20 @@ def translate(
 
     Args:
         file: the program; its extension selects the part, unless `part` does.
-        to: the target: a part number, or the name of another controller.
+        to: the target, a part number or the name of another controller.
         part: the part of the source.
-        crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual ones.
-        steps_per_mm: the steps of a millimetre, for targets that count millimetres.
-        axis: the axis, for targets that have several.
-        unroll: greatest number of lines for a loop, if the target has no loops.
-        strict: refuse a result that is not the same.
-        settings: facts missing in the text, by name: {"output1": "low"} for the level of an output at the start,
-            {"library": "fastaccelstepper"} and other settings of a target.
+        crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual crystals.
+        steps_per_mm: the number of steps per millimetre, for targets that count millimetres.
+        axis: the name of the axis, for targets that have several.
+        unroll: the maximum number of lines for a loop, if the target has no loops.
+        strict: whether to refuse a result that is not the same.
+        settings: facts missing in the text, by name: {"output1": "low"} for the initial level of an output, and target
+            settings such as {"library": "fastaccelstepper"}.
 
     Raises:
         UnknownName: the part or target does not exist.
         UsageError: an argument is out of range, or `strict` is set and a line is not the same.
-        ProgramError: the part of the source does not accept some lines.
+        ProgramError: the source's part does not accept some lines.
         BenchFileError: the file cannot be read, or is not text.
     """
     path = str(file)
@@ -111,7 +111,7 @@ def translate_text(
     options: WriterOptions | None = None,
     strict: bool = False,
 ) -> Translation:
-    """Return a text for another part; arguments and errors as for `translate`."""
+    """Return a text translated for another part; arguments and errors as for `translate`."""
     options = options or WriterOptions()
     sheet = sheet_of(part)
     source_hz = None if crystal is None else crystal_for(sheet, crystal)
@@ -140,7 +140,7 @@ def known(to: str) -> str:
     """Return the name of a target.
 
     Raises:
-        UnknownName: it does not exist; the message lists the targets.
+        UnknownName: the target does not exist; the message lists the targets.
     """
     name = CATALOGUE.canonical(to) if isinstance(to, str) else ""
     if name in TARGETS:
@@ -154,10 +154,10 @@ def known(to: str) -> str:
 
 
 def check_settings(values: Mapping[str, str], to: str) -> None:
-    """Refuse a setting that a target does not have.
+    """Refuse a setting that does not exist for a target.
 
     Raises:
-        UsageError: the setting does not exist, or does not have this value.
+        UsageError: the setting does not exist, or does not allow this value.
     """
     own = dict(TARGETS[to].settings) if to in TARGETS else {}
     levels = {f"output{number}": "low or high: its level at the start" for number in (1, 2, 3)}
@@ -171,7 +171,7 @@ def check_settings(values: Mapping[str, str], to: str) -> None:
 
 
 def with_levels(program: Program, values: Mapping[str, str]) -> Program:
-    """Return a program with initial levels of outputs set by the user."""
+    """Return a program with the initial output levels set by the user."""
     assumed = [each for each in program.assumed if f"output{each.about[7:8]}" not in values]
     given = [(int(name[-1]), value) for name, value in values.items() if name.startswith("output")]
     for number, value in given:

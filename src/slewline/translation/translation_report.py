@@ -1,4 +1,4 @@
-"""The result for each line of a program: the same, nearly, not possible; and the assumptions.
+"""The result for each line of a program (the same, nearly, not possible), and the assumptions.
 
 bar.cy525, line 4: R 80 -> T478: nearly: 4780 steps/s for 4783, 0.06 %
 """
@@ -14,7 +14,7 @@ from .meaning import Assumed
 
 
 class LineKind(Enum):
-    """Result of a line: kinds in order from best to worst."""
+    """The result for a line; the kinds are in order from best to worst."""
 
     SAME = "same"
     NEARLY = "nearly"
@@ -22,7 +22,7 @@ class LineKind(Enum):
 
     @property
     def worth(self) -> int:
-        """Rank of the kind: 0 for the best, more for worse."""
+        """Rank of the kind: 0 for the best, higher for worse."""
         return list(LineKind).index(self)
 
 
@@ -33,7 +33,7 @@ class LineVerdict:
     Attributes:
         line: the line of the source; 0: the whole program.
         kind: the same, nearly, or not possible.
-        description: the difference, with its figure: "4780 steps/s for 4783"; for the same, a note.
+        description: the difference, with its figure: "4780 steps/s for 4783"; if the line is the same, a note.
         limit: if not possible, the limit of the target, and where its manual states it.
         remedy: advice to the user.
         off: relative error of a figure: 0.004 for 0.4 %.
@@ -50,14 +50,14 @@ class LineVerdict:
 
     @property
     def text(self) -> str:
-        """Verdict in one line."""
+        """The verdict in one line."""
         parts = [self.kind.value, self.description, f"{self.limit}" if self.limit else "", self.remedy]
         return ": ".join(parts[:2] if parts[1] else parts[:1]) + "".join(f"; {part}" for part in parts[2:] if part)
 
 
 @dataclass(frozen=True, slots=True)
 class OutLine:
-    """A line of the result: its text without comment, the comment, and the line of the source; 0: none."""
+    """A line of the result: its text without comment, the comment, and the source line (0: none)."""
 
     text: str
     comment: str = ""
@@ -66,7 +66,7 @@ class OutLine:
 
 @dataclass(frozen=True, slots=True)
 class ReportLine:
-    """A line of the source with code, the lines written for it, and the verdicts on it, worst first."""
+    """A source line with code, the lines written for it, and the verdicts on it, worst first."""
 
     number: int
     code: str
@@ -75,7 +75,7 @@ class ReportLine:
 
     @property
     def kind(self) -> LineKind:
-        """Worst kind of its verdicts; without any, it is the same."""
+        """The worst kind among its verdicts; without a verdict the line is the same."""
         return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=LineKind.SAME)
 
 
@@ -85,7 +85,7 @@ class Report:
 
     Attributes:
         where: the name of the source.
-        part: the part of the source.
+        part: the part that the source is for.
         to: the target of the result.
         lines: the lines of the source with code, in order.
         whole: verdicts on the program as a whole, such as its size.

@@ -1,9 +1,9 @@
-"""A bench file for another part or controller: the program of each chip, and the wiring between them.
+"""A bench file for another part or controller: the program of each chip, and the wiring between the chips.
 
-For one of our parts the result is a bench file again, with the comments of the old one: chips are of the other part,
-and wires, signals from outside and recordings name its pins.  Any other target is a controller for each chip, which
-runs its program by itself, at the same time as the others; the wires between them are listed, to be made by hand.
-Tables without a counterpart are commented out, and listed.
+For one of our parts the result is a bench file again, with the original comments: its chips are the other part, and
+its wires, external signals and recordings name that part's pins.  With any other target there is a controller for
+each chip, which runs its program by itself, at the same time as the others; the wires between the controllers are
+listed, and must be connected by hand.  Tables without a counterpart are commented out, and listed.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from .writers import TARGETS
 HEAD = re.compile(r"^\[{1,2}\s*(\w+)", re.MULTILINE)
 KEY = re.compile(r"^\s*([\w-]+)\s*=")
 RESULT = "bench.toml"
-SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are those of the program
+SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are set by the program
 
 
 @dataclass(frozen=True, slots=True)
 class BenchLine:
-    """An element of the bench besides its programs, and its result; `becomes` is empty if there is none."""
+    """An element of the bench other than its programs, and its result; `becomes` is empty if there is no result."""
 
     what: str
     becomes: str = ""
@@ -45,9 +45,9 @@ class BenchTranslation:
     Attributes:
         where: the bench file.
         to: the target.
-        programs: the translations of the programs, by the name of the chip.
-        lines: wires and other tables, and their results.
-        files: the texts to write, by the name of the file.
+        programs: the translations of the programs, by chip name.
+        lines: the wires and other tables, with their results.
+        files: the texts to write, by file name.
     """
 
     where: str
@@ -58,7 +58,7 @@ class BenchTranslation:
 
     @property
     def bench(self) -> str:
-        """Name of the bench file among the files; empty: the target is not one of our parts."""
+        """The name of the bench file among the files; empty: the target is not one of our parts."""
         return RESULT if RESULT in self.files else ""
 
 
@@ -70,7 +70,7 @@ def translate_bench(
     options: WriterOptions | None = None,
     target_crystal: str | int | None = None,
 ) -> BenchTranslation:
-    """Return all programs of a bench file for another part or controller, and the bench.
+    """Return the translations of all programs in a bench file for another part or controller, and of the bench.
 
     Raises:
         UnknownName: the target does not exist.
@@ -84,7 +84,7 @@ def translate_bench(
 
 @dataclass(slots=True)
 class _OneChip:
-    """A chip of the bench: its sheet, its program, and its pins at the target."""
+    """A chip of the bench: its data sheet, its program, and its pins on the target."""
 
     sheet: Sheet
     crystal: str | int | None
@@ -143,7 +143,7 @@ class _BenchWriter:
 
     # ------------------------------------------------------------------------------------------------------------- pins
     def pin(self, chip: str, name: str) -> str:
-        """Return the pin of the target with the same purpose; empty: there is none."""
+        """Return the target's pin with the same purpose; empty: there is no such pin."""
         one = self.chips[chip]
         if name in one.pins:
             return one.pins[name]
@@ -152,7 +152,7 @@ class _BenchWriter:
         return "" if mine is None else mine.name
 
     def inverted(self, chip: str, name: str) -> bool:
-        """Return whether the pin of the target has the opposite active level."""
+        """Return whether the target's pin has the opposite active level."""
         theirs = next((pin for pin in self.chips[chip].sheet.pins if pin.name == name), None)
         mine = self.mine.role(theirs.role) if self.mine is not None and theirs is not None and theirs.role else None
         if theirs is None or mine is None or theirs.role.startswith(SAME_LEVEL):
@@ -160,7 +160,7 @@ class _BenchWriter:
         return None not in (theirs.sense, mine.sense) and theirs.sense != mine.sense
 
     def _places(self, text: str) -> Iterator[tuple[str, str]]:
-        """Yield the pins of chips in a text, as chip and pin."""
+        """Yield the chip pins named in a text, as chip and pin."""
         names = "|".join(map(re.escape, self.chips))
         for found in re.finditer(rf"""(?<=["'])({names})\.(\w+)(?=["'])""", text):
             yield found[1], found[2]
@@ -206,7 +206,7 @@ class _BenchWriter:
         return f"# CHECK: {remedy}\n{block}" if remedy else block
 
     def _chip(self, block: str) -> str:
-        """Return a [[chip]] of the target: its name, and the straps that the target needs."""
+        """Return a [[chip]] table for the target, with its name and the straps that the target needs."""
         assert self.mine is not None  # noqa: S101
         lines = []
         for line in block.splitlines(keepends=True):
@@ -227,7 +227,7 @@ class _BenchWriter:
         return "".join(lines)
 
     def _host(self, number: int, block: str) -> str:
-        """Return a [[host]] that sends the translated program."""
+        """Return a [[host]] table that sends the translated program."""
         host = self.file.tables.host[number]
         (name,) = host.chips or list(self.chips)
         if self.chips[name].done is None:
@@ -243,7 +243,7 @@ class _BenchWriter:
 
     # --------------------------------------------------------------------------------------------------- other targets
     def _listed(self) -> None:
-        """List the wiring between the controllers, which is made by hand."""
+        """List the wiring between the controllers, which must be connected by hand."""
         for kind, tables in (("wire", self.file.data.get("wire", [])), ("part", self.file.data.get("part", []))):
             for table in tables:
                 self._listed_table(kind, table)

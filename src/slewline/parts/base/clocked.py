@@ -1,14 +1,14 @@
 """The rule of parts that a clock steps: they count its edges, and promise outputs that follow from the count.
 
-    clock       train --------------------------------->| another one ------>
+    clock       train --------------------------------->| another train ---->
     direction   high ------------------|  low --------------------------------
-                                       cut: steps so far; schedule: from here on each edge counts in the other direction
+                                       cut: steps so far; schedule: after it each edge counts in the other direction
 
 A promised step is not an event.  The part is brought up to an instant when an input is driven, or on request;
-its promises from there on follow from the inputs.
+its promises after that instant follow from the inputs.
 
-An input that decides the effect of a step (`steers`) may have edges ahead itself.  The clock is then followed up to the
-first of them, and again from there.
+An input that decides the effect of a step (`steers`) may have promised edges, too.  The clock is then followed up to
+the first of these edges, and then again from that edge.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class Clocked(Follower):
         clock: the name of the clock pin.
         edge: the active edge: 0 falling, 1 rising.
         steers: the pins that decide the effect of an edge.
-        acts: those of them that also act without an edge.
+        acts: the steering pins that also act without a clock edge.
         advance: a function that processes the edges of the clock up to an instant (ps); after that the clock counts as
             stopped until `follow` is called.
-        step: a function that handles an edge of the clock at this instant which was not promised.
+        step: a function that handles a clock edge at this instant that was not promised.
         follow: a function that receives a promised clock from this instant on, and promises the outputs.
 
     Raises:
@@ -64,13 +64,13 @@ class Clocked(Follower):
             raise UnknownName(f"{part.name}: clock {clock!r} is not an input of the rule: {', '.join(self.inputs)}")
         self.clock, self.edge, self.steers, self.acts = clock, edge, steers, acts
         self.advance, self.step, self.follow = advance, step, follow
-        self._level: Level = None  # of the clock, up to where the part has come
+        self._level: Level = None  # of the clock, up to the instant that the part has processed
         self._begun = False
         self._ahead = Until(NoEvents())  # the clock that is followed
         self._again: Call | None = None  # samples the steering pins at their next edge
 
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps): they cannot be queried again."""
+        """Process the inputs up to an instant (ps), because they cannot be queried again."""
         if self._begun:
             self._level = self.lookaheads[self.clock].level(ps)
             self._ahead.cut(ps)
@@ -87,20 +87,20 @@ class Clocked(Follower):
         super().go_by_edges()
 
     def _take_edge(self) -> None:
-        """Process the edge of an input, and drive the outputs to the levels that follow."""
+        """Process an input edge, and drive the outputs to the resulting levels."""
         self.advance(self.kernel.seen)
         self._sample_clock()
         self.follow(NoEvents())
 
     def _sample_clock(self) -> None:
-        """Process an edge of the clock between its level so far and its present level, if there is one."""
+        """Process a clock edge, if the present level of the clock differs from its level so far."""
         level = self.part.pins[self.clock].net.level
         if self._begun and level == self.edge != self._level:
             self.step()
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """Return the clock from this instant on, up to the first edge of a steering pin."""
+        """Return the clock from this instant up to the first edge of a steering pin."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more
@@ -116,7 +116,7 @@ class Clocked(Follower):
         return self._ahead
 
     def look(self) -> None:
-        """Read the inputs again: at this instant there is a change that no driver reports."""
+        """Read the inputs again, because of a change at this instant that no driver reports."""
         if self.edge_driven:
             self.react()
         else:

@@ -1,9 +1,9 @@
-"""Promises by the edges of a clock: a counter's outputs, and a latch.
+"""Promises that follow from clock edges: the outputs of a counter, and of a latch.
 
     clock       __|‾|__|‾|__|‾|__|‾|__|‾|__
-    Counted     0  | 1  | 1  | 0  | 0  | 1       levels by the number of edges, repeated
+    Counted     0  | 1  | 1  | 0  | 0  | 1       levels selected by the edge count, repeated
     data        _____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_______
-    Sampled     _______|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____       level of the data at the last edge
+    Sampled     _______|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____       data level at the last edge
 
 If a clock edge and the data change at the same instant, the edge samples the new level.
 """
@@ -19,11 +19,11 @@ from ...core.wires.wave import Level, Promise, promised, real_edges
 
 
 class Counted(View):
-    """Levels by the number of clock edges: `levels[edges % len(levels)]`.
+    """Levels selected by the number of clock edges: `levels[edges % len(levels)]`.
 
     Args:
-        clock: made of `of`.
-        of: the promise that the clock depends on, whose `until` bounds this one, too; None: no bound.
+        clock: derived from `of`.
+        of: the promise that the clock depends on; its `until` also bounds this promise; None: no bound.
         levels: 0 and 1.
     """
 
@@ -63,11 +63,11 @@ class Counted(View):
 
 
 class Sampled(View):
-    """Level of data at the last edge of a clock; a floating wire reads high.
+    """The data level at the last clock edge; a floating wire reads high.
 
     Args:
-        clock: its edges after an instant.
-        data: the state of the wire from that instant on.
+        clock: the clock edges after an instant.
+        data: the state of the data wire after that instant.
         before: the level until the first edge.
     """
 

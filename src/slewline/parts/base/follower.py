@@ -4,16 +4,16 @@
     output    view of the train ---------------->|........|  view of the new value
                                        changed:  cut      schedule: in the next round
 
-As long as the inputs promise, such a part costs nothing, and its outputs cost nothing either while they are not
+As long as its inputs are promised, such a part takes no computing time, and neither do its outputs while they are not
 observed.  When a driver of an input gets another value, the part is notified immediately, before that driver forgets:
 it processes the inputs up to the last visible instant (`cut`), and its outputs are bounded, so that no later edge of
 a withdrawn promise is visible.  In the next round it reads the inputs and promises again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
-promise anything to each other.  They are found when they are wired; from then on they follow their inputs and drive
-levels, edge by edge (`react`).
+promise anything to each other.  Such loops are found at wiring time; their parts follow the inputs edge by edge, and
+drive levels (`react`).
 
-A part has such a rule: it makes its pins, passes the functions of its own logic to the rule, and starts it once wired.
+A part that has a rule makes its pins, passes the functions of its logic to the rule, and starts the rule once wired.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
 
 
 def ignored(_ps: int) -> None:
-    """Do nothing: the past of the inputs has no effect."""
+    """Do nothing, for parts whose past inputs have no effect."""
 
 
 class Follower:
-    """A rule that computes the promised waveforms of all outputs of a part from those of some inputs.
+    """A rule that computes the promised waveforms of all outputs of a part from the waveforms of some of its inputs.
 
     Args:
         part: the part, with its pins.
         inputs: the names of the input pins.
-        schedule: a function that promises the outputs again, from this instant on, for the present inputs.
+        schedule: a function that promises the outputs anew from this instant, for the present inputs.
         react: a function that drives the outputs to levels, for a part in a loop, when an input has changed.
         cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
         delay_ps: the delay from the inputs to the outputs, ps.
@@ -66,9 +66,9 @@ class Follower:
         self.schedule, self.react, self.cut, self.delay_ps = schedule, react, cut, delay_ps
         self.lookaheads: dict[str, Lookahead] = {}
         self.edge_driven = False  # part of a circle: inputs are observed, outputs driven by levels
-        self.withdrawn = True  # an input has changed since the last `schedule`; else only bounds have moved
+        self.withdrawn = True  # an input has changed since the last `schedule`; if False, only bounds have moved
         self.scheduling = False  # `schedule` is due in the next round
-        self._drivers_seen = -1  # of the inputs, when circles were searched
+        self._drivers_seen = -1  # wiring state of the inputs when circles were last searched
         for name in self.inputs:
             part.pin(name)
         for driver in part.drivers.values():
@@ -94,12 +94,12 @@ class Follower:
                     yield driver.source
 
     def shown(self, name: str) -> Promise | Level:
-        """Return the state of an input from now on: a promised waveform, or a constant level."""
+        """Return the present and future state of an input: a promised waveform, or a constant level."""
         return self.part.pins[name].net.level if self.edge_driven else self.lookaheads[name].shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:
-        """Handle a coming change of an input's drive, or of the bound of its promise."""
+        """Handle an imminent change in the drive of an input, or in the bound of its promise."""
         if not (self.withdrawn or any(lookahead.renewed for lookahead in self.lookaheads.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
@@ -109,7 +109,7 @@ class Follower:
             self.kernel.call_at(self.kernel.now, self._schedule_next)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs, which must not depend on the inputs from an instant (ps) on."""
+        """Bound the promises of the outputs, which must not depend on the inputs after an instant (ps)."""
         for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
@@ -126,7 +126,7 @@ class Follower:
             self.withdrawn = False
 
     def put(self, driver: Driver, shown: Promise | Level) -> None:
-        """Set the promise or level of an output from now on; repeating the present level costs nothing."""
+        """Set the promise or level of an output from now on; setting the present level again has no effect."""
         if promised(shown) or driver.promise is not None or driver.pending or driver.level != shown:
             driver.drive(shown)
 
@@ -148,22 +148,22 @@ class HasRule(Protocol):
 
     @property
     def rule(self) -> Follower:
-        """Rule of the part, which computes its outputs ahead of time."""
+        """The part's rule, which computes its outputs ahead of time."""
 
 
 def start_rule(self: HasRule) -> None:
-    """Start the rule, now that the part is wired; `rewired` of parts that do nothing else then."""
+    """Start the rule, now that the part is wired; this is `rewired` for parts that do nothing else in it."""
     self.rule.start()
 
 
 class Stateless(Follower):
-    """A rule without delay and memory, as of a gate.
+    """A rule without delay or memory, such as that of a gate.
 
     Args:
         part: the part, with its pins.
         inputs: the names of the input pins.
         views: for each output, by its name, a function that returns its promised waveform or level; it is called with
-            those of the inputs, in their order.
+            the waveforms or levels of the inputs, in their order.
     """
 
     def __init__(
@@ -174,7 +174,7 @@ class Stateless(Follower):
     ) -> None:
         super().__init__(part, inputs, schedule=self._promise, react=self._drive)
         self._views = [(part.drivers[output], view) for output, view in views.items()]
-        self._shown: list[Promise | Level] = []  # by the inputs that the outputs depend on
+        self._shown: list[Promise | Level] = []  # bounded by the inputs that the outputs depend on
 
     def _promise(self) -> None:
         """Promise the outputs from now on."""
@@ -188,18 +188,18 @@ class Stateless(Follower):
                 driver.renew()
 
     def _drive(self) -> None:
-        """Drive the outputs to the levels that follow from those of the inputs."""
+        """Drive the outputs to the levels that follow from the input levels."""
         levels = [self.part.pins[name].level for name in self.inputs]
         for driver, view in self._views:
             driver.drive(view(levels))
 
 
 def circle(rule: Follower) -> list[Follower]:
-    """Return the rules of parts on circles through one, itself among them; empty if there is no circle.
+    """Return the rules of the parts on all circles through this rule, including itself; empty if there is no circle.
 
-    A part that is driven by edges already promises nothing, so a circle ends there.
+    A part that is already driven edge by edge promises nothing, so a circle ends at it.
     """
-    driven: dict[Follower, list[Follower]] = {}  # rules downstream of a rule, among all upstream of this one
+    driven: dict[Follower, list[Follower]] = {}  # rules downstream of each rule, among all rules upstream of this one
     ahead = [rule]
     while ahead:
         follower = ahead.pop()

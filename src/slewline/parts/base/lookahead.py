@@ -1,12 +1,12 @@
-"""The wire on a pin ahead of time: the promises of its drivers.
+"""The future levels of the wire on a pin: the promises of its drivers.
 
     Lookahead(pin, changed)
 
         shown()   train ------------------>|  another train ---------------->
                                            ^ changed(): immediately, before the driver forgets
 
-Rules of this file: the state shown is a value.  A part that keeps it bounds its own promises when `changed` is called,
-and queries again in the next round.
+In this file the state shown is a value.  A part that keeps it bounds its own promises when `changed` is called, and
+queries the state again in the next round.
 """
 
 from __future__ import annotations
@@ -20,13 +20,12 @@ from ...core.wires.wave import Level, Promise, alike, promised
 
 
 class Lookahead:
-    """The foreseen future of the wire on a pin.
+    """The promised future of the wire on a pin.
 
     Args:
-        pin: wiring may still merge its net with another.
-        changed: called before a driver of the wire replaces its promise, in every round in which one does; inputs can
-            be
-            read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
+        pin: the pin; wiring may still merge its net with another net.
+        changed: called before a driver of the wire replaces its promise, in every round in which this happens; inputs
+            can be read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
     """
 
     __slots__ = ("_levels", "_shown", "changed", "pin")
@@ -43,11 +42,11 @@ class Lookahead:
 
     @property
     def renewed(self) -> bool:
-        """While `changed` is called: whether all promises so far are still true."""
+        """Whether all promises so far are still true, while `changed` is called."""
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
-        """Return the promise or level of the wire from now on; the same object while nothing has changed."""
+        """Return the present promise or level of the wire; the same object as before, if nothing has changed."""
         net = self.pin.net
         levels = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
         if self._levels is None or len(levels) != len(self._levels) or not all(map(alike, levels, self._levels)):
@@ -55,7 +54,7 @@ class Lookahead:
         return self._shown
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), present, future or committed."""
+        """Return the level at a committed, present or future instant (ps)."""
         return shown.level(ps) if promised(shown := self.shown()) else shown
 
     def after(self, ps: int) -> When:

@@ -1,9 +1,9 @@
-r"""An operation on the host port of a chipset as a value: unobserved strobes are a single call.
+r"""An operation on the host port of a chipset as a value: if unobserved, its strobes take a single call.
 
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------
 HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise
-value                                      |  here the port receives all of it
+value                                      |  here the port receives all of the value
 
 The levels of its wires follow from its start, its kind, and its bytes (core/wires/exchange.py).
 """
@@ -24,7 +24,7 @@ SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * N
 
 
 class Strobes(NamedTuple):
-    """Timing of a host's strobes: low time, high time between two bytes; `ready`: not before HostRdy is high."""
+    """Timing of a host's strobes: low time, and high time between two bytes; `ready`: they wait for HostRdy high."""
 
     low_ps: int = LOW_PS
     gap_ps: int = GAP_PS
@@ -32,7 +32,7 @@ class Strobes(NamedTuple):
 
 
 class Strobed:
-    """Instants of an operation (ps), and levels of its lines; those of single strobes are computed on demand."""
+    """The instants of an operation (ps), and the levels of its lines; single strobes are computed on demand."""
 
     __slots__ = ("end", "first", "how", "last", "number", "start")
 
@@ -67,7 +67,7 @@ class Strobed:
         return 0, (self.start, self.end), (1, 0)
 
     def bus(self, data: bytes) -> Edges:
-        """Return the edges of the bus while bytes are written: it changes half way between two strobes."""
+        """Return the bus edges while bytes are written: the bus changes halfway between two strobes."""
         changes = [rise + self.how.gap_ps // 2 for rise in self.rises[:-1]]
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
@@ -78,7 +78,7 @@ class Taken(NamedTuple):
     Attributes:
         strobes: its instants.
         data: the bytes written; None: it is a read operation.
-        command: the byte is a command.
+        command: whether the byte is a command.
         answer: the bytes read.
     """
 
@@ -92,11 +92,11 @@ class PortEnd(End, Protocol):
     """The host port of a chipset, as an end of operations."""
 
     bus_driver: Driver
-    access_ps: int  # from the fall of HostRead until a byte is on the bus
-    let_go_ps: int  # from its rise until it is off
+    access_ps: int  # from the falling edge of HostRead until a byte is on the bus
+    let_go_ps: int  # from its rising edge until the byte is off the bus
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port waits for an operation of `number` bytes that begins now; `ps`: its first strobe."""
+        """Return whether the port accepts an operation of `number` bytes that begins now; `ps`: its first strobe."""
 
     def shows(self, number: int) -> bytes:
         """Return the bytes that a read operation returns."""
@@ -105,18 +105,18 @@ class PortEnd(End, Protocol):
         """Process an operation whose last strobe ends now.
 
         Args:
-            number: bytes.
-            data: the bytes written; None: they are read.
-            command: the byte is a command.
+            number: the number of bytes.
+            data: the bytes written; None: the bytes are read.
+            command: whether the byte is a command.
         """
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
         """Follow the pins from now on, in the middle of an operation.
 
         Args:
-            falls, rises: edges of its strobes (ps), as far as they have occurred.
+            falls, rises: the strobe edges so far (ps).
             data: the bytes written; None: it is a read operation.
-            over: it has processed the operation.
+            over: whether the port has already processed the operation.
         """
 
 
@@ -131,7 +131,7 @@ class HostLines(NamedTuple):
 
 
 class Operation(Leader[Exchange]):
-    """The operation in progress, or the last one, of a host on one chipset.
+    """The current or latest operation of a host on one chipset.
 
     Args:
         lines: the host's drivers on the port.
@@ -147,15 +147,15 @@ class Operation(Leader[Exchange]):
         self.strobes = Strobed(0, 0, Strobes())
         self.over = True  # the chipset has processed it
         self.shown = bytearray()  # bytes read
-        self.waited = False  # the host waits for its end: it has not been cut short
+        self.waited = False  # the host waits for the end: the operation has not been cut short
 
     def begin(self, strobes: Strobed, data: bytes | None, command: bool = False) -> bool:
-        """Begin an operation as a value, now; return False if this is not possible.
+        """Begin an operation as a value at this instant; return False if this is not possible.
 
         Args:
             strobes: its instants.
             data: the bytes written; None: it is a read operation.
-            command: the byte is a command.
+            command: whether the byte is a command.
         """
         exchange = self.possible()
         if exchange is None or not self.chip.takes(strobes.number, data is None, strobes.first):
@@ -168,7 +168,7 @@ class Operation(Leader[Exchange]):
         return True
 
     async def take_place(self) -> bytes:
-        """Wait until the operation is over and the port is released; return the bytes read."""
+        """Wait until the operation has ended and the port is released; return the bytes read."""
         strobes, exchange, self.waited = self.strobes, self.exchange, True
         try:
             await until(self.kernel, strobes.last)
@@ -181,7 +181,7 @@ class Operation(Leader[Exchange]):
         return bytes(self.shown)
 
     def promise(self, strobes: Strobed, data: bytes | None, command: bool = False) -> None:
-        """Promise an operation edge by edge, which the chipset receives on its pins; arguments as for `begin`."""
+        """Promise an operation edge by edge, for a chipset that follows its pins; arguments as for `begin`."""
         self.leave()
         lines = self.lines
         lines.select.wave(*strobes.select())
@@ -192,13 +192,13 @@ class Operation(Leader[Exchange]):
             lines.bus.wave(*strobes.bus(data))
 
     def _record_end(self) -> None:
-        """Let the chipset process the whole operation: its last strobe has ended."""
+        """Let the chipset process the whole operation, because its last strobe has ended."""
         self.over = True
         self.chip.operated(self.strobes.number, self.data, self.command)
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the operations that are possible on this port; None: no chipset, or more than one."""
+        """Return the operations that are possible on this port; None: not wired to exactly one chipset."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
@@ -214,7 +214,7 @@ class Operation(Leader[Exchange]):
         return Exchange(led, answering, ends, self._withdrawn)
 
     def _answer(self, taken: Taken, ps: int) -> Wave:
-        """Return the chipset's bus levels after the part of the operation up to an instant (ps)."""
+        """Return the chipset's bus levels, given the operation up to an instant (ps)."""
         if taken.data is not None:
             return Wave(None, (), ())
         edges: dict[int, Level] = {}
@@ -226,7 +226,7 @@ class Operation(Leader[Exchange]):
         return Wave(None, tuple(edges), tuple(edges.values()))
 
     def _withdrawn(self, seen: int) -> None:
-        """Let the chipset follow the pins from now on, with the strobes so far; the host samples the bus in time."""
+        """Let the chipset follow the pins from now on, after the strobes so far; the host samples the bus on time."""
         falls, rises = self.strobes.falls, self.strobes.rises
         if seen >= self.strobes.end:
             return
@@ -246,7 +246,7 @@ class Operation(Leader[Exchange]):
                     self.kernel.call_at(rise, partial(self._sample, self.strobes))
 
     def _sample(self, strobes: Strobed) -> None:
-        """Sample the bus at the end of a strobe, unless the host has been cut short."""
+        """Sample the bus at the end of a strobe, unless the host's operation has been cut short."""
         if self.waited and strobes is self.strobes:
             self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]
 
@@ -257,7 +257,7 @@ def _command(taken: Taken) -> Wave:
 
 
 def _strobe(taken: Taken, its: bool) -> Wave:
-    """Return HostWrite or HostRead: the strobe that the operation uses, or the other one."""
+    """Return the levels of the strobe that the operation uses (HostWrite or HostRead), or of the other strobe."""
     return Wave(*taken.strobes.strobe()) if its else Wave(1, (), ())
 
 

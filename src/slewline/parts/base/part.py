@@ -1,12 +1,13 @@
-"""The base of every part: a name, pins of its own, findings.  A part sees a chip through nets only.
+"""The base of every part: its name, pins and findings.  A part sees a chip only through nets.
 
 `wiring` is the standard wiring: pins of the part, and the roles (core/datasheet/roles.py) of the neighbour's pins to
-which `bench.part(..., to=...)` wires them, on the part's option `axis`, if it has one; pins in `optional` stay open if
-no pin has that role.  Pins of parts have roles themselves, so that a part can be wired to a part.
+which `bench.part(..., to=...)` wires them, on the axis set by the part's option `axis`, if it has one; pins in
+`optional` stay open if no pin has that role.  Pins of parts have roles themselves, so that a part can be wired to a
+part.
 
 A user's input to a part (a text, a key) goes through a method declared by `@from_outside`, which reports it to `input`,
-so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or nothing.
-`options` are the rows of the constructor's options: it gets all of them, checked.
+so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or no argument.
+`options` are the rows of the constructor's options; the constructor receives all of them, checked.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LEVELS = ("low", "high")
-AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part that is wired to pins of an axis
+AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # for a part that is wired to the pins of one axis
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
-    """Return a host's object for one of its chips; the chip is passed by name or itself.
+    """Return a host's object for one of its chips, which is passed by name or as an object.
 
     Raises:
         UnknownName: the host does not serve it.
@@ -63,9 +64,10 @@ class Part(Component):
         wiring: for each pin, the role of the pin of a chip or part to which `bench.part(to=...)` wires it.
         optional: the pins that stay open if that chip or part has no such pin.
         verbs: the methods that a run script can call.
-        sits: "may" or "must" be mounted on the shaft of another part (`bench.part(on=...)`); "": neither.
-        keeps: True if the part has an option `store`, which keeps its memory without power.
-        queue: its queue of requests; None for a part without requests.
+        sits: whether the part "may" or "must" be mounted on the shaft of another part (`bench.part(on=...)`); "":
+            neither.
+        keeps: True if the part has an option `store`, which preserves its memory without power.
+        queue: its request queue; None for a part without requests.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -98,7 +100,7 @@ class Part(Component):
         return f"<{type(self).__name__} {self.name}>"
 
     def _repr_html_(self) -> str | None:
-        """Return the HTML for a notebook: the shaft and its past motion, the state of the part; None: use `repr`."""
+        """Return the HTML for a notebook: the shaft with its past motion, the state of the part; None: use `repr`."""
         shows = self.shows()
         if not shows:
             return None
@@ -132,7 +134,7 @@ class Part(Component):
             initial: the level that an output drives from the start; None: it floats.
             role: the purpose of the pin, a word of ROLES, by which other parts are wired to it.
             axis: the axis that the role belongs to, counted from 1.
-            active: the active level; None: that of the pin to which it is wired, or it has none.
+            active: the active level; None: the active level of the pin to which it is wired, if any.
         """
         row = Pin(len(self.pins) + 1, name, in_out, description, active=active, pull=pull, role=role, axis=axis)
         terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull, active=active))
@@ -145,7 +147,7 @@ class Part(Component):
 
     @formerly(description="says")
     def add_bus(self, name: str, description: str, *, role: str = "") -> Terminal:
-        """Make a bus pin of eight wires, and return it; its driver drives (mask, value) or None."""
+        """Make an eight-wire bus pin, and return it; its driver drives (mask, value) or None."""
         terminal = Terminal(
             self.name,
             Pin(len(self.pins) + 1, name, "both", description, role=role),
@@ -156,7 +158,7 @@ class Part(Component):
         return terminal
 
     def take_pin(self, name: str, inner: Terminal) -> Terminal:
-        """Make a pin of a part inside this one a pin of this part, with a name of its own; return it."""
+        """Make a pin of an inner part a pin of this part, with a name of its own; return it."""
         terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
@@ -177,7 +179,7 @@ class Part(Component):
         return self.pins[name].net
 
     def high(self, name: str) -> bool:
-        """Return whether a pin reads high; an open input does, as in TTL."""
+        """Return whether a pin reads high; an open input reads high, as in TTL."""
         return bool(self.pins[name].net.level != 0)
 
     def byte(self, name: str) -> int:
@@ -190,23 +192,23 @@ class Part(Component):
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return the state of the part besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
+        """Return the state of the part apart from its pins, as plain data: a shaft angle, a display text; or {}."""
         return {}
 
     def catch_up(self) -> None:
-        """Compute the motion and findings up to the last committed instant, in a part that does so only on demand.
+        """Compute motion and findings up to the last committed instant; for parts that compute them only on demand.
 
-        Findings that result have the instants of their causes; their listeners are called now.
+        The resulting findings carry the instants of their causes; their listeners are called now.
         """
 
     def leave(self) -> None:
-        """Write unsaved data to disk: no more time will pass, for now or forever."""
+        """Write unsaved data to disk, because no more time will pass, at least for now."""
 
     def forget(self, before: int) -> None:
         """Drop the past of the part's quantities before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Keep only recent elements of a list or bytearray that grows at its end, as set by `Bench(keep=)`.
+        """Keep only the recent elements of a list or bytearray that grows at its end, as set by `Bench(keep=)`.
 
         Returns:
             A `Recent`, which also counts the dropped elements.
@@ -217,12 +219,12 @@ class Part(Component):
 
     @property
     def findings(self) -> list[Finding]:
-        """All findings about the part so far, in order of time; it catches up first."""
+        """All findings about the part so far, in order of time; the part catches up first."""
         self.be_caught_up()
         return self._findings
 
     def be_caught_up(self) -> None:
-        """Call `catch_up`, unless it is running: a listener that is called with a finding may ask for all findings."""
+        """Call `catch_up`, unless it is running already: a listener called with a finding may query all findings."""
         if not self._catching_up:
             self._catching_up = True
             try:
@@ -243,15 +245,15 @@ class Part(Component):
         return f"is active {LEVELS[found]}, and {own} is active {LEVELS[wanted]}: use bench.wire(..., invert=True)"
 
     def attached(self, own: str, row: Pin) -> None:
-        """Record that `bench.part(to=...)` has wired a pin; by default nothing is done.
+        """Record that `bench.part(to=...)` has wired a pin; the default does nothing.
 
         Args:
             own: the name of the pin of this part.
-            row: the row of the other pin, whose role holds at the level `row.active`.
+            row: the row of the other pin, whose role is active at the level `row.active`.
         """
 
     def rewired(self) -> None:
-        """Start to follow the pins, in a subclass: called once, when the part is wired and time is about to pass.
+        """Start to follow the pins, in a subclass; called once, after wiring and just before time passes.
 
         Raises:
             UsageError: the part has a rule, and a subclass without this method has not started it.
@@ -261,7 +263,7 @@ class Part(Component):
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing until an input does."""
+        """Whether the part will change nothing until an input changes."""
         return self.queue is None or not self.queue.requests  # queried after every instant of a run
 
     @property
@@ -271,7 +273,7 @@ class Part(Component):
 
 
 def forget_all(part: Part, before: int) -> None:
-    """Drop all that a part keeps from the time before an instant (ps); it catches up first."""
+    """Drop all data that a part keeps from before an instant (ps); the part catches up first."""
     part.be_caught_up()
     part.forget(before)
     for recent in part._recent:
@@ -284,10 +286,10 @@ def limit_kept(part: Part, ps: int | None) -> None:
 
 
 def check_kept(part: Part, start: int) -> None:
-    """Check that the past of a part is kept from an instant on (ps).
+    """Check that the past of a part is kept since an instant (ps).
 
     Raises:
-        NotRecorded: it is not.
+        NotRecorded: the past is not kept that far back.
     """
     kept = part._past_kept
     if kept.ps is not None and start < (since := part.kernel.seen - kept.ps):

@@ -1,9 +1,10 @@
-r"""A part in a notebook: its shaft, which repeats its past motion, its state, and its levels.
+r"""A part in a notebook: its shaft, which replays its past motion, its state, and its pin levels.
 
     angle  ____/‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾
                |<- window ->|            from the first to the last change, at most the last ten turns
 
-A turn of a real shaft is too fast or too slow to be seen: the window is played slower or faster, by a round factor.
+A turn of a real shaft may be too fast or too slow to be seen, so the window is played slower or faster by a round
+factor.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ if TYPE_CHECKING:
     from ...core.motion.quantity import Quantity
 
 MOST_TURNS = 10
-COLUMNS = 400  # in which changes are searched
+COLUMNS = 400  # window in which changes are searched
 PICTURES = 80  # positions between which the shaft turns at a constant rate
 PLAY_S = 6.0  # approximate duration of the playback
-STILL = 1 / 3600  # turns; less does not count as motion
+STILL = 1 / 3600  # turns; smaller changes do not count as motion
 
 
 class Turned(NamedTuple):
-    """Positions of a shaft, in turns, at equal intervals, and the duration in ps."""
+    """The positions of a shaft at equal intervals, in turns, and the duration of the motion in ps."""
 
     turns: list[float]
     ps: int
@@ -40,8 +41,8 @@ def part_card(
 
     Args:
         caption: its description, in one line.
-        shows: its state in addition to its pins, as plain data.
-        levels: of its pins; None: it floats.
+        shows: its state apart from its pins, as plain data.
+        levels: the levels of its pins; None: the pin floats.
         places: position of its shaft over time, in steps; None: it has no shaft.
         first, now: start of the kept past, and the present instant (ps).
     """
@@ -56,14 +57,14 @@ def part_card(
 
 
 def _cell(value: object) -> list[str]:
-    """Return a value as text: the rows of a display unchanged."""
+    """Return a value as text; the rows of a display are unchanged."""
     if isinstance(value, list):
         return [element("pre", "\n".join(map(str, value)))]
     return [f"{value:.6g}" if isinstance(value, float) else str(value)]
 
 
 def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned | None:
-    """Return the motion of a shaft up to its last change; None: it has not turned."""
+    """Return the motion of a shaft up to its last change; None: the shaft has not turned."""
     import numpy as np
 
     outline = places.outline(first, now, COLUMNS)
@@ -92,6 +93,6 @@ def _dial(turned: Turned) -> Markup:
 
 
 def _round(factor: float) -> float:
-    """Return the nearest number below that is 1, 2 or 5 times a power of ten."""
+    """Return the next lower number that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(factor))
     return power * next(digit for digit in (5, 2, 1) if digit * power <= factor * (1 + 1e-9))

@@ -1,10 +1,10 @@
-"""Received data, of which only the latest are kept: bytes, words, answers.
+"""Received data (bytes, words, answers), of which only the latest are kept.
 
-They have no times, so two marks are used: data before the last mark are dropped when the mark itself is old enough.
+The data have no time stamps, so two marks are used: data before the last mark are dropped once that mark is old enough.
 
           before        now
     ........|............|          received data
-      |  dropped  | kept |          at least since `before`, at most twice as far back
+      |  dropped  | kept |          kept at least since `before`, at most twice as far back
                mark     new mark
 """
 
@@ -16,7 +16,7 @@ from typing import Any
 class Recent:
     """The latest elements of a list or bytearray that grows at its end; `what` stays the same object.
 
-    `dropped` is the number of dropped elements: an index that must stay valid counts from the very first element.
+    `dropped` is the number of dropped elements; an index that must stay valid counts from the very first element.
     """
 
     __slots__ = ("_mark", "_old", "dropped", "what")
@@ -32,11 +32,11 @@ class Recent:
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return the index in `what` of the element after the first `number`, or of the first kept one if dropped."""
+        """Return the index in `what` of the element after the first `number`; if dropped, of the first kept element."""
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:
-        """Drop elements known to be from before an instant (ps); set a mark at the present end."""
+        """Drop the elements known to be older than an instant (ps), and set a mark at the present end."""
         if self._mark > before:
             return
         gone = min(self._old, len(self.what))

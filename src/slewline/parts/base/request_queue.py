@@ -1,10 +1,10 @@
-"""A queue of requests to a part, which a task performs one after the other.
+"""A queue of requests to a part, which a task performs one after another.
 
-    queue.post("pauses", wait)                          no call waits for it: an error in it ends the run
+    queue.post("pauses", wait)                          no call waits for it; an error in it ends the run
     request = queue.submit("in 0x340", read)            its result, or its failure, is kept
     queue.result(request, "5 s")                        let virtual time pass until it is done
 
-Only the queueing is an input for the journal; when a journal is replayed, it determines the time that passes.
+Only the queueing is an input that the journal records; on replay the journal determines how much time passes.
 """
 
 from __future__ import annotations
@@ -44,11 +44,13 @@ class Request(Generic[T]):
 class RequestQueue:
     """The requests of a part.
 
-    `begun`: the first one has had an effect on the lines, and would be cut in two; set by the part, if it matters.
+    `begun`: the first request has already affected the lines, and must not be cut in two; set by the part, where it
+    matters.
 
     Args:
-        give_up: cancel a request that took too long, as an input of the part; by default `cancel_last`.
-        rest: release the outputs of the part, when a request was cut short.
+        give_up: a function that cancels a request that took too long, as an input of the part; by default
+            `cancel_last`.
+        rest: a function that releases the outputs of the part when a request was cut short.
     """
 
     def __init__(
@@ -94,12 +96,12 @@ class RequestQueue:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is queued."""
+        """Whether the queue is empty."""
         return not self.requests
 
     @property
     def waiting(self) -> str:
-        """The request under way, in words, and its start."""
+        """The request under way, in words, and its start time."""
         if not self.requests:
             return f"{self.name}: nothing to do"
         return f"{self.name}: {self.requests[0].text}, {len(self.requests)} in the queue, since {readable(self.since)}"
@@ -108,10 +110,10 @@ class RequestQueue:
     def result(self, request: Request[T], timeout: Time) -> T:
         """Let virtual time pass until a request is done; return its result, or raise its failure.
 
-        If calls only queue (`Outside.queued`, or a part without a bench) return None immediately.
+        If calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
 
         Raises:
-            Timeout: it is not done in time; it is cancelled then.
+            Timeout: the request is not done in time; it is then cancelled.
         """
         self.let_pass(lambda: request.done, request.text, timeout)
         if request.failure is not None:
@@ -122,7 +124,7 @@ class RequestQueue:
         """Let virtual time pass until a condition is met.
 
         Raises:
-            Timeout: it is not met in time; the last request is cancelled then.
+            Timeout: the condition is not met in time; the last request is then cancelled.
         """
         try:
             self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
@@ -139,7 +141,7 @@ class RequestQueue:
             self.halt()
 
     def cancel_after(self, number: int, why: str) -> None:
-        """Cancel all requests except the first `number`, last first; they fail."""
+        """Cancel all requests except the first `number`, beginning with the last; the cancelled requests fail."""
         while len(self.requests) > number:
             request = self.requests.pop()
             request.done = True

@@ -1,4 +1,4 @@
-"""Data as users write them: text, bytes, or numbers."""
+"""Data as written by users: text, bytes, or numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Data = str | bytes | Iterable[int]
 
 
 def as_bytes(owner: str, data: Data) -> bytes:
-    """Return text (ASCII), bytes, or numbers 0 to 255, as bytes.
+    """Return data as bytes: ASCII text, bytes, or numbers 0 to 255.
 
     Raises:
         UsageError: the data are none of these.

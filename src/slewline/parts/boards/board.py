@@ -1,11 +1,11 @@
-r"""Interface boards in a PC: registers at I/O addresses, each access a cycle of the bus.
+r"""Interface boards in a PC: registers at I/O addresses; each access is a bus cycle.
 
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            a byte is read at the end of clock 4
 
 A board decodes ten address lines and occupies sixteen addresses.  An address without a register reads FF and ignores
-writes, as does an address without a board; each is a finding, once for IN and once for OUT.
+writes, as does an address without a board; each such address is reported as a finding, once for IN and once for OUT.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of cloc
 DECODED = 0x3FF
 FLOATING = 0xFF
 CYCLE_PS = CYCLE * CLOCK_PS
-READY = "ready"  # conditions that a program may wait for, instead of polls
+READY = "ready"  # conditions that a program may wait for instead of polling
 
 
 def base_option(default: int | None, description: str) -> Option:
@@ -50,7 +50,7 @@ class Board(Part):
 
     _for_users: ClassVar[tuple[str, ...]] = ("base", "out", "inp", "ready")
     waits: tuple[str, ...] = (READY,)
-    _remedy = ""  # of an access without a register
+    _remedy = ""  # remedy for an access without a register
 
     def __init__(self, kernel: Kernel, name: str, *, base: int, layout: Layout) -> None:
         super().__init__(kernel, name)
@@ -73,7 +73,7 @@ class Board(Part):
 
     @from_outside
     def cycle(self, port: int, byte: int | None = None) -> Request[Any]:
-        """Queue a bus cycle: a write, or without a byte a read."""
+        """Queue a bus cycle: a write cycle, or a read cycle if there is no byte."""
         for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
             if not isinstance(number, int) or not 0 <= number <= most:
                 raise UsageError(f"{self.name}: {number!r}; allowed 0..{most:#x}")
@@ -84,7 +84,7 @@ class Board(Part):
 
     @from_outside
     def ready(self, limit: Time = "1 s", what: str = READY) -> Request[None]:
-        """Queue a wait for a condition, at most `limit`: the equivalent of a polling loop in a program."""
+        """Queue a wait of at most `limit` for a condition: the equivalent of a polling loop in a program."""
         if what not in self.waits:
             raise UsageError(f"{self.name}: {what!r}; allowed {', '.join(self.waits)}")
         ps = picoseconds(limit)
@@ -93,15 +93,15 @@ class Board(Part):
 
     @from_outside
     def series(self, steps: str, poll: Time = 0, on: bool = False) -> Request[Done]:
-        """Queue the accesses of a program without a pause; the result has a byte for each step, FF after a failed wait.
+        """Queue a program's accesses, without pauses; the result has one byte per step, FF after a failed wait.
 
         Args:
             steps: in hexadecimal, two bytes each (parts/boards/series.py).
-            poll: longest time after a read of the status with bit 7 at 0, until it is 1.
-            on: do nothing if the series before has ended with a failed wait.
+            poll: longest time to wait, after reading a status with bit 7 at 0, until bit 7 is 1.
+            on: whether to do nothing if the preceding series ended with a failed wait.
 
         Raises:
-            UsageError: `steps` are not steps of this board.
+            UsageError: `steps` are not valid steps for this board.
         """
         try:
             data = bytes.fromhex(steps)
@@ -121,38 +121,38 @@ class Board(Part):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
-        """Write a byte to a port immediately: a write cycle."""
+        """Write a byte to a port immediately, in a write cycle."""
         self._began = self.kernel.now
         await self._access(self._offset(port), byte, port)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
-        """Return the byte of a port, read immediately: a read cycle."""
+        """Read a byte from a port immediately, in a read cycle, and return it."""
         self._began = self.kernel.now
         byte = await self._access(self._offset(port), None, port)
         await until(self.kernel, self._clock(CYCLE))
         return byte
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform the next cycle, which begins within one clock, and promise its unobserved part.
+        """Perform the next bus cycle, which begins within one clock, and promise its unobserved part.
 
-        Without a byte it is a read cycle; its byte is returned in clock 5.
+        Without a byte it is a read cycle, which returns the byte in clock 5.
 
         Args:
-            register: one that the layout has for this access.
+            register: the name of a register that the layout provides for this access.
             byte: the byte to be written.
         """
         raise NotImplementedError
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
-        """Perform the cycle at an offset, which may have no register; `port`: the whole address, if there is one."""
+        """Perform the cycle at an offset, which may have no register; `port`: the full address, if known."""
         register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
         return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
         """Perform a cycle that reaches no register."""
         address, reading = self.base + offset if port is None else port, byte is None
-        await until(self.kernel, self._clock(1))  # at an instant of the cycle, whatever that of the request
+        await until(self.kernel, self._clock(1))  # at an instant of the cycle, regardless of the instant of the request
         if (address, reading) not in self._reported:
             self._reported.add((address, reading))
             self.finding("no-register", self._without(address, offset, reading))
@@ -162,7 +162,7 @@ class Board(Part):
         return FLOATING
 
     def _without(self, address: int, offset: int, reading: bool) -> str:
-        """Return the finding for an address without a register."""
+        """Return the text of the finding for an address without a register."""
         done = f"IN {address:#x} reads FF" if reading else f"OUT {address:#x} has no effect"
         if offset not in OFFSETS:
             return f"{done}: no board has this address; {self.name} has the addresses from {self.base:#x} on"
@@ -170,11 +170,11 @@ class Board(Part):
         return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait, without cycles, for a condition, or until `ps` have passed."""
+        """Wait for a condition, without bus cycles, or until `ps` have passed."""
         raise NotImplementedError
 
     def _offset(self, port: int) -> int:
-        """Return the address within the board; another number, if the address is not on the board."""
+        """Return the offset of an address from the base; for an address of another board it is out of range."""
         return (port & DECODED) - self.base
 
     def _clock(self, number: int) -> int:
@@ -183,15 +183,15 @@ class Board(Part):
 
     # ---------------------------------------------------------------------------------------------------------- series
     async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
-        """Perform the steps of a series, each cycle where the one before ends.
+        """Perform the steps of a series; each cycle begins where its predecessor ends.
 
-        While nothing is observed no time passes here: a cycle is promised when the status before it is known.
+        While nothing is observed, no time passes here: a cycle is promised once the status before it is known.
         """
         if on and self._broken:
             return Done(bytes([FLOATING]) * (len(steps) // 2), ())
         self._broken = True
         kernel, answers, ends = self.kernel, bytearray(), []
-        self._began = free = kernel.now  # `free`: nothing is promised on the bus from then on
+        self._began = free = kernel.now  # `free`: nothing is promised on the bus after this instant
         for request, value in zip(steps[::2], steps[1::2], strict=True):
             if request == POLL:
                 byte = await self._poll(value * MS)
@@ -217,13 +217,13 @@ class Board(Part):
         return Done(bytes(answers).ljust(len(steps) // 2, bytes([FLOATING])), ends)
 
     async def _look(self) -> int:
-        """Read the status in a cycle; the next one begins after it."""
+        """Read the status in a bus cycle; the next cycle begins after it."""
         byte = await self._reach(STATUS)
         self._began += CYCLE_PS
         return byte
 
     async def _poll(self, ps: int) -> int:
-        """Read the status as a loop does, until bit 7 is 1 or `ps` have passed; return it."""
+        """Read the status repeatedly, like a polling loop, until bit 7 is 1 or `ps` have passed; return the status."""
         end = self._began + ps
         while not met(POLL, byte := await self._look()) and self._began < end:
             await self._ready_within(POLL_PS)

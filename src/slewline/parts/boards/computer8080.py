@@ -1,9 +1,9 @@
-"""An 8080 at the command port: the routines of the manual, on ports wired as there.
+"""An 8080 at the command port: the routines of the manual, on ports wired as in the manual.
 
     Ppi8255    port A data bus, port B status, port C inputs of the chip, by set/reset codes   (Table IX, fig. 10.9)
     Host8080   one output port; bit 7 of the byte is I/O REQUEST                               (figs. 5.3, 10.7)
 
-A polling loop (IN, ANI, JZ) takes 27 states of the processor; the program samples on that grid.
+A polling loop (IN, ANI, JZ) takes 27 processor states; the program samples on that grid.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # the f
 
 
 class Cpu8080:
-    """The processor: coroutines that sample a bit and let time pass, at its own clock."""
+    """The processor: coroutines that sample a bit and let time pass, at the processor's own clock."""
 
     def __init__(self, kernel: Kernel, cpu: str | int) -> None:
         self.kernel, self.clock, self.tick = kernel, Clock(hertz(cpu)), 0
 
     async def states(self, number: int) -> None:
-        """Let states of the processor pass."""
+        """Let a number of processor states pass."""
         self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now)) + number
         await until(self.kernel, self.clock.ps(self.tick))
 
@@ -68,7 +68,7 @@ def before_stopper(owner: str, data: Data) -> bytes:
     """Return the bytes before the stopper FF.
 
     Raises:
-        UsageError: there is no stopper.
+        UsageError: the data contain no stopper.
     """
     found, stop, _ = as_bytes(owner, data).partition(bytes([STOPPER]))
     if not stop:
@@ -108,7 +108,7 @@ class Host8080(Part):
     async def _sendchr(self, byte: int) -> None:
         """Send a character as SENDCHR does (fig. 10.7).
 
-        Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
+        Wait until ready, output the byte with bit 7 low, wait until busy, set bit 7 high.
         """
         await self._cpu.poll(self.net("ready"), 1)
         await self._cpu.states(MOVE + MVI + OUT)
@@ -122,7 +122,7 @@ class Host8080(Part):
 class Ppi8255(Part):
     """An 8255 with an 8080, wired as in Table IX, and the routines listed in the manual.
 
-    Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
+    Port A is high-impedance while I/O SELECT (port C, bit 1) is high, so that the chip may drive the bus.
     """
 
     _for_users = ("out", "read", "sendparallel", "sendchar", "rcvbyte", "received", "sent")
@@ -151,7 +151,7 @@ class Ppi8255(Part):
 
     # -------------------------------------------------------------------------------------------------------- the ports
     def read(self, port: int) -> int:
-        """Return the byte that a port reads at this instant: IN."""
+        """Return the byte that IN reads from a port at this instant."""
         if port == DATA:
             return self.byte("a")
         if port == STATUS:
@@ -165,7 +165,7 @@ class Ppi8255(Part):
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
 
     def _write(self, port: int, value: int) -> None:
-        """Perform an OUT: a byte to port A, or a set/reset code of port C to EF: 2 * bit number + level."""
+        """Perform an OUT: a byte to port A, or a set/reset code for port C (2 * bit number + level) to EF."""
         self._checked(port, value)
         if port == DATA:
             self._latched = value
@@ -197,7 +197,7 @@ class Ppi8255(Part):
 
     @from_outside
     def sendchar(self, data: Data) -> None:
-        """Queue bytes that may be FF themselves: the inner routine of SENDPARALLEL."""
+        """Queue bytes that may include FF, for the inner routine of SENDPARALLEL."""
         data = as_bytes(self.name, data)
         self.input("sendchar", data)
         self._queue(data)
@@ -208,7 +208,7 @@ class Ppi8255(Part):
 
     @from_outside
     def rcvbyte(self, number: int) -> None:
-        """Queue a read-out of verify bytes, V already sent (fig. 6.1); they are appended to `received`."""
+        """Queue a read-out of verify bytes, after V has been sent (fig. 6.1); the bytes are appended to `received`."""
         self.input("rcvbyte", number)
         self.queue.post(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
 

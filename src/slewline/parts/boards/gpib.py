@@ -1,13 +1,13 @@
-"""A chip as a simple IEEE-488 listener, and a talker for it (s.12, figs. 12.1 to 12.4).
+"""A chip as a simple IEEE-488 listener, and its talker (s.12, figs. 12.1 to 12.4).
 
     NRFD  = READY                       low: not ready for data
-    DAV  -> I/O REQUEST                 unless ATN is low, or the byte is a line feed that is blocked
+    DAV  -> I/O REQUEST                 unless ATN is low, or the byte is a blocked line feed
     NDAC  = READY inverted              low until the byte is accepted
     IFC  -> RESET      MOTION COMPLETE -> SRQ
 
-A blocked byte never makes READY fall; the gate that blocks it therefore accepts it instead of the chip, or the talker
-would wait forever.  The bus lines are open collectors.  The data lines go straight to the chip: this circuit has no
-inverter, so the talker sends its bytes in positive logic.
+A blocked byte never makes READY fall; so the gate that blocks the byte accepts it in place of the chip, or the talker
+would wait forever.  The bus lines are open-collector lines.  The data lines go straight to the chip: this circuit has
+no inverter, so the talker sends its bytes in positive logic.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ..base.written_data import Data, as_bytes
 
 US = 1_000_000
 SETTLING_PS = 2 * US  # data before DAV, and ATN before data
-REACTION_PS = US  # of a talker to NDAC, of a controller to DAV
+REACTION_PS = US  # response time of a talker to NDAC, and of a controller to DAV
 CLEAR_PS = 100 * US  # IFC
 LINE_FEED = 0x0A
 HANDSHAKE = ("dav", "nrfd", "ndac")
@@ -33,7 +33,7 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 
 def add_bus_lines(part: Part) -> None:
-    """Add the data lines, handshake and management lines of the IEEE-488 bus."""
+    """Add the data, handshake and management lines of the IEEE-488 bus."""
     part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
         part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
@@ -88,7 +88,7 @@ class GpibListener(Part):
 
 
 class SourceHandshake:
-    """The source handshake of a part (fig. 12.3), byte by byte; calls by a user are inputs of the part.
+    """The source handshake of a part (fig. 12.3), byte by byte; user calls are inputs of the part.
 
     `requests` counts the falling edges of SRQ.
     """
@@ -159,7 +159,7 @@ class SourceHandshake:
 
 
 class Talks:
-    """Mixin of parts with such a handshake: their inputs."""
+    """Mixin for parts with such a handshake, which provides their inputs."""
 
     _source: SourceHandshake
 

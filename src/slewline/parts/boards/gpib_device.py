@@ -1,10 +1,11 @@
-"""A chip on a full IEEE-488 bus (s.12, figs. 12.5 to 12.9): interface with address, controller, interrupt logic.
+"""A chip on a full IEEE-488 bus (s.12, figs. 12.5 to 12.9): addressed interface, controller, interrupt logic.
 
     controller ==== GPIB, negative logic ==== interface ---- inverting buffers ---- chip
                                                   |- CLR, TRIG -> interrupt logic -> STEP INHIBIT, SRQ
 
 Listen: a byte is sent to the chip by the two-line handshake; NDAC follows READY.  Talk: I/O SELECT goes high, and each
-byte that the controller is ready for is fetched as a verify byte.  Serial poll: eight pins of the chip, as a byte.
+byte that the controller is ready for is fetched as a verify byte.  Serial poll: eight pins of the chip are read as a
+byte.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from .gpib import (
     pull,
 )
 
-GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # without meaning for a device without a panel
+GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # has no meaning for a device without a panel
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
 STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "ready", "direction", "slewing")  # roles
@@ -74,7 +75,7 @@ class GpibDevice(Part):
         self._task = self.kernel.spawn(self._run, name=self.name)
 
     def _interface_clear(self, net: Net) -> None:
-        """Handle IFC: release all lines, drop all addresses."""
+        """Handle IFC: release all lines, and drop all addresses."""
         if net.level == 0 and self._task is not None:
             self._task.kill()
             for name in ("dio", "db", *HANDSHAKE):
@@ -84,7 +85,7 @@ class GpibDevice(Part):
             self._begin()
 
     def _attention(self, net: Net) -> None:
-        """Handle ATN: in any state of the chip, nothing is accepted before the task handles it."""
+        """Handle ATN: whatever the state of the chip, nothing is accepted before the task handles ATN."""
         if net.level == 0:
             pull(self, "nrfd", True)
             pull(self, "ndac", True)
@@ -105,7 +106,7 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Receive one byte: an interface message for all devices or data for the chip; a change of ATN ends this."""
+        """Receive one byte, an interface message for all devices or data for the chip, unless ATN changes."""
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:
@@ -151,7 +152,7 @@ class GpibDevice(Part):
 
     # --------------------------------------------------------------------------------------------------------- source
     async def _talk(self) -> None:
-        """Send bytes as long as the controller is ready for them: verify bytes, or the status in a poll."""
+        """Send bytes (verify bytes, or the status in a poll) as long as the controller is ready for them."""
         atn, nrfd, ready = (self.pin(name).net for name in ("atn", "nrfd", "ready"))
         pull(self, "nrfd", False)
         pull(self, "ndac", False)
@@ -180,12 +181,12 @@ class GpibDevice(Part):
 
 
 class ControllerSource(SourceHandshake):
-    """The source handshake of a controller, which can also accept; data lines in negative logic, as on the bus."""
+    """The handshake of a controller, which can also accept; its data lines use negative logic, as on the bus."""
 
     negative = True
 
     async def talk_commands(self, data: bytes, hold: bool = False) -> None:
-        """Send bytes with ATN low; with `hold` the controller stays not ready for data after them."""
+        """Send bytes with ATN low; with `hold` the controller afterwards remains not ready for data."""
         part = self.part
         pull(part, "atn", True)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -198,12 +199,12 @@ class ControllerSource(SourceHandshake):
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
     async def accept(self, most: int, end: int | None = None, pause_ps: int | None = None) -> bytes:
-        """Receive bytes from the device that talks; the bus stays not ready after the last one.
+        """Receive bytes from the talking device; after the last byte the controller remains not ready for data.
 
         Args:
-            most: greatest number of bytes.
+            most: maximum number of bytes.
             end: byte that ends the read-out.
-            pause_ps: time without a byte that ends the read-out.
+            pause_ps: time without a byte that ends the read-out, ps.
         """
         part, data, dav = self.part, bytearray(), self.part.net("dav")
         while len(data) < most and (not data or data[-1] != end):
@@ -225,7 +226,7 @@ class ControllerSource(SourceHandshake):
 class GpibController(Talks, Part):
     """A controller that addresses devices.
 
-    `received` has the bytes sent by devices, `polled` the status bytes.
+    `received` contains the bytes sent by devices, `polled` the status bytes.
     """
 
     _for_users = (
@@ -273,8 +274,8 @@ class GpibController(Talks, Part):
         """Queue a read-out of at most `most` bytes.
 
         Args:
-            end: the byte that ends it; None: no byte does.
-            pause: time without a byte that ends it (ps); None: wait forever.
+            end: the byte that ends the read-out; None: no byte ends it.
+            pause: the time without a byte that ends the read-out (ps); None: wait forever.
         """
         self.input("fetch", address, most, end, pause)
         return self.queue.submit(f"reads from {address}", lambda: self._fetched(address, most, end, pause))
@@ -288,7 +289,7 @@ class GpibController(Talks, Part):
 
     @from_outside
     def poll(self, address: int, pause: int | None = None) -> Request[int | None]:
-        """Queue a serial poll of one device; the result is its status, or None if it sends none within `pause` (ps)."""
+        """Queue a serial poll of one device; the result is its status, or None if none arrives within `pause` (ps)."""
         self.input("poll", address, *([] if pause is None else [pause]))
         return self.queue.submit(f"polls {address}", lambda: self._polled(address, pause))
 
@@ -327,8 +328,8 @@ class GpibInterrupts(Part):
     """Interrupt logic (fig. 12.9): a flip-flop on STEP INHIBIT, and service requests.
 
     `clear` (device clear), `reset` (master reset) and a falling edge of `limit` set STEP INHIBIT; `trigger` resets it,
-    even while the limit switch is still closed, so that the master can drive away from it.  SRQ is low while the limit
-    switch is closed or MOTION COMPLETE is low.
+    even while the limit switch is still closed, so that the master can drive the motor off it.  SRQ is low while the
+    limit switch is closed or MOTION COMPLETE is low.
     """
 
     wiring = MappingProxyType({"step_inhibit": "enable", "motion_complete": "motion_complete"})

@@ -1,4 +1,4 @@
-r"""An ISA board: the host port of a chipset as I/O addresses of a PC.
+r"""An ISA board, which maps the host port of a chipset to I/O addresses of a PC.
 
 The board of the chipset's application note has these addresses; other cards have others (register_layouts.py).
 
@@ -7,10 +7,10 @@ The board of the chipset's application note has these addresses; other cards hav
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>            selects the port, and is HostCmd (A1)
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
-    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held after it
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL shortens it, for data hold time after it
     HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC reads the byte at its end
 
-The other bits of the status float and read 1.  RESET of the bus also resets the chipset.
+The other status bits float and read 1.  RESET on the bus also resets the chipset.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Isa(Board):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a cycle; a write cycle is promised as a whole."""
+        """Perform a bus cycle; a write cycle is promised as a whole."""
         if register in (DATA, COMMAND):
             return await self._operate(byte, register == COMMAND)
         if byte is not None:
@@ -92,7 +92,7 @@ class Isa(Board):
         return FLOATING & ~HOSTRDY if register == STATUS and not self.high("hostrdy") else FLOATING
 
     async def _operate(self, byte: int | None, command: bool) -> int:
-        """Write to the port of the chipset, or without a byte read from it."""
+        """Write a byte to the port of the chipset, or without a byte, read one from it."""
         cycle, data = IsaCycle(self._began, byte is None), None if byte is None else bytes([byte])
         if self._operation.begin(cycle, data, command):
             shown = await self._operation.take_place()
@@ -104,5 +104,5 @@ class Isa(Board):
         return self.byte("hostdata")
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait, without cycles, until HostRdy is high or `ps` have passed."""
+        """Wait, without bus cycles, until HostRdy is high or `ps` have passed."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))

@@ -1,4 +1,4 @@
-"""A cycle of the ISA bus as an operation on the host port of a chipset (the picture is in isa.py)."""
+"""An ISA bus cycle as an operation on the host port of a chipset (the timing diagram is in isa.py)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ BUS = Strobes()
 
 
 class IsaCycle(Strobed):
-    """An operation of one byte: a cycle of the bus that begins at an instant (ps)."""
+    """A one-byte operation: a bus cycle that begins at an instant (ps)."""
 
     __slots__ = ("began",)
 
@@ -33,5 +33,5 @@ class IsaCycle(Strobed):
         return [self.last]
 
     def bus(self, data: bytes) -> Edges:
-        """Return the edges of the bus while a byte is written."""
+        """Return the bus edges while a byte is written."""
         return None, (self.began + TAKES * CLOCK_PS, self.began + LEAVES * CLOCK_PS), ((0xFF, data[0]), None)

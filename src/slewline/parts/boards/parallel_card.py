@@ -1,13 +1,13 @@
-r"""A card in a PC for a bidirectional bus: the lines of the handshake as registers.
+r"""A PC card for a bidirectional bus: the handshake lines are bits of registers.
 
-    base + 0   data       write: the byte that the card drives while bit 1 of the control is 1; read: the byte on the
-        bus
+    base + 0   data       write: the byte that the card drives while bit 1 of the control is 1; read: the bus byte
          + 2   control    bit 0: IO_REQUEST low; bit 1: the card drives the bus; read as written
          + 4   status     read: bit 7: BUSY is high, bit 6: FPL is high; the others read 1
          + 8   reset      write any byte: a pulse on RESET
 
-A byte to the chip: wait for bit 7, write data and control 3, wait until bit 7 is 0, write control 0.  A message of the
-chip, while bit 6 is 0: write control 1, wait until bit 7 is 0, read data, write control 0, wait for bit 7.
+To send the chip a byte: wait for bit 7, write data and control 3, wait until bit 7 is 0, write control 0.  To read a
+message from the chip, while bit 6 is 0: write control 1, wait until bit 7 is 0, read data, write control 0, wait for
+bit 7.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from .register_layouts import DATA, RESET, STATUS, Layout
 
 CONTROL = "control"
 LAYOUT = Layout(0x340, {0: DATA, 2: CONTROL, 4: STATUS}, {0: DATA, 2: CONTROL, 8: RESET})
-REQUEST, DRIVE = 0x01, 0x02  # in the control register
-IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
+REQUEST, DRIVE = 0x01, 0x02  # bits of the control register
+IS_READY, IS_FREE = 0x80, 0x40  # bits of the status: BUSY high, FPL high
 RESET_PS = 100_000_000  # longer than needed with any crystal
 ANSWER, MESSAGE = "answer", "message"
 
@@ -51,7 +51,7 @@ class ParallelCard(Board):
         return FLOATING & ~low
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a cycle; a register changes at the end of clock 4, the time at which a byte is also read."""
+        """Perform a bus cycle; a register changes at the end of clock 4, when a byte is also read."""
         await until(self.kernel, self._clock(5))
         if byte is None:
             return self._read(register)
@@ -71,6 +71,6 @@ class ParallelCard(Board):
         return self.control if register == CONTROL else self.status
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait, without cycles, until BUSY is high, or low (an answer), or FPL is low (a message), at most `ps`."""
+        """Wait at most `ps`, without bus cycles, until BUSY is high, or low (an answer), or FPL is low (a message)."""
         net, wanted = {READY: ("busy", 1), ANSWER: ("busy", 0), MESSAGE: ("fpl", 0)}[what]
         await first_of(self.kernel, self.kernel.now + ps, (self.pins[net].net, wanted))

@@ -1,8 +1,8 @@
-"""Registers of interface boards: a row for each known card, and text for any other one.
+"""Registers of interface boards: a row for each known card, and a text for any other card.
 
 pmd          the ISA board of the chipset's application note
 pi-c842      a card of Physik Instrumente, as used by a host program for it: it polls +1 and writes commands there,
-             data go over +0, and +2 is set once, to 0F.  Bits 0 to 6 of its status are not known; they read 1.
+             data go over +0, and +2 is set once, to 0F.  Bits 0 to 6 of its status are unknown; they read 1 here.
 data=0,command=1,status=1,reset=8,base=0x300
              a user-defined card; reset and base may be left out
 """
@@ -23,7 +23,7 @@ STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 
 
 class Layout(NamedTuple):
-    """The registers of a board: names by offsets from its base, in `reads` those of IN, in `writes` those of OUT."""
+    """The registers of a board: names by offset from its base, in `reads` for IN, in `writes` for OUT."""
 
     base: int
     reads: Mapping[int, str]
@@ -34,7 +34,7 @@ class Layout(NamedTuple):
         return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
 
     def listed(self, reading: bool) -> str:
-        """Return the registers that can be read, or written, with their offsets."""
+        """Return the readable, or the writable, registers with their offsets."""
         found = self.reads if reading else self.writes
         return ", ".join(f"{name} at +{offset}" for offset, name in sorted(found.items()))
 
@@ -55,7 +55,7 @@ ALLOWED = f"{', '.join(CARDS)}, or offsets such as {EXAMPLE}"
 
 
 def layout_of(card: str) -> Layout:
-    """Return the layout of a card: its row, or the layout in a text.
+    """Return the layout of a card: its row, or the layout given as text.
 
     Raises:
         UsageError: no card has this name, or the text is not a layout.
@@ -91,7 +91,7 @@ def layout_of(card: str) -> Layout:
 
 
 def wrong(card: str) -> str:
-    """Return the error in the text of an option `card`; "": none."""
+    """Return the error in the text of an option `card`; "": the text is valid."""
     try:
         layout_of(card)
     except UsageError as error:

@@ -1,13 +1,13 @@
-r"""Accesses of a program without a pause, as steps of two bytes: many requests to a served board in one.
+r"""A program's accesses without pauses, as two-byte steps: many requests to a served board in one.
 
     0r --    IN      read register r of the board
     1r bb    OUT     write bb to register r
     24 nn    READY   wait until bit 7 of the status is 1, for nn ms; then read the status
-    34 nn    ANSWER  ... is 0; of a parallel card
-    44 nn    MESSAGE wait until bit 6 is 0; of a parallel card
+    34 nn    ANSWER  ... is 0; parallel card only
+    44 nn    MESSAGE wait until bit 6 is 0; parallel card only
     54 nn    POLL    read the status until bit 7 is 1, for nn ms, as a loop of IN does
 
-A failed wait ends a series, since a program does nothing either while its loop continues.
+A failed wait ends the series, because a real program does nothing else either while it polls.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from typing import NamedTuple
 from ...core.time.timebase import PS_PER_S
 
 DATA, STATUS = 0, 4  # offsets from the base
-READY_BIT, FREE_BIT = 0x80, 0x40  # of the status
+READY_BIT, FREE_BIT = 0x80, 0x40  # bits of the status
 IN, OUT, READY, ANSWER, MESSAGE, POLL = 0x00, 0x10, 0x20 + STATUS, 0x30 + STATUS, 0x40 + STATUS, 0x50 + STATUS
 WAITS = {READY: "ready", ANSWER: "answer", MESSAGE: "message"}  # conditions of a board with these names
 MET = {READY: (READY_BIT, READY_BIT), ANSWER: (READY_BIT, 0), MESSAGE: (FREE_BIT, 0), POLL: (READY_BIT, READY_BIT)}
 MS = PS_PER_S // 1000
-POLL_PS = MS // 10  # longest time after a poll that lets time pass; HostRdy is low for 82 µs
+POLL_PS = MS // 10  # maximum time that passes after a poll; HostRdy is low for 82 µs
 
 
 class Done(NamedTuple):
-    """Result of a series: a byte for each step, and the instants at which the completed steps ended (ps)."""
+    """The result of a series: one byte per step, and the instants at which the completed steps ended (ps)."""
 
     answers: bytes
     ends: Sequence[int]
@@ -39,11 +39,11 @@ def is_step(request: int, waits: tuple[str, ...]) -> bool:
 
 
 def spelled(steps: bytes) -> str:
-    """Return steps in hexadecimal, one group per step."""
+    """Return the steps in hexadecimal, one group per step."""
     return steps.hex(" ", -2)
 
 
 def met(request: int, status: int) -> bool:
-    """Return whether a step was successful; a wait is, if the status has the wanted level."""
+    """Return whether a step succeeded; a wait succeeds if the status bit has the wanted level."""
     bit, wanted = MET.get(request, (0, 0))
     return status & bit == wanted

@@ -1,4 +1,4 @@
-"""Circuits between a GS-C module and its driver or motor (figures 10, 19 and 23)."""
+"""The circuits between a GS-C module and its driver or motor (figures 10, 19 and 23)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from ..base.part import AXIS, Part
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
 
-PULSE_PS = 1_700_000  # CLOCK low, as of the module
+PULSE_PS = 1_700_000  # CLOCK low time, as on the module
 TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by DIR and CLOCK: low low, low high ...
 
 
 class TwoClocks(Part):
-    """A clock line for each direction, for drivers that need two (figure 10)."""
+    """A separate clock line for each direction, for drivers that need two clocks (figure 10)."""
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction"})
     options = (AXIS,)
@@ -40,21 +40,21 @@ class TwoClocks(Part):
         self.rule = Stateless(self, ("clock", "dir"), views)
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return why a neighbour's pin does not fit, or "": its clock must rest at the level between steps."""
+        """Return why a neighbour's pin does not fit, or "": its clock must idle at the level between steps."""
         if own == "clock" and row.reset is not None and row.reset == row.active:
             return "rests at the level of a step: with each change of direction the other clock would step"
         return super().objection(own, row)
 
 
 class StepCheck(Part):
-    """A closed loop: ENABLE is low from a CLOCK pulse until the motor has completed the step (figure 19).
+    """A closed step loop: ENABLE is low from a CLOCK pulse until the motor has completed the step (figure 19).
 
     The detector signals x and y show each step of the motor and its direction (figure 18):
 
-        x   0 1 1 0        clockwise to the right
+        x   0 1 1 0        clockwise: left to right
         y   0 0 1 1
 
-    A step that is never made stops the module forever, and a step that the load turns back must be made again.
+    A step that is never made stops the module forever, and a step that the load reverses must be made again.
     """
 
     _for_users = ("behind",)
@@ -67,11 +67,11 @@ class StepCheck(Part):
         self.add_pin("x", "in", "detector signal", pull=0)
         self.add_pin("y", "in", "detector signal", pull=0)
         self.add_pin("enable", "out", "ENABLE of the module", initial=1)
-        self.behind = 0  # steps that the motor still owes, clockwise positive
-        self._lets = 1  # the level of ENABLE that lets the next step be made
+        self.behind = 0  # steps that the motor still has to make, clockwise positive
+        self._lets = 1  # the ENABLE level that permits the next step
 
     def attached(self, own: str, row: Pin) -> None:
-        """Use the active level of the chip's input: STEP INHIBIT of a CY525 inhibits when high."""
+        """Use the active level of the chip's input; the CY525's STEP INHIBIT, for example, is active high."""
         if own == "enable" and row.active is not None:
             self._lets = row.active
             self._put(0)
@@ -100,16 +100,16 @@ class StepCheck(Part):
 
 
 class Damping(Part):
-    """Damping of the last step of a move, by a step back and a step forward after it (figures 22 and 23).
+    """Damps the last step of a move by a step back and a step forward after it (figures 22 and 23).
 
-        a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is; it falls with the last step
-        b          __________|‾‾‾‾‾‾‾‾‾‾|_________     a low and b high invert DIR
-        c          ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾|_|‾‾‾     two more clocks
+        a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is high; falls with the last step
+        b          __________|‾‾‾‾‾‾‾‾‾‾|_________     DIR is inverted while a is low and b high
+        c          ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾|_|‾‾‾     two extra clock pulses
                            |<- t1 -->|       |
                            |<----- t2 ------>|
         phase       n-1  n |           n-1     n
 
-    The times follow from motor and load: the rotor is braked at t1; at t2, before it turns back, it is held again.
+    The times depend on motor and load: the rotor is braked at t1, and held again at t2, before it turns back.
     """
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
@@ -170,7 +170,7 @@ class Damping(Part):
             self.kernel.call_at(ps, lambda driver=driver, level=level: driver.drive(level))  # type: ignore[misc]
 
     def _put(self) -> None:
-        """Drive direction and clock: G2 inverts the direction, and c joins the clock."""
+        """Drive direction and clock: G2 inverts the direction, and c is added to the clock."""
         turned = self.high("b") and not self.high("a")
         self.drivers["dir_out"].drive(int(self.high("dir") ^ turned))
         self.drivers["clock_out"].drive(int(self.high("clock") and self.high("c")))

@@ -1,16 +1,17 @@
-"""GS-D200 and GS-D200S, the driver modules next to a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+"""GS-D200 and GS-D200S, the driver modules for a GS-C: translator (figure 7) and phase current (figures 6 and 11).
 
-    state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step goes to the right
+    state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step moves one column to the right
     a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
     b       1  0  0  0  0  0  1  1
     c       0  0  0  0  1  1  1  0
     d       1  1  1  0  0  0  0  0
 
-Half step goes through all states.  Full step leaves the lowest bit of the counter alone: switched at an odd state, two
-phases are on; at an even one, one phase.  The state advances with the rise of CLOCK, and RESET makes it 1.
+Half stepping goes through all states.  Full stepping leaves the lowest counter bit unchanged: if selected at an odd
+state, two phases are on; at an even state, one phase.  The state advances at the rising edge of CLOCK, and RESET sets
+it to 1.
 
-Phase current.  The set-point input is a divider inside the driver, 10 kohm from 5 V and `ground` to ground; the current
-is 2 A for each volt on it.  Around it are the resistors of figure 11:
+Phase current.  The set-point input is a voltage divider inside the driver, 10 kohm to 5 V and `ground` to ground; the
+current is 2 A per volt at this input.  Figure 11 adds these external resistors:
 
     5 V --- 10k ---.--- ground --- 0 V         MOV RAMP   on
     5 V - Tr1 - R1 -                            0   0     Tr2        rest
@@ -53,7 +54,7 @@ AMPERES_PER_VOLT = 2.0
 
 # ------------------------------------------------------------------------------------------------------- translator
 class GsD200(Part):
-    """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
+    """A driver module: translator and enable input; `to` wires CLOCK, DIR and RESET."""
 
     _for_users = ("state", "decay")
     wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
@@ -64,7 +65,7 @@ class GsD200(Part):
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
         self.axis = axis
-        self._state = 0  # 0 to 7, and its future by the clock
+        self._state = 0  # 0 to 7, and its future, given the clock
         self._by = 0
         self._counted: Events = NoEvents()
         self.add_pin("clock", "in", "step at each rising edge", pull=1)
@@ -91,12 +92,12 @@ class GsD200(Part):
 
     @property
     def decay(self) -> str:
-        """Decay of the current in the pauses of the chopper: "slow" or "fast"."""
+        """Current decay while the chopper is off: "slow" or "fast"."""
         return "slow" if self.high("control") else "fast"
 
     @property
     def _step(self) -> int:
-        """Number of states that a clock advances."""
+        """The number of states per clock pulse."""
         return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
     # ------------------------------------------------------------------------------------------------------- changes
@@ -106,7 +107,7 @@ class GsD200(Part):
         self._counted = NoEvents()
 
     def _make_step(self) -> None:
-        """Process the step whose edge comes at this instant."""
+        """Process the step whose clock edge is at this instant."""
         self._state = (self._state + self._step) % len(STATES)
 
     def _follow(self, clock: Events) -> None:
@@ -126,7 +127,7 @@ class GsD200(Part):
 
 
 class Network(NamedTuple):
-    """Data of a driver module: its internal resistor to ground, ohms, and the greatest phase current, amperes."""
+    """Data of a driver module: its internal resistor to ground, ohms, and its maximum phase current, amperes."""
 
     ground: float
     most: float
@@ -140,7 +141,7 @@ GROUND_OHM = NETWORKS["gs-d200"].ground
 
 
 def parallel(*resistors: float) -> float:
-    """Return the resistance of resistors in parallel, ohms."""
+    """Return the resistance of parallel resistors, ohms."""
     return 1 / sum(1 / r for r in resistors)
 
 
@@ -149,7 +150,7 @@ def set_point(*to_ground: float, to_supply: float | None = None, ground: float =
 
     Args:
         to_ground: resistors from the set-point input to ground, ohms.
-        to_supply: resistor from it to 5 V, ohms.
+        to_supply: resistor from the input to 5 V, ohms.
         ground: the driver's own resistor to ground.
     """
     upper = parallel(PULL_UP_OHM, to_supply) if to_supply is not None else PULL_UP_OHM
@@ -158,23 +159,23 @@ def set_point(*to_ground: float, to_supply: float | None = None, ground: float =
 
 
 def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to ground, in ohms, that sets a current below that of the open input.
+    """Return the resistor to ground, in ohms, that sets a current below the open-input current.
 
-    I / (1 - 0.933 I) kohm for 1200 ohm.
+    With an internal resistor of 1200 ohm this is I / (1 - 0.933 I) kohm.
     """
     volts = amperes / AMPERES_PER_VOLT
     return _rest(volts / ((SUPPLY_V - volts) / PULL_UP_OHM), ground, f"{amperes} A by a resistor to ground")
 
 
 def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to 5 V, in ohms, that sets a current, with other resistors to ground."""
+    """Return the resistor to 5 V, in ohms, that sets a current if there are other resistors to ground."""
     volts = amperes / AMPERES_PER_VOLT
     upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
     return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
 
 
 def beside(total: float, present: float) -> float:
-    """Return the resistor, in ohms, that makes `total` ohms in parallel with the present one."""
+    """Return the resistor, in ohms, whose parallel connection to the present resistor results in `total` ohms."""
     return _rest(total, present, f"{total:g} ohm with {present:g} ohm in parallel")
 
 
@@ -193,7 +194,7 @@ def _resists(ohms: float) -> str:
 class PhaseCurrent(Part):
     """The phase current that MOV and RAMP select through Tr1 and Tr2 (figure 11).
 
-    The default resistors are those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
+    The default resistors are those of the data sheet's example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
     _for_users = ("amperes", "past", "current_at", "currents_at", "transistors")
@@ -220,7 +221,7 @@ class PhaseCurrent(Part):
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
         self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
-        self._history: History | None = None  # from the instant on at which the part is wired
+        self._history: History | None = None  # since the instant at which the part is wired
 
     def rewired(self) -> None:
         """Start to follow the pins, now that the part is wired."""
@@ -257,7 +258,7 @@ class PhaseCurrent(Part):
 
     @property
     def past(self) -> list[tuple[int, float]]:
-        """Past currents: the instants of their changes (ps), and the currents from there on, amperes."""
+        """Past currents: the instants at which they changed (ps), and the currents after each change, amperes."""
         return [*self._known]
 
     def current_at(self, time: Time) -> float:

@@ -1,12 +1,12 @@
-"""Displays that a controller writes to: eight LED characters on its bus, and an LCD on its serial output.
+"""Displays that a controller writes to: an eight-character LED display on its bus, and an LCD on its serial output.
 
-The LED display is of the HDSP-211x kind.  It has six address lines:
+The LED display is an HDSP-211x type.  It has six address lines:
 
     38 ... 3F   the characters, left to right            30   control word: brightness, flash, blink, clear
     28 ... 2F   rows of the user-defined character       20   number of that character
     00 ... 07   flash: bit 0, a character each           the others repeat one of these
 
-The LCD shows texts on its right, and on its left the parameters queried, each on a line of its own.  No readable page
+The LCD shows texts on its right, and the queried parameters on its left, each on a line of its own.  No readable page
 documents how a CY325 selects the position; here the text itself decides: `X=00123` CR is a parameter, and anything
 else is text.
 """
@@ -28,21 +28,21 @@ from ..memories.external import WRITE_WIRING, BusInterface, start_bus
 
 CHARACTERS, FIRST, CONTROL = 8, 0x38, 0x30
 LINES = 0x3F  # six address lines
-BRIGHTNESS = (100, 80, 53, 40, 27, 20, 13, 0)  # percent, by the low three bits of the control word
-FLASHES, BLINKS, CLEAR = 0x08, 0x10, 0x80  # further bits of it
+BRIGHTNESS = (100, 80, 53, 40, 27, 20, 13, 0)  # percent, selected by the low three bits of the control word
+FLASHES, BLINKS, CLEAR = 0x08, 0x10, 0x80  # further bits of the control word
 OF_OWN = "\u25a1"  # replaces a user-defined character
 PARAMETER = re.compile(rb"([A-Z])=([0-9]{5}|[0-9]{8})\r")
 CR, LF, BLANK = 0x0D, 0x0A, " "
 
 
 def framed(rows: list[str]) -> str:
-    """Return rows of equal length as a picture with a frame."""
+    """Return rows of equal length as a framed picture."""
     edge = "-" * len(rows[0])
     return "\n".join((f"+{edge}+", *(f"|{row}|" for row in rows), f"+{edge}+"))
 
 
 class Shows:
-    """Mixin of parts that show lines of text."""
+    """Mixin for parts that show lines of text."""
 
     name: str
 
@@ -67,12 +67,12 @@ class Shows:
 
     @property
     def said(self) -> str:
-        """Content of the display, in one line."""
+        """Contents of the display, in one line."""
         return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
 
 
 class HpDisplay(Shows, Part):
-    """An eight-character LED display, HDSP-211x, with the latch and the gates that enable it."""
+    """An eight-character LED display, HDSP-211x, with its address latch and the gates that enable it."""
 
     _for_users = ("text", "brightness", "flashing", "rows", "picture", "said", "on_change")
     wiring = MappingProxyType({**WRITE_WIRING, "select": "display_select"})
@@ -99,7 +99,7 @@ class HpDisplay(Shows, Part):
         return address if address & 0x08 else address & ~0x07
 
     def _shown(self) -> int:
-        """Return the byte at the address."""
+        """Return the byte at the latched address."""
         return self._cells[self._place()]
 
     def _take(self, byte: int) -> None:
@@ -115,13 +115,13 @@ class HpDisplay(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def text(self) -> str:
-        """The eight characters; a user-defined one is a small box."""
+        """The eight characters; a user-defined character is shown as a small box."""
         if not self.brightness:
             return BLANK * CHARACTERS
         return "".join(_glyph(byte) for byte in self._cells[FIRST:])
 
     def shows(self) -> dict[str, Any]:
-        """Return the line, its brightness in percent, and the positions that flash."""
+        """Return the line of text, its brightness in percent, and the positions that flash."""
         return {"text": self.rows, "brightness": self.brightness, "flashing": list(self.flashing)}
 
     @property
@@ -148,13 +148,13 @@ def _glyph(byte: int) -> str:
 
 
 class Text:
-    """Lines of continuous text: CR begins the next line, after the last one the first."""
+    """Lines of continuous text: CR begins the next line; after the last line comes the first."""
 
     def __init__(self, rows: int, width: int) -> None:
         self.lines, self.width, self.row = [""] * rows, width, 0
 
     def write(self, byte: int) -> None:
-        """Add a character after the last one."""
+        """Append a character."""
         if byte == CR or len(self.lines[self.row]) == self.width:
             self.row = (self.row + 1) % len(self.lines)
             self.lines[self.row] = ""
@@ -165,12 +165,12 @@ class Text:
 class Lcd(Shows, Part):
     """A serial LCD of several lines: parameters on the left, text on the right.
 
-    A text continues after the last one; CR begins the next line, after the last one the first.
+    A text continues after its predecessor; CR begins the next line; after the last line comes the first.
 
     Args:
-        baud: rate of the line.
-        rows: lines.
-        columns: characters of a line, of which the left part takes eleven: eight digits, a letter, "=" and a blank.
+        baud: rate of the serial line.
+        rows: number of lines.
+        columns: characters per line; the left part takes eleven of them: eight digits, a letter, "=" and a blank.
     """
 
     _for_users = ("parameters", "left", "right", "rows", "picture", "said", "on_change")
@@ -206,7 +206,7 @@ class Lcd(Shows, Part):
             self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
 
     def _take(self, byte: int) -> None:
-        """Process a character; text that may still become a parameter is shown as text until it does."""
+        """Process a character; text that may still become a parameter is shown as text until then."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
             self.parameters[match[1].decode()] = match[2].decode()
@@ -234,7 +234,7 @@ class Lcd(Shows, Part):
 
     @property
     def rows(self) -> list[str]:
-        """Complete lines, left and right."""
+        """The complete lines, left and right parts."""
         halves = zip(self.left, self.right, strict=True)
         return [f"{left:<{self._LEFT}}{right:<{self.text.width}}" for left, right in halves]
 

@@ -1,10 +1,10 @@
-r"""A keyboard without a strobe of its own: a generator makes I/O REQUEST from the byte (s.10, fig. 10.8).
+r"""A keyboard without a strobe of its own: a generator derives I/O REQUEST from the byte (s.10, fig. 10.8).
 
-A strobe is made once per key, and only while READY is high:
+One strobe is generated per key, and only while READY is high:
 
     key       ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\____      the byte is on the bus while the key is down
     REQUEST   ‾‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      READY low clears the strobe,
-    READY     ‾‾‾‾‾‾‾‾‾‾‾\___________/‾‾‾‾‾‾‾‾‾‾‾      READY high again does not set it
+    READY     ‾‾‾‾‾‾‾‾‾‾‾\___________/‾‾‾‾‾‾‾‾‾‾‾      when READY is high again, the strobe is not repeated
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Keyboard(Part):
 
     @from_outside
     def type(self, keys: Data) -> None:
-        r"""Press one key after the other; "\r" is RETURN."""
+        r"""Press one key after another; "\r" is RETURN."""
         data = as_bytes(self.name, keys)
         self.input("type", data)
         for byte in data:

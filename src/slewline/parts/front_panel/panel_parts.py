@@ -1,9 +1,9 @@
 """Parts on the front of a machine: thumbwheel switches, and a switch for jogging.
 
-Thumbwheels are read a digit at a time, at an address of eight bits that no readable page documents.  The model uses
+Thumbwheels are read one digit at a time, at an 8-bit address that no readable page documents.  The model uses
 
-    bits 7 to 3     the low five bits of the letter of the command that they set, R = 52H: 10010
-    bits 2 to 0     the digit, 0 is the most significant one
+    bits 7 to 3     the low five bits of the letter of the command whose number they set, R = 52H: 10010
+    bits 2 to 0     the digit; 0 is the most significant digit
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from ..base.part import Part
 from ..memories.external import BUS_WIRING, BusInterface, start_bus
 
 DIGITS = "0123456789ABCDEF"
-MOST = 8  # greatest number of digits of a bank: three address bits
-UPPER_NIBBLE = 0xF0  # of the bus, undriven, which reads high
+MOST = 8  # maximum number of digits in a bank: three address bits
+UPPER_NIBBLE = 0xF0  # of the undriven bus, which reads high
 
 
 def switch_address(letter: str, digit: int) -> int:
     """Return the address at which a digit of the switches for a command is read.
 
     Args:
-        letter: of the command, A to Z.
-        digit: 0 to 7; 0 is the most significant one.
+        letter: the letter of the command, A to Z.
+        digit: 0 to 7; 0 is the most significant digit.
     """
     return (ord(letter) & 0x1F) << 3 | digit
 
@@ -46,8 +46,8 @@ class Thumbwheels(Part):
     """A bank of thumbwheel switches that sets the number of one command.
 
     Args:
-        letter: of the command that is sent with # instead of a number.
-        value: the setting, all digits of the bank: three for a number of 8 bits, five for 16, eight for 24.
+        letter: the letter of the command, which is sent with # instead of a number.
+        value: the setting, with all digits of the bank: three for an 8-bit number, five for 16 bits, eight for 24 bits.
     """
 
     _for_users = ("turn", "letter", "value", "picture")
@@ -84,10 +84,10 @@ class Thumbwheels(Part):
 
     @from_outside
     def turn(self, to: int) -> None:
-        """Turn the switches to a number, 0 and up.
+        """Turn the switches to a number, 0 or more.
 
         Raises:
-            UsageError: it has more digits than there are switches.
+            UsageError: the number has more digits than there are switches.
         """
         if isinstance(to, bool) or not isinstance(to, int) or not 0 <= to < 10 ** len(self.value):
             raise UsageError(
@@ -98,7 +98,7 @@ class Thumbwheels(Part):
         self._bus.show()
 
     def _shown(self) -> int | None:
-        """Return the digit at the address in the low four bits; None: no digit of this bank has the address."""
+        """Return the digit at the address, in the low four bits; None: no digit of this bank has this address."""
         digit = self._bus.low & MOST - 1
         if self._bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None
@@ -115,10 +115,10 @@ class Thumbwheels(Part):
 
 
 class JogSwitch(Part):
-    """A three-position switch for jogging: open in the middle, to ground for clockwise, to +5 V for counterclockwise.
+    """A three-position jog switch: open in the middle, to ground for clockwise, to +5 V for counterclockwise.
 
     Args:
-        position: at the start.
+        position: the position at the start.
     """
 
     _for_users = ("cw", "ccw", "off", "position")

@@ -1,5 +1,5 @@
-"""Host computers, one for each kind of connection to a chip.
+"""Host computers, one class for each kind of connection to a chip.
 
-`flow_host.py` is the example of a host for one chip, `bus_host.py` for several chips on a bus.  The end of a host on a
-channel is in `ends`.
+`flow_host.py` is an example of a host for one chip, `bus_host.py` of a host for several chips on a bus.  A host's end
+of the channel is in `ends`.
 """

@@ -1,4 +1,4 @@
-"""A host computer on a serial line whose chip detects the rate."""
+"""A host computer on the serial line of a chip that detects the baud rate."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class AdaptiveHost(UartHost, Host):
     """A host computer on the serial line of one chip that detects the baud rate.
 
-    `send` and `ask` send two carriage returns first while the chip does not know the rate; `write` sends only its
+    While the chip does not know the rate, `send` and `ask` first send two carriage returns; `write` sends only its
     characters.
 
     Args:
@@ -63,7 +63,7 @@ class AdaptiveHost(UartHost, Host):
         """Queue characters, after two carriage returns if the chip does not know the rate.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.uart.send(data)
 
@@ -73,7 +73,7 @@ class AdaptiveHost(UartHost, Host):
 
         Raises:
             UsageError: the command has no answer.
-            Timeout: no answer in time; the mode register may direct answers to the bus.
+            Timeout: no answer arrives in time; the mode register may direct answers to the bus.
         """
         uart = self.uart
         query = uart.shadow.query(self.name, command)

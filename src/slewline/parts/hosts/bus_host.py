@@ -1,4 +1,4 @@
-"""The host computer: master of the two-line handshake, of verify read-outs, live commands and requests on the fly."""
+"""The host computer: master of the two-line handshake, for verify read-outs, live commands and on-the-fly requests."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_READ_OUT = "the part accepts commands but cannot be read"
 
 
 class BusHost(Host):
-    """A host computer on the command port of one chip, or of several that share a bus."""
+    """A host computer on the command port of one chip, or of several chips that share a bus."""
 
     _for_users: ClassVar[tuple[str, ...]] = (
         "run_program",
@@ -58,12 +58,12 @@ class BusHost(Host):
         """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: read-outs have brought these bytes, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have been read out, with nothing in between."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
@@ -129,7 +129,7 @@ class BusHost(Host):
         """Send a verify command, such as "V 2", and return the bytes of the group, as `verify` does.
 
         Raises:
-            UsageError: the command is another one, without an answer; or a program is running.
+            UsageError: the command has no answer, or a program is running.
             Timeout: the chip does not answer in time.
         """
         group = self.port.group_of(command) if isinstance(command, str) else None
@@ -140,7 +140,7 @@ class BusHost(Host):
         return self.verify(group, timeout=timeout)
 
     def run_program(self, timeout: Time = "5 s") -> None:
-        """Send X, and let time pass until RUN is low; until it is high again the chip takes live commands only.
+        """Send X, and let time pass until RUN is low; until RUN is high again the chip accepts only live commands.
 
         Raises:
             UsageError: a program is running already.
@@ -152,12 +152,11 @@ class BusHost(Host):
         """Send commands to a chip whose program is running, through PROG/LIVE (manual, s.7).
 
         Returns:
-            The bytes of the groups read by V commands, one after the other.
+            The bytes of the groups read by V commands, one group after another.
 
         Raises:
             UsageError: the list of commands is empty, a command is not ASCII text, no program is running, or the part
-                accepts
-                no commands while its program runs.
+                accepts no commands while its program runs.
             Timeout: the chip does not accept them in time.
         """
         for command in commands or ("",):
@@ -180,7 +179,7 @@ class BusHost(Host):
         Args:
             group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in that
                 table, though a program has up to 60; `x.program` has all of them.
-            number: of bytes to read; by default the whole group.
+            number: number of bytes to read; by default the whole group.
             live: True: read between two instructions of a running program, through PROG/LIVE (manual, s.3 V); None: do
                 so if a program is running.
 
@@ -204,7 +203,7 @@ class BusHost(Host):
         """Request a new rate on the fly (manual, s.7), while the motor slews.
 
         Args:
-            rate: the rate parameter, a byte that is sent unchanged; 0 to 127 are rates of the part.
+            rate: the rate parameter, a byte that is sent unchanged; the part has the rates 0 to 127.
 
         Raises:
             UsageError: `rate` is not 0 to 255, or the part does not accept a rate on the fly.
@@ -231,7 +230,7 @@ class BusHost(Host):
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 
     def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:
-        """Wait for a request to a moving motor, and return its result."""
+        """Wait for a request made while the motor is moving, and return its result."""
         try:
             return self.queue.result(request, timeout)
         except Timeout as error:
@@ -239,10 +238,10 @@ class BusHost(Host):
 
     @property
     def _part(self) -> str:
-        """The chip and its part number, at the beginning of a message."""
+        """The chip and its part number, for the beginning of a message."""
         return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
 
     def _needs(self, role: str, otherwise: str) -> None:
-        """Refuse a call if the part lacks a pin for it."""
+        """Refuse a call if the part lacks the pin that it needs."""
         if self.chip.sheet.role(role) is None:
             raise UsageError(f"{self._part} {otherwise}: it has no pin for it")

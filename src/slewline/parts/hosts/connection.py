@@ -1,4 +1,4 @@
-"""A host's view of a chip: its sheet, the wires of its board, and the settings of its straps; never the chip."""
+"""A host's view of a chip: its data sheet, the wires on its board, and its strap settings; never the chip itself."""
 
 from __future__ import annotations
 

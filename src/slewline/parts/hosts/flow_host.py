@@ -25,10 +25,10 @@ class FlowHost(Host):
     """A host computer on the parallel bus of one chip.
 
     Args:
-        delay_ps: the time that the program of the host takes before each byte, ps.
+        delay_ps: the time that the host's program takes before each byte, ps.
 
     Attributes:
-        received: the bytes of the messages of the chip.
+        received: the bytes of the chip's messages.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -58,7 +58,7 @@ class FlowHost(Host):
 
     @property
     def idle(self) -> bool:
-        """True while nothing is queued and no message is being read."""
+        """Whether nothing is queued and no message is being read."""
         return not self.port.taken and not self.port.offered and self.queue.idle
 
     def _rest(self) -> None:
@@ -76,7 +76,7 @@ class FlowHost(Host):
 
     @from_outside
     def query(self, chip: str, command: str) -> Request[str | bytes]:
-        """Queue a query, whose form follows the mode when it is sent."""
+        """Queue a query; its form depends on the mode at the time it is sent."""
         served(self.name, self.chips, chip)
         self.port.shadow.query(self.name, command)
         self.input("query", chip, command)
@@ -113,12 +113,12 @@ class FlowHost(Host):
         """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have come in messages, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have arrived in messages, with nothing in between."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     @answering("host.ask()", TO_ONE)
@@ -127,7 +127,7 @@ class FlowHost(Host):
 
         Raises:
             UsageError: the command has no answer.
-            Timeout: no answer in time; the mode register may direct answers to the serial line.
+            Timeout: no answer arrives in time; the mode register may direct answers to the serial line.
         """
         try:
             return self.queue.result(self.query(self.chip.name, command), timeout)

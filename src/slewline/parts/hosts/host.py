@@ -1,21 +1,21 @@
-"""A host computer: the calls of every host, over any channel.
+"""A host computer: the calls that every host has, over any channel.
 
     send(data)       queue data unchanged; they are sent as fast as the chip accepts them
     ask(command)     send a command, let time pass until the answer, and return it
-    received         the data received: bytes or characters, of a chipset words
+    received         the data received: bytes, characters, or the words of a chipset
     got(data)        condition for `run_until`: these data have been received
     drop()           drop the queue; a request that is being sent is completed
-    clear()          drop all of it, and release the lines
+    clear()          drop all requests, and release the lines
     idle, waiting    whether nothing is queued; the present activity
 
-A host sees the wires and the sheet of a chip (`connection.py`), and never the chip.  It has an end on the channel, a
-queue of requests, and shadow registers if its part cannot be read:
+A host sees the wires and the data sheet of a chip (`connection.py`), never the chip itself.  It has an end on the
+channel, a request queue, and shadow registers if its part cannot be read:
 
     BusHost         a CommandPort for each chip (ends/)                verify, live, change_rate ...
     PacketHost      a PacketPort for each chipset                 command, query, axis, wait ...
     FlowHost        a FlowPort, which has a Shadow                prefix, heed
     SerialHost      a StrappedUart (ends/strapped_uart.py)           write, change_line, answers ...
-    AdaptiveHost    an AdaptiveUart, which has two of them        write, change_line, heed
+    AdaptiveHost    an AdaptiveUart, which has two Shadows        write, change_line, heed
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ TO_ONE = "; host.to(x) selects one of several chips"
 
 
 class Host(Part):
-    """A host computer that commands one chip, or several that share a bus or a line.
+    """A host computer that commands one chip, or several chips that share a bus or a line.
 
-    Each channel has a class of its own, which adds the calls of that channel.
+    Each kind of channel has a subclass, which adds the calls for that channel.
 
     Attributes:
         name: its name on the bench.
         chips: its connections, by the names of the chips.
         received: the data received: bytes of read-outs, characters, or the words of a chipset.
         pins: its own pins, by their names.
-        on_finding: hook, called with each `Finding` about it.
-        on_event: hook, called with each activity in words: a line of a script, an answer.
+        on_finding: hook, called with each `Finding` about the host.
+        on_event: hook, called with a description of each activity, such as a script line or an answer.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -63,7 +63,7 @@ class Host(Part):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection]) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up, rest=self._rest)
-        self.on_event: Hook[[str]] = Hook()  # its activities, in words: a line of a script, an answer
+        self.on_event: Hook[[str]] = Hook()  # descriptions of its activities, such as a script line or an answer
         self.chips = {chip.name: chip for chip in chips}
         self._to = chips[0].name
 
@@ -72,7 +72,7 @@ class Host(Part):
 
     @property
     def chip(self) -> Connection:
-        """The chip selected with `to`; initially the first one."""
+        """The chip selected with `to`; initially the first chip."""
         return self.chips[self._to]
 
     @property
@@ -105,7 +105,7 @@ class Host(Part):
         raise NotImplementedError
 
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes | int:
-        """Send a command, let time pass until it is answered, and return the answer.
+        """Send a command, let virtual time pass until it is answered, and return the answer.
 
         Raises:
             UsageError: the text is not a command, or the command has no answer.
@@ -121,7 +121,7 @@ class Host(Part):
     # ---------------------------------------------------------------------------------------------------------- queue
     @from_outside
     def drop(self) -> None:
-        """Drop the queue; a request that is being sent already is completed."""
+        """Drop the queue; a request that is already being sent is completed."""
         if not self._begun:
             self.clear()
             return
@@ -130,7 +130,7 @@ class Host(Part):
 
     @property
     def _begun(self) -> bool:
-        """Whether the first request has had an effect on the lines."""
+        """Whether the first request has already affected the lines."""
         return self.queue.begun
 
     @from_outside
@@ -147,7 +147,7 @@ class Host(Part):
         self.queue.cancel_last()
 
     def _rest(self) -> None:
-        """Release the lines: a request under way is cut short."""
+        """Release the lines, because a request under way has been cut short."""
         raise NotImplementedError
 
     @property

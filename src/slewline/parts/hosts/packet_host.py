@@ -1,12 +1,12 @@
-"""The host computer of a chipset with packets: a command byte, words in either direction, a checksum.
+"""The host computer of a chipset that uses packets: a command byte, words in either direction, a checksum.
 
-    host.command("SET_POS", 12345)          10  0000 3039  -> checksum 3049, which is compared
+    host.command("SET_POS", 12345)          10  0000 3039  -> checksum 3049, which is checked
     host.query("GET_STATUS")                31             -> 0300, checksum 0331
-    host.ask("GET_STATUS")                  the same, from the text of a command
+    host.ask("GET_STATUS")                  the same, with the command as text
 
 A packet ends when HostRdy is high again after its last word.  The host remembers the current axis, so that axis(2)
-sends SET_2 only if another axis is current.  A wrong checksum is raised where a call waits for the packet, and is a
-finding of the host in any case.
+sends SET_2 only if another axis is current.  A wrong checksum raises an error in a call that waits for the packet; it
+is always a finding of the host, too.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 POLL = "1 ms"  # polling interval of a host that waits for a status bit
-LONGEST_READ = 1 << 10  # bytes of one operation; a packet has less than ten
+LONGEST_READ = 1 << 10  # bytes of one operation; a packet has fewer than ten
 
 
 class Result(NamedTuple):
-    """Result of a command of a script."""
+    """The result of a script command."""
 
     axis: int
     command: str
@@ -50,11 +50,11 @@ class Result(NamedTuple):
 
 
 class PacketHost(Host):
-    """A host computer on the host port of one chipset, or of several that share a data bus.
+    """A host computer on the host port of one chipset, or of several chipsets that share a data bus.
 
     Attributes:
         received: all words read, a list of ints, 0 to 65535.
-        results: the results of the commands of a script: axis, command, value.
+        results: the results of a script's commands: axis, command, value.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -90,10 +90,10 @@ class PacketHost(Host):
         """Return a condition for `bench.run_until`: these words have been read, with nothing in between.
 
         Args:
-            data: the words as numbers, 0 to 65535, or as bytes, two for each word, high byte first.
+            data: the words as numbers, 0 to 65535, or as bytes, two per word, high byte first.
 
         Raises:
-            UsageError: the data are not words, or an odd number of bytes.
+            UsageError: the data are not words, or the number of bytes is odd.
         """
         words = list(data) if not isinstance(data, (str, bytes, bytearray, int)) else None
         if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
@@ -105,7 +105,7 @@ class PacketHost(Host):
     def axis(self, number: int) -> AxisView:
         """Return a view of this host for one axis, to which all its commands are sent.
 
-        The axis is made the current one before a command, unless it is already.
+        Before each command this axis is made the current one, unless it already is.
 
         Raises:
             UsageError: the chipset does not have this axis.
@@ -130,7 +130,7 @@ class PacketHost(Host):
         Args:
             name: the mnemonic.
             values: the arguments, in the units of the command; rates also as text, "12345 steps/s", "0.5 steps/cycle2".
-            axis: the axis that is made the current one first, unless it is already; 0: whichever is current.
+            axis: the axis that is first made the current one, unless it already is; 0: the axis that is current.
             timeout: the longest wait, in virtual time.
 
         Raises:
@@ -145,7 +145,7 @@ class PacketHost(Host):
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
-        """Send a command and return the value that it returns, in the units of the command.
+        """Send a command and return its value, in the units of the command.
 
         Raises:
             UsageError: the command does not exist, or returns nothing.
@@ -159,7 +159,7 @@ class PacketHost(Host):
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
-        """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
+        """Send a command as text, such as "GET_STATUS", as in a script, and return its value.
 
         Raises:
             UsageError: the text is not a command, or the command returns nothing.
@@ -180,7 +180,7 @@ class PacketHost(Host):
             code: the command byte, 0 to 255.
             words: the words that are written, each 0 to 65535.
             reads: the number of words to read, without the checksum.
-            checksum: read a checksum at the end, and check it.
+            checksum: whether to read and check a checksum at the end.
             axis, timeout: as for `command`.
 
         Raises:
@@ -190,10 +190,10 @@ class PacketHost(Host):
         return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
-        """Queue packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
+        """Queue packets: as text, one command per line; or as bytes, a command byte and the bytes of its words.
 
         Raises:
-            UsageError: the text is not a command; nothing is queued then.
+            UsageError: the text is not a command; nothing is then queued.
         """
         if isinstance(data, str):
             for command in [
@@ -205,7 +205,7 @@ class PacketHost(Host):
             self.strobe(self.port.chip, part, is_command, *USUAL)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL, axis: int = UNKNOWN) -> int:
-        """Poll the status word until a bit of it is 1, or, with "!" before its name, 0; return the word.
+        """Poll the status word until one of its bits is 1 or, with "!" before its name, 0; return the word.
 
         Args:
             bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
@@ -232,12 +232,11 @@ class PacketHost(Host):
 
     # ---------------------------------------------------------------------------------------------- single operations
     def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a single command byte; the call ends with the strobe, before the busy time that follows.
+        """Write a single command byte; the call ends with the strobe, before the busy time that follows it.
 
         Args:
-            how: `low` and `gap`: the duration of a strobe, and of the pause after it; `ready=False`: strobe without
-                waiting
-                for HostRdy.
+            how: `low` and `gap` are the durations of a strobe, and of the pause after it; `ready=False` strobes
+                without waiting for HostRdy.
 
         Raises:
             UsageError: the byte is not 0 to 255, or a strobe or pause is 0.
@@ -323,7 +322,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue polls of the status word until a bit has a level."""
+        """Queue polls of the status word until a bit has the wanted level."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
@@ -366,7 +365,7 @@ class AxisView:
         return self.host.packet(code, *words, reads=reads, checksum=checksum, axis=self.number, timeout=timeout)
 
     def send(self, data: str) -> None:
-        """Queue commands to this axis, one a line, like `PacketHost.send`."""
+        """Queue commands to this axis, one per line, like `PacketHost.send`."""
         self.host.send(data, axis=self.number)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL) -> int:

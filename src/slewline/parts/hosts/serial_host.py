@@ -1,4 +1,4 @@
-"""A host computer that sends lines to the modules on a serial line, by the settings of their straps."""
+"""A host computer that sends commands to the modules on a serial line as their straps are set."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 class SerialHost(UartHost, Host):
-    """A host computer on the serial line of one module, or of several that share it.
+    """A host computer on the serial line of one module, or of several modules that share the line.
 
-    It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
+    The host follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
 
     Args:
-        baud: a rate other than that of the module.
+        baud: a rate that differs from the module's rate.
 
     Attributes:
         received: the characters received, a bytearray.
@@ -56,7 +56,7 @@ class SerialHost(UartHost, Host):
         """Queue characters to be sent unchanged: no address or checksum is added.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         self.write(data)
 
@@ -64,12 +64,12 @@ class SerialHost(UartHost, Host):
     def ask(self, command: str, timeout: Time = "5 s") -> str:
         r"""Send a command, with address and checksum as strapped; let time pass until the answer, and return it.
 
-        The answer is returned without checksum and carriage return; a program listing is returned as its lines, with
-        "\r" between them.
+        The answer is returned without checksum and carriage return; the lines of a program listing are separated by
+        "\r".
 
         Raises:
-            ChecksumError: the answer has a wrong checksum, or a character of it a parity or framing error.
-            Timeout: no answer in time; the message names the missing answer.
+            ChecksumError: the answer has a wrong checksum, or one of its characters has a parity or framing error.
+            Timeout: no answer arrives in time; the message names the missing answer.
         """
         uart = self.uart
         uart.begin()

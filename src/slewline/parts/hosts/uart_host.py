@@ -1,4 +1,4 @@
-"""Common part of hosts on a serial line: dropping, releasing and waiting by their UART."""
+"""Common code of hosts on a serial line: they drop, release and wait through their UART."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ..lines.host_uart import HostUart, OverUart
 
 
 class UartHost(OverUart):
-    """Mixin of hosts with a UART; list it before `Host` among the bases."""
+    """Mixin for hosts with a UART; list it before `Host` among the base classes."""
 
     queue: RequestQueue
     uart: HostUart
@@ -26,7 +26,7 @@ class UartHost(OverUart):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is queued and nothing is to be sent."""
+        """Whether no request is queued and no character is waiting to be sent."""
         return self.uart.idle and self.queue.idle
 
     @property

@@ -1,1 +1,1 @@
-"""Serial lines: connectors, a UART, and a line with noise."""
+"""Serial lines: connectors, a UART, and a noisy line."""

@@ -1,7 +1,7 @@
-"""The far end of a serial line: its board's rate, format and addresses, and whether it understands this end.
+"""The far end of a serial line: its board's rate, format and addresses, and whether they match this end.
 
-A connector checks each pair of settings once, before characters go out with them, so a line on which both ends agree
-costs nothing.  A mismatch is a finding of the connector, whatever is between the two ends.
+A connector checks each pair of settings once, before it sends characters with them, so a line on which both ends
+agree costs no time.  A mismatch is a finding of the connector, regardless of what is between the two ends.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import Protocol
 from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement, rate_disagreement
 
 RETURN, LF = 0x0D, 0x0A
-TELNET = re.compile(rb"(?:\xff[\xfb-\xfe].)+", re.DOTALL)  # offers and demands of options
+TELNET = re.compile(rb"(?:\xff[\xfb-\xfe].)+", re.DOTALL)  # offers of and requests for options
 NO_LINE = (
     "this port passes characters at any rate, unlike a cable; it does not check whether the program's data bits, "
     "parity and stop bits would work on a cable"
 )
-CERTAIN = 6  # bytes of them, where a byte may be 0xff
+CERTAIN = 6  # enough of their bytes to be certain: a single data byte may be 0xff, too
 RAW = "the host negotiates options (bytes ff fb to fe), which a module mistakes for commands"
 RAW_REMEDY = "this looks like Telnet: use a raw connection, or --rfc2217 with an RFC 2217 client"
 
@@ -51,14 +51,14 @@ class FarEnd:
 
     @property
     def disagreement(self) -> str:
-        """Difference between the settings of the two ends, and the remedy; empty: they agree."""
+        """The difference between the settings of the two ends, and the remedy; empty: the settings agree."""
         differing = (
             disagreement(self.near.name, self.near.setting, name, receiver) for name, receiver in self.receivers.items()
         )
         return "; ".join(filter(None, differing))
 
     def compare(self) -> None:
-        """Report a disagreement of the settings, each one once; record the address of each module."""
+        """Report each disagreement between the settings once; record the address of each module."""
         self.compared = True
         if self._is_new(text := self.disagreement):
             self.near.finding("format", text)
@@ -68,7 +68,7 @@ class FarEnd:
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
+        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
         differing = (
             rate_disagreement("the program", baud, name, receiver) for name, receiver in self.receivers.items()
         )
@@ -82,7 +82,7 @@ class FarEnd:
             self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
-        """Report lines that address none of the modules, once for each way a line begins."""
+        """Report lines that address none of the modules, once for each different beginning of a line."""
         for byte in data:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
@@ -92,7 +92,7 @@ class FarEnd:
             self.begins = byte == RETURN
 
     def _is_new(self, text: str) -> bool:
-        """Return whether a text has not been reported yet; it counts as reported from now on."""
+        """Return whether a text has not been reported yet; it is then recorded as reported."""
         new = bool(text) and text not in self.reported
         self.reported.add(text)
         return new

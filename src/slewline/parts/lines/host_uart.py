@@ -1,4 +1,4 @@
-"""The UART of a computer: characters out on txd, characters in on rxd, at the speed of the line."""
+"""The UART of a computer: characters out on txd, characters in on rxd, at the line rate."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # delay of a late character
 BURST = 16  # characters whose edges are promised together
-SILENCE_PS = 5 * 10**12  # longest time for a reply
+SILENCE_PS = 5 * 10**12  # maximum time for a reply
 POWER_UP_PS = 10**9  # pause after power-up: during its RESET pulse a module would not receive
 
 
 class HostUart:
-    """A UART on the pins txd and rxd of a part, which it adds.  Calls by a user are inputs of the part.
+    """A UART on the pins txd and rxd, which it adds to a part.  User calls are inputs of the part.
 
     Args:
         mark: the level of an idle line.
@@ -60,7 +60,7 @@ class HostUart:
         return LineSetting(self.baud, self.word)
 
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
-        """Use another rate or format, from the next character on."""
+        """Use another rate or format, starting with the next character."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
         self.frames = frames_of(self.clock.hz, word, self.mark)
         self.far.compared = False
@@ -78,16 +78,16 @@ class HostUart:
         return lambda: self.set_line(baud, word)
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
+        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
         self.part.input("opened_at", baud)
         self.far.opened_at(baud)
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, as an input; they are sent one after the other.
+        """Queue characters, as an input; they are sent one after another.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes; or the fault is unknown.
+            UsageError: the text is not ASCII, the data are neither text nor bytes, or the fault is unknown.
         """
         data = as_bytes(self.name, data)
         if fault and fault not in FAULTS:
@@ -95,19 +95,19 @@ class HostUart:
         self.part.input("write", data, fault)
         if data[:1] == b"\xff":
             self.far.look_for_telnet(data)
-        burst = 1 if fault == "late" else self.burst  # every one of them is late
+        burst = 1 if fault == "late" else self.burst  # every character is late
         self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
     def drop(self, verb: str) -> None:
-        """Drop the queued characters, except the burst that is on the line, as this input."""
+        """Drop the queued characters, except the burst on the line, as the input `verb`."""
         self.part.input(verb)
         while len(self.outgoing) > 1:
             self.outgoing.pop()
 
     def space(self, on: bool) -> None:
-        """Begin or end a break, as an input: the line is at space, and nothing must be sent meanwhile."""
+        """Begin or end a break, as an input: the line is held at space, and nothing must be sent meanwhile."""
         self.part.input("space", on)
         self.driver.drive(1 - self.mark if on else self.mark)
         self.kernel.settle()
@@ -150,7 +150,7 @@ class HostUart:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is to be sent."""
+        """Whether no character is waiting to be sent."""
         return not self.outgoing
 
     @property
@@ -160,7 +160,7 @@ class HostUart:
 
     # ----------------------------------------------------------------------------------------------------- receiving
     def listen(self) -> None:
-        """Start to receive."""
+        """Start to receive characters."""
         self.kernel.spawn(self._receive, name=f"{self.name} receives")
 
     async def _receive(self) -> None:
@@ -181,20 +181,20 @@ class HostUart:
 
     @property
     def recent(self) -> Recent:
-        """Number of characters received, and the latest of them."""
+        """The latest characters received, and the number of all characters so far."""
         self.catch_up()
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the number of the next character on a line that must be received at its instant."""
+        """Return the index of the next character on a line that must be received at its own instant."""
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
-        """Return the number of the next character, from `at` on, at which this end acts; -1: none."""
+        """Return the index of the next character, at or after `at`, on which this end acts; -1: none."""
         return -1
 
     def passed(self, data: bytes) -> None:
-        """Receive characters without a fault, at which this end does not act."""
+        """Receive characters that have no fault and on which this end does not act."""
         self._received += data
 
     def take(self, character: Character) -> None:
@@ -210,7 +210,7 @@ class HostUart:
 
 
 class OverUart:
-    """Mixin of parts with a UART: their calls."""
+    """Mixin for parts with a UART, which provides their calls."""
 
     uart: HostUart
 
@@ -244,7 +244,7 @@ class OverUart:
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format, without regard to the other end.
+        """Change rate and format, regardless of the other end.
 
         Args:
             baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
@@ -259,7 +259,7 @@ class OverUart:
 
     @from_outside
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
+        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
         self.uart.opened_at(baud)
 
     @from_outside
@@ -268,14 +268,14 @@ class OverUart:
 
         Args:
             data: the characters.
-            fault: "parity", "framing" or "late": send every one of them with this fault.
+            fault: "parity", "framing" or "late": every character is sent with this fault.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes; or the fault is unknown.
+            UsageError: the text is not ASCII, the data are neither text nor bytes, or the fault is unknown.
         """
         self.uart.write(data, fault)
 
     @from_outside
     def space(self, on: bool) -> None:
-        """Begin (True) or end (False) a break: the line is held at space; send nothing during it."""
+        """Begin (True) or end (False) a break: the line is held at space; send nothing during the break."""
         self.uart.space(on)

@@ -1,7 +1,7 @@
-"""Noise on a serial line: characters that are lost, garbled, late, or have a wrong parity or no stop bit.
+"""Noise on a serial line: characters that are lost, garbled or late, or that have a wrong parity or no stop bit.
 
-A plan affects the characters to come: each of the next `count`, or, with a `chance` below 1, each character with this
-probability until `count` were hit.  The random numbers are seeded, so a plan is repeatable.
+A plan affects future characters: each of the next `count`, or, with a `chance` below 1, each character with this
+probability until `count` characters have been hit.  The random numbers are seeded, so a plan is repeatable.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 from ...errors import UsageError
 
-KINDS = ("lost", "garbled", "parity", "framing")  # possible faults on a wire
-LINKED = (*KINDS, "late")  # and on a link
+KINDS = ("lost", "garbled", "parity", "framing")  # faults possible on a wire
+LINKED = (*KINDS, "late")  # faults possible on a link
 WORD = (1 << 64) - 1
 
 
@@ -22,7 +22,7 @@ class RandomSequence:
         self.state = seed & WORD
 
     def below(self, number: int) -> int:
-        """Return one of 0 ... number-1, all equally likely."""
+        """Return a number from 0 to number-1, all equally likely."""
         self.state = self.state + 0x9E3779B97F4A7C15 & WORD
         mixed = (self.state ^ self.state >> 30) * 0xBF58476D1CE4E5B9 & WORD
         mixed = (mixed ^ mixed >> 27) * 0x94D049BB133111EB & WORD
@@ -31,7 +31,7 @@ class RandomSequence:
 
 @dataclass
 class NoisePlan:
-    """A planned fault: characters to hit, characters that pass before, and the probability for each."""
+    """A planned fault: the number of characters to hit, the number that pass first, and the probability of each hit."""
 
     kind: str
     count: int
@@ -63,7 +63,7 @@ class Noise:
 
     Args:
         kinds: possible faults of a character.
-        spared: the number of a data bit that is never garbled, for example one that a checksum does not cover.
+        spared: the number of a data bit that is never garbled, for example a bit that a checksum does not cover.
     """
 
     def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:
@@ -84,7 +84,7 @@ class Noise:
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
-        """Return the fault of the character that begins now ("": none), and which of its data bits it affects."""
+        """Return the fault of the character that begins now ("": none), and which data bit the fault affects."""
         if not self.plans:
             return "", 0
         plan = self.plans[0]
@@ -97,7 +97,7 @@ class Noise:
         return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the received byte for a sent one (None: none), and the fault of its frame, if any."""
+        """Return the byte received for a byte sent (None: no byte), and the fault of its frame, if any."""
         kind, bit = self.strike()
         if kind == "lost":
             return None, ""

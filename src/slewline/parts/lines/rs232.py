@@ -17,11 +17,11 @@ from .host_uart import HostUart, OverUart
 
 
 class SerialPort(OverUart, Part):
-    """A serial connector: characters out on txd, characters in on rxd, at the speed of the line."""
+    """A serial connector: characters out on txd, characters in on rxd, at the line rate."""
 
     _for_users = ("write", "received", "got", "drop", "change_line", "baud", "word", "faulty", "on_character")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
-    optional = frozenset({"rxd"})  # of a receiver
+    optional = frozenset({"rxd"})  # a neighbour that only receives has no txd
     options = (
         BAUD,
         *word_options(7, "odd", 2),
@@ -37,7 +37,7 @@ class SerialPort(OverUart, Part):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is to be sent."""
+        """Whether no character is waiting to be sent."""
         return self.uart.idle
 
     @property
@@ -47,5 +47,5 @@ class SerialPort(OverUart, Part):
 
     @from_outside
     def drop(self) -> None:
-        """Drop the queued characters, except those already on the line."""
+        """Drop the queued characters, except characters already on the line."""
         self.uart.drop("drop")

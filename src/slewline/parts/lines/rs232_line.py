@@ -1,10 +1,10 @@
-r"""An RS-232 line with faults, between the connector of a host and one or more modules.
+r"""An RS-232 line with faults, between a host's connector and one or more modules.
 
 host   txd --> host_txd | line | txd --> rxd   module
        rxd <-- host_rxd |      | rxd <-- txd
 
-Edges pass without delay.  The line counts characters, so it must have their rate and format; a fault changes the level
-of some bits of one character:
+Edges pass without delay.  The line counts characters, so it must be set to their rate and format; a fault changes the
+levels of some bits of a character:
 
     mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
                |<------------------- lost: mark -------------------->|
@@ -32,17 +32,17 @@ DIRECTIONS = ("to_module", "to_host")
 
 
 class LineDirection:
-    """One direction of a line.  A window (from, to, effect) changes the levels in it."""
+    """One direction of a line.  A window (from, to, effect) changes the levels within it."""
 
     def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: CharacterFormat) -> None:
         self.source, self.driver, self.kernel = source, driver, driver.kernel
         self.clock, self.word, self.noise = clock, word, Noise(word.bits)
         self.windows: list[tuple[int, int, int]] = []
-        self.free_ps = 0  # from here on a space is the start bit of the next character
+        self.free_ps = 0  # after this instant a space is the start bit of the next character
         self.characters = 0
 
     def changed(self, net: Net) -> None:
-        """Pass on an edge; a character may begin with it."""
+        """Pass on an edge, which may begin a character."""
         now = self.kernel.now
         if net.level == SPACE and now >= self.free_ps:
             self.characters += 1
@@ -70,7 +70,7 @@ class LineDirection:
             self.kernel.call_at(ps, self._after_edges)
 
     def _after_edges(self) -> None:
-        """Pass on the level in the next round, after all edges of this instant; earlier, a spike could pass."""
+        """Pass on the level in the next round, after all edges at this instant; earlier, a spike could pass."""
         self.kernel.call_at(self.kernel.now, self.put)
 
     def put(self) -> None:
@@ -83,10 +83,10 @@ class LineDirection:
 
 
 class Rs232Line(Part):
-    """A line on which faults can be planned: characters lost, garbled, with wrong parity or without stop bit; a break.
+    """A line with planned faults: lost and garbled characters, wrong parity, missing stop bits, and a break.
 
-    bench.host(x, line=line) puts it between a host and its modules; `to` wires it to another connector, and
-    bench.connect(line, [x]) to the modules.
+    bench.host(x, line=line) puts the line between a host and its modules; `to` wires it to another connector, and
+    bench.connect(line, [x]) wires it to the modules.
     """
 
     _for_users = ("plan", "clear", "send_break", "way")
@@ -114,7 +114,7 @@ class Rs232Line(Part):
             way.changed(way.source.net)
 
     def way(self, name: str) -> LineDirection:
-        """Return one direction: "to_module" or "to_host"."""
+        """Return one direction of the line: "to_module" or "to_host"."""
         if name not in self._directions:
             raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(DIRECTIONS)}")
         return self._directions[name]
@@ -127,8 +127,8 @@ class Rs232Line(Part):
             way: "to_module" or "to_host".
             kind: "lost", "garbled" (a data bit inverted), "parity" or "framing".
             count: number of characters with the fault.
-            chance: probability of each character to be hit, until `count` were; drawn from `seed`.
-            after: number of characters that pass before.
+            chance: probability that a character is hit, until `count` have been hit; drawn from `seed`.
+            after: number of characters that pass first.
         """
         if kind == "parity" and self._word.parity == "none":
             raise UsageError(f"{self.name}: fault 'parity'; {self._word} has no parity bit")
@@ -144,7 +144,7 @@ class Rs232Line(Part):
 
     @from_outside
     def clear(self) -> None:
-        """Cancel all planned faults; characters that have begun keep theirs."""
+        """Cancel all planned faults; a character that has begun keeps its fault."""
         self.input("clear")
         for direction in self._directions.values():
             direction.noise.clear()

@@ -1,13 +1,13 @@
-r"""A serial line into the parallel port (s.10, fig. 10.16): the sender of a host, and a receive-only UART.
+r"""A serial link to the parallel port (s.10, fig. 10.16): a host's sender, and a receive-only UART.
 
     line   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾       TTL levels, idle high, lowest bit first
                start  ^     ^           ^      ^         ^
-                      the UART samples in the middle of each bit, on a clock of sixteen times the baud rate
+                      the UART samples in the middle of each bit, with a clock of sixteen times the baud rate
 
     DAV, inverted -> I/O REQUEST     INSTROBE -> RDE: low puts the byte on the bus     READY -> RDAV: low clears DAV
 
-RDAV is a level: while READY is low, DAV cannot be set, and a character that is complete by then is lost.  The link
-cannot stop the host, which must pause by itself around motions, delays and waits.
+RDAV acts as a level: while READY is low, DAV cannot be set, and a character completed in that time is lost.  The link
+cannot stop the host, which must itself pause during motions, delays and waits.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ..base.request_queue import RequestQueue
 from ..base.written_data import Data, as_bytes
 
 GENERATOR_HZ = 2_457_600
-STAGES = 12  # of the CD4040 after the oscillator
+STAGES = 12  # outputs of the CD4040 after the oscillator
 
 
 def _spelled(baud: Fraction) -> int | str:
@@ -64,7 +64,7 @@ class SerialSender(Part):
 
     @from_outside
     def send(self, data: Data) -> None:
-        """Queue characters; they are sent one after the other."""
+        """Queue characters; they are sent one after another."""
         data = as_bytes(self.name, data)
         self.input("send", data)
         for byte in data:
@@ -72,7 +72,7 @@ class SerialSender(Part):
 
     @from_outside
     def pause(self, time: Time) -> None:
-        """Queue a pause, to leave the chip time."""
+        """Queue a pause, to give the chip time."""
         ps = picoseconds(time)
         self.input("pause", f"{ps} ps")
 
@@ -87,7 +87,7 @@ class SerialSender(Part):
 
 
 class Uart(Part):
-    """Receive-only UART whose mode is strapped (no command word), with its baud rate generator.
+    """A receive-only UART with strapped mode (no command word), and its baud rate generator.
 
     The straps (bits, parity, stop) must match the host.
     """
@@ -123,11 +123,11 @@ class Uart(Part):
 
     @property
     def set_by(self) -> str:
-        """Description of the setting of rate and format, such as its straps."""
+        """Description of how rate and format are set, for example by straps."""
         return "its options baud, bits, parity, stop"
 
     def instead(self, baud: int | str) -> str:
-        """Return the setting for another rate, in words; empty: there is none."""
+        """Return, in words, how to set another rate; empty: the UART cannot be set to it."""
         return f"the option baud={baud!r}" if baud in GENERATOR else ""
 
     @property

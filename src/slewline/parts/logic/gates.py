@@ -1,4 +1,4 @@
-"""Gates, delay lines and latches of the 74 series.  Gates have no delay; an open input reads high, as in TTL.
+"""74-series gates, delay lines and latches.  Gates have no delay; an open input reads high, as in TTL.
 
 The output of a gate follows from the promises of its inputs (core/wires/views.py), so it makes no events of its own.
 """
@@ -22,7 +22,7 @@ from ..base.follower import Follower, Stateless, start_rule
 from ..base.part import Part
 
 HIGH = (0, 1)  # level that an input reads
-FUNCTIONS: Mapping[str, Callable[[Iterable[bool]], bool]] = MappingProxyType({  # the output by the inputs, True: high
+FUNCTIONS: Mapping[str, Callable[[Iterable[bool]], bool]] = MappingProxyType({  # output versus inputs, True: high
     "and": all,
     "or": any,
     "nand": lambda levels: not all(levels),
@@ -35,7 +35,7 @@ class Gate(Part):
 
     Args:
         function: "and", "or", "nand" or "nor".
-        inputs: their number, 1 to 8 (a 7430 has eight).
+        inputs: the number of inputs, 1 to 8 (a 7430 has eight).
     """
 
     options = (
@@ -69,10 +69,10 @@ class WireInverter(Part):
 
 
 class Delay(Part):
-    """A delay line: the output repeats the input later, including the shortest pulses.
+    """A delay line: the output repeats the input after a delay, including the shortest pulses.
 
     Args:
-        delay: 1 ps and more.
+        delay: the delay, 1 ps or more.
     """
 
     options = (Option("delay", "time", "100 ns", "from the input to the output", low=1),)
@@ -103,13 +103,13 @@ class Delay(Part):
         self._follow(gated([shown], HIGH))
 
     def _drive(self) -> None:
-        """Promise a level, that of the input."""
+        """Promise the level of the input."""
         self._follow(int(self.high("in")))
 
     def _follow(self, shown: Promise | Level) -> None:
         """Follow a new promise or level of the input from now on."""
         now = self.kernel.now
-        if not self._pieces or (now == self._wired_ps and not self.rule.edge_driven):  # the circuit is coming to rest
+        if not self._pieces or (now == self._wired_ps and not self.rule.edge_driven):  # the circuit is settling
             self._pieces = [(now - self._delay_ps, shown.level(now) if promised(shown) else shown)]
         while self._pieces[-1][0] == now:
             self._pieces.pop()
@@ -121,7 +121,7 @@ class Delay(Part):
 
 
 class Latch8(Part):
-    """74LS373: q follows d while `enable` is high and keeps it while low; q floats while `output_enable` is high."""
+    """A 74LS373: q follows d while `enable` is high, else it is latched; q floats while `output_enable` is high."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)

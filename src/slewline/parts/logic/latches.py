@@ -1,4 +1,4 @@
-"""Latches on the outputs of a chip: the position on the fly (fig. 6.3), and the phases (fig. 4.1)."""
+"""Latches on the outputs of a chip, for the position on the fly (fig. 6.3) and for the phases (fig. 4.1)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OR = (0, 1, 1, 1)
 
 
 class PositionLatch(Part):
-    """Two 74LS373 that latch the position that a chip outputs while stepping (s.6).
+    """Two 74LS373 latches for the position that a chip outputs while stepping (s.6).
 
         enable of the high byte = OUTSTROBE low and pin 37 high        (NOR gates)
         enable of the low byte  = OUTSTROBE low and pin 37 low
@@ -64,7 +64,7 @@ class PositionLatch(Part):
 
     @property
     def position(self) -> int:
-        """Position in the two latches."""
+        """The position held in the two latches."""
         return self.high_byte << 8 | self.low_byte
 
 
@@ -72,7 +72,7 @@ class PhaseLatch(Part):
     """A latch between phase pins and motor, clocked by the rising edge of PULSE (s.4).
 
     It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
-    coils off, without regard to the latch.  Low energises, as on the chip.
+    coils off, regardless of the latch.  A low output energises, as on the chip.
     """
 
     _for_users = ("held",)
@@ -86,7 +86,7 @@ class PhaseLatch(Part):
         for n in (1, 2, 3, 4):
             self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
             self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
-        self._coils = [Sampled(NoEvents(), 1, 1) for _ in range(4)]  # present and future content of the latch
+        self._coils = [Sampled(NoEvents(), 1, 1) for _ in range(4)]  # present and future contents of the latch
         inputs = ("pulse", "off", *(f"phase{n}" for n in (1, 2, 3, 4)))
         self.rule = Clocked(
             self, inputs, clock="pulse", edge=1, advance=self._advance, step=self._step, follow=self._follow
@@ -94,7 +94,7 @@ class PhaseLatch(Part):
 
     @property
     def held(self) -> tuple[int, ...]:
-        """Content of the latch, phases 1 to 4."""
+        """Contents of the latch, phases 1 to 4."""
         if self.rule.due:
             return self._read()
         return tuple(int(coil.level(self.kernel.seen)) for coil in self._coils)
@@ -108,7 +108,7 @@ class PhaseLatch(Part):
         self._hold(int(coil.level(ps)) for coil in self._coils)
 
     def _step(self) -> None:
-        """Process the step whose edge comes at this instant."""
+        """Process the step whose clock edge is at this instant."""
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:

@@ -1,4 +1,4 @@
-"""The drilling machine of the GS-C data sheet, example 2: a bar that is fed, drilled and cut, and a drill.
+"""The drilling machine of the GS-C data sheet, example 2: a drill, and a bar that is fed, drilled and cut.
 
     bar unit     UO2 -> UI2 of the drill unit   drill now        UO1 -> blade
     drill unit   UO1 -> UI2 of the bar unit     hole is done     UO2 -> motor of the drill
@@ -26,7 +26,7 @@ SHOWN = 200  # holes
 
 @dataclass(frozen=True, slots=True)
 class CutPiece:
-    """A piece cut off a bar: the positions of its holes, and its length, in steps from its end."""
+    """A piece cut off a bar: its length, and the positions of its holes from its end, in steps."""
 
     holes: tuple[int, ...]
     length: int
@@ -36,7 +36,7 @@ class CutPiece:
 
 
 class Bar(Part):
-    """A bar that CLOCK and DIR feed under drill and blade; a rising edge of `bit` makes a hole, of `blade` a cut."""
+    """A bar fed under drill and blade by CLOCK and DIR; a rising edge of `bit` makes a hole, of `blade` a cut."""
 
     _for_users = ("position", "holes", "pieces")
     wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})
@@ -60,7 +60,7 @@ class Bar(Part):
         return self.drive.position - self._cut_at
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the bar and of its last holes, in steps, and the number of pieces cut off."""
+        """Return the positions of the bar and of its last holes, in steps, and the number of pieces cut off."""
         return {"position": self.position, "spots": self.holes[-SHOWN:], "pieces": len(self.pieces)}
 
     def rewired(self) -> None:
@@ -88,7 +88,7 @@ class Bar(Part):
 
 
 class Drill(Part):
-    """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
+    """A drill lowered (clockwise) and lifted by CLOCK and DIR; its spindle turns while `motor` is high."""
 
     _for_users = ("position", "gap")
     wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})
@@ -102,7 +102,7 @@ class Drill(Part):
         self.drive = StepDrive(self)
         self.shaft = self.drive.shaft
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
-        self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: in the bar
+        self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: it is in the bar
         self.take_pin("bit", self._bit.pins["out"])
         self._interlock = InterlockMonitor(self, self.shaft)
 

@@ -21,7 +21,7 @@ SHOWN = 200  # spots
 class Workpieces(Part):
     """Workpieces that come to the machine one by one and leave after their last weld.
 
-    `in_place` is high while one is ready; `last` is low as long as another one is to come.
+    `in_place` is high while a workpiece is ready; `last` is low as long as another workpiece is to come.
     """
 
     _for_users = ("pieces", "welds", "left", "finished")
@@ -65,7 +65,7 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return the number of workpieces, the number finished, and the welds that the one in place still needs."""
+        """Return the number of workpieces, how many are finished, and the welds that the present workpiece needs."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property
@@ -87,7 +87,7 @@ class Weld:
 
 
 class Welder(Part):
-    """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
+    """A carriage moved by PULSE and DIRECTION, with a torch that burns while `torch` is high."""
 
     _for_users = ("position", "spots", "lit")
     wiring = MappingProxyType({**STEP_WIRING, "torch": "output1"})
@@ -115,7 +115,7 @@ class Welder(Part):
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the torch and of its last spots, in steps, and whether the torch burns."""
+        """Return the positions of the torch and of its last weld spots, in steps, and whether the torch burns."""
         spots = [spot.position for spot in self.spots[-SHOWN:]]
         return {"position": self.position, "spots": spots, "lit": self.lit is not None}
 

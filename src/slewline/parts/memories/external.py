@@ -1,12 +1,12 @@
-r"""The local bus of a chip: an address latch, and an output that a strobe enables.
+r"""The local bus of a chip: an address latch, and an output enabled by a strobe.
 
 select  ----\____________________________/----    falling: latches the byte on the bus as a high address
 ale     _________/--\_______________________      falling: latches the byte on the bus as a low address
-wr      -----------------\____/-------------      rising: the byte on the bus is written, to writable parts
+wr      -----------------\____/-------------      rising: the byte on the bus is written to a writable part
 rd      -----------------\________/---------      low: the addressed byte is on the bus
 db      ==========|= low =|== data ==|
 
-The latch (a 74LS373) follows whichever part is selected: one latch may serve memory, display and switches.
+The latch (a 74LS373) serves whichever part is selected, so memory, display and switches may share one latch.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ def start_bus(self: HasBus) -> None:
 
 
 class BusInterface:
-    """The pins of a part on the local bus, its address latches, and its bus driver.
+    """The local-bus pins of a part, its address latches, and its bus driver.
 
     Args:
-        part: gets the pins.
-        selects: the meaning of a low `select`.
+        part: the part, to which the pins are added.
+        selects: a description of what a low `select` does.
         read: returns the byte at the address, 0 to 255; None: no byte at this address, and the bus floats.
         write: receives a byte for the address; None: the part cannot be written.
-        on_latch: called when `ale` has changed; its falling edge has latched the low byte of an address.
+        on_latch: called when `ale` has changed; a falling edge of `ale` has latched the low byte of an address.
         on_select: called when `select` has changed, before the part drives or releases the bus.
     """
 
@@ -59,7 +59,7 @@ class BusInterface:
         on_select: Callable[[], None] | None = None,
     ) -> None:
         self.part, self.read, self.write, self._on_latch, self._on_select = part, read, write, on_latch, on_select
-        self.high = self.low = ERASED  # in the address latches
+        self.high = self.low = ERASED  # held in the address latches
         part.add_bus("db", "address, then data")
         part.add_pin("select", "in", selects, pull=1, active=0)
         part.add_pin("ale", "in", "falling: latches the low byte of the address", pull=0, active=1)
@@ -81,13 +81,13 @@ class BusInterface:
         self.part.net("ale").ends = (self,)
 
     def changes(self) -> None:
-        """Prepare for a change of the content: an exchange in progress uses the content before it."""
+        """Prepare for a change of the contents: an exchange in progress uses the old contents."""
         if (exchange := self.part.net("db").exchange) is not None:
             exchange.withdraw()
 
     @property
     def by_address(self) -> bool:
-        """Whether the part's behaviour follows from the latched address alone."""
+        """Whether the part's behaviour depends on the latched address alone."""
         return self._on_latch is None and self._on_select is None
 
     @property

@@ -6,7 +6,7 @@ wr      -----------------\____/-------------      rising: the byte on the bus is
 rd      -----------------\________/---------      low: the byte at the address is on the bus
 db      == high ==|= low =|== data ==|
 
-A part of less than 64K has fewer address lines: higher addresses mirror its contents.
+A part smaller than 64K has fewer address lines: higher addresses mirror its contents.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class MemoryCore:
     """The bytes of a memory, and its bus interface.
 
     Args:
-        part: gets the pins.
-        size: bytes; None: that of the image if such a part exists, else 65536.
-        image: initial content from address 0 on; the rest is FF.
-        read: returns the byte at the address.
-        write: receives a byte for the address.
+        part: the part, to which the pins are added.
+        size: bytes; None: the size of the image if such a part exists, else 65536.
+        image: initial contents, starting at address 0; the rest is FF.
+        read: a function that returns the byte at the address.
+        write: a function that receives a byte for the address.
 
     Raises:
         UsageError: the image does not fit.
@@ -64,7 +64,7 @@ class MemoryCore:
         """Return the bytes of an image that is to be stored at an address.
 
         Raises:
-            UsageError: it does not fit.
+            UsageError: the image does not fit.
         """
         check_text(self.name, image)
         data = as_bytes(self.name, image)
@@ -73,7 +73,7 @@ class MemoryCore:
 
     @property
     def address(self) -> int:
-        """Present address; a small part ignores the lines that it does not have."""
+        """The present address; a small part ignores the address lines that it does not have."""
         return self.bus.address % self.size
 
     @property
@@ -86,9 +86,9 @@ class Ram(Part):
     """A memory of up to 64K bytes on the bus of a chip: a RAM; or, read only, an EPROM or a ROM.
 
     Args:
-        writable: the chip can write it.
-        size: bytes, a power of two from 2048 to 65536; None: that of the image if such a part exists, else 65536.
-        image: initial content from address 0 on; the rest is FF, where a real RAM has random bytes.
+        writable: whether the chip can write to it.
+        size: bytes, a power of two from 2048 to 65536; None: the size of the image if such a part exists, else 65536.
+        image: initial contents, starting at address 0; the rest is FF, where a real RAM has random bytes.
     """
 
     _for_users = ("content", "load", "size")
@@ -107,7 +107,7 @@ class Ram(Part):
 
     @property
     def content(self) -> bytes:
-        """Bytes of the memory, from address 0 on."""
+        """The bytes of the memory, starting at address 0."""
         return bytes(self._core.bytes)
 
     @content.setter
@@ -116,14 +116,14 @@ class Ram(Part):
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
-        """Write an image into the memory, as a programmer does with a part out of its socket.
+        """Write an image into the memory, as a device programmer does with a part taken from its socket.
 
         Args:
             image: bytes, or text.
             at: address of the first byte.
 
         Raises:
-            UsageError: it does not fit.
+            UsageError: the image does not fit.
         """
         data = self._core.checked(image, at)
         self.input("load", data, at)
@@ -147,15 +147,15 @@ class Eeprom(Part):
     """An EEPROM of up to 64K bytes on the bus of a chip.
 
     Writing a byte takes `write_time`; meanwhile a read returns that byte with bit 7 inverted (data polling).  Written
-    bytes are flushed to the store `flush` after the first unsaved one: a flush waits for the disk, for some
-    milliseconds, about as long as the part takes for a single byte.
+    bytes are flushed to the store `flush` after the first unsaved byte, not singly, since a flush waits for the disk
+    for some milliseconds, about as long as the part takes to write a byte.
 
     Args:
-        size: bytes, a power of two from 2048 to 65536; None: that of the image if such a part exists, else 65536.
-        image: initial content from address 0 on, if the store is empty; the rest is FF.
-        write_time: for a byte.
-        flush: longest time from writing a byte to the store.
-        store: keeps the content without power.
+        size: bytes, a power of two from 2048 to 65536; None: the size of the image if such a part exists, else 65536.
+        image: initial contents, starting at address 0, if the store is empty; the rest is FF.
+        write_time: the time to write a byte.
+        flush: the maximum time until a written byte is saved to the store.
+        store: preserves the contents without power.
     """
 
     _for_users = ("content", "load", "size", "store", "flush", "unsaved", "writing")
@@ -199,12 +199,12 @@ class Eeprom(Part):
 
     @property
     def content(self) -> bytes:
-        """Bytes of the memory, from address 0 on."""
+        """The bytes of the memory, starting at address 0."""
         return bytes(self._core.bytes)
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
-        """Write an image into the memory from an address on, like `Ram.load`; it is stored immediately."""
+        """Write an image into the memory, starting at an address, like `Ram.load`; it is stored immediately."""
         data = self._core.checked(image, at)
         self.input("load", data, at)
         self._bus.changes()
@@ -215,7 +215,7 @@ class Eeprom(Part):
         self.flush()
 
     def _shown(self) -> int:
-        """Return the byte at the address; while a byte is being written that byte, with bit 7 inverted."""
+        """Return the byte at the address, or, while a byte is being written, that byte with bit 7 inverted."""
         return self._core.byte if self.writing is None else self.writing[1] ^ POLLED
 
     def _write(self, byte: int) -> None:

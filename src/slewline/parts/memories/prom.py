@@ -1,7 +1,7 @@
 """Commands from a PROM, without any host (s.10, fig. 10.18).
 
-    I/O REQUEST = NAND(READY, not at the end)        READY high requests the byte, READY low ends the request
-    address     = 74193 counters, clocked by the rise of I/O REQUEST, preset while `load` is low
+    I/O REQUEST = NAND(READY, not at the end)        READY high requests a byte, READY low ends the request
+    address     = 74193 counters, clocked by the rising edge of I/O REQUEST, preset while `load` is low
     the end     = the byte FF on the bus (7430), or with `stop="address"` the address FF
 
 The counter is clocked by I/O REQUEST and not by READY, because READY also falls in every motion of a stored program and
@@ -71,7 +71,7 @@ class Prom(Part):
 
     @property
     def ended(self) -> bool:
-        """Whether the counter is at the end of a program."""
+        """Whether the address counter is at the end of a program."""
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:
@@ -92,7 +92,7 @@ class Prom(Part):
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing without an input."""
+        """Whether the part will change nothing unless an input changes."""
         return self.ended
 
     @property

@@ -1,11 +1,11 @@
-"""Two constants that are on no data sheet, from measurements: the friction of a machine, and the iron loss of a motor.
+"""Two constants that no data sheet lists, from measurements: the friction of a machine, and the iron loss of a motor.
 
-    start-stop rate     the greatest rate at which the motor starts without a ramp     -> friction
-    pull-out rate       at which it stalls under some torque, when accelerated slowly  -> iron loss
+    start-stop rate     the maximum rate at which the motor starts without a ramp     -> friction
+    pull-out rate       the rate at which it stalls under a torque, accelerated slowly  -> iron loss
 
-The more friction, or iron loss, the lower the rate.  So each constant is the greatest with which the simulated motor
-still reaches the measured rate, found by bisection.  If both rates are measured, the constants are found in turn until
-they agree, since each affects the other's measurement.
+The more friction or iron loss, the lower the rate.  So each constant is the largest value with which the simulated
+motor still reaches the measured rate, found by bisection.  If both rates are measured, the two constants are found
+alternately until they no longer change, since each affects the measurement of the other.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-START_STEPS = 60  # that a motor must make to have started
-SLOWEST = 0.6  # of the pull-out rate, where a sweep begins
-SWEEP_S = 1.0  # how long a sweep takes
-SETTLES_S = 0.1  # before it
-COARSE, TRIES = 0.8, 24  # of the greatest constant down to 1/200 of it, by 0.8
+START_STEPS = 60  # steps that a motor must make to have started
+SLOWEST = 0.6  # fraction of the pull-out rate at which a sweep begins
+SWEEP_S = 1.0  # duration of a sweep
+SETTLES_S = 0.1  # time before the sweep
+COARSE, TRIES = 0.8, 24  # factors from the largest constant down to 1/200 of it, each 0.8 times its predecessor
 EXACT = 1e-3  # relative tolerance of a constant
-TURNS = 12  # of the two searches at most
-SAME = 0.01  # of the friction, allowed difference between turns
+TURNS = 12  # maximum number of turns of the two searches
+SAME = 0.01  # allowed difference between turns, as a fraction of the friction
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class Calibration:
     """A motor and a load that reproduce the measurements.
 
     Attributes:
-        motor, load: with the calibrated constants.
+        motor, load: the motor and the load with the calibrated constants.
         friction, iron: the constants found, N m and N m s; None: not measured.
-        before: friction and iron loss before the calibration.
+        before: the friction and iron loss before the calibration.
     """
 
     motor: MotorData
@@ -62,10 +62,10 @@ def calibrate(
     """Return the friction and iron loss with which a motor reproduces the measurements.
 
     Args:
-        load: as in the measurements; its friction is used if no start-stop rate is passed.
-        start_stop: the greatest rate at which the motor starts without a ramp, full steps/s.
-        pull_out: the rate at which it stalls when accelerated slowly, full steps/s.
-        torque: on the shaft at that stall, in addition to the load, N m.
+        load: the load of the measurements; its friction is used if no start-stop rate is passed.
+        start_stop: the maximum rate at which the motor starts without a ramp, full steps/s.
+        pull_out: the rate at which the motor stalls when accelerated slowly, full steps/s.
+        torque: the torque on the shaft at that stall, in addition to the load, N m.
         steps: step mode of the measurements, such as "half".
 
     Raises:
@@ -102,12 +102,12 @@ def calibrate(
 def _both(
     motor: MotorData, driver: DriverData, load: LoadData, start_stop: float, pull_out: float, torque: float, steps: str
 ) -> tuple[MotorData, LoadData]:
-    """Return both constants such that each follows from the other.
+    """Return the data with both constants, each consistent with the other.
 
     Raises:
         UsageError: there are no such constants.
     """
-    friction, tried = 0.0, (0.0, 0.0)  # the friction before, and by how much it was too small
+    friction, tried = 0.0, (0.0, 0.0)  # the previous friction, and by how much it was too small
     for turn in range(TURNS):
         motor = replace(motor, iron=_iron(motor, driver, _rubbing(load, friction), pull_out, torque, steps))
         lacks = _friction(motor, driver, load, start_stop, steps) - friction
@@ -151,9 +151,9 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
 
 
 def _greatest(does: Callable[[float], bool], most: float, measured: str, what: str, bound: str) -> float:
-    """Return the greatest constant with which a motor reproduces a measurement.
+    """Return the largest constant with which a motor reproduces a measurement.
 
-    The search starts from above: with too little drag a motor may swing itself out of step at medium rates.
+    The search starts from above, because a motor with too little drag may swing itself out of step at medium rates.
     """
     if does(most):
         raise UsageError(
@@ -177,7 +177,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
 
 # -------------------------------------------------------------------------------------------------------- simulation
 def _starts(law: MotorLaw, rate: float) -> bool:
-    """Return whether the motor starts at a rate, from rest, and stops again."""
+    """Return whether the motor starts from rest at a rate, and stops again."""
     import numpy as np
 
     count = START_STEPS * law.micro
@@ -189,7 +189,7 @@ def _starts(law: MotorLaw, rate: float) -> bool:
 def _comes_to(law: MotorLaw, rate: float) -> bool:
     """Return whether the motor reaches a rate when accelerated slowly.
 
-    It begins in step at a lower rate, with the lag that most motors have there; how it got there does not matter.
+    The motor begins in step at a lower rate, with a typical lag; how it reached that rate does not matter.
     """
     import numpy as np
 
@@ -202,7 +202,7 @@ def _comes_to(law: MotorLaw, rate: float) -> bool:
 
 
 def _sweep(first: float, last: float) -> NDArray[np.int64]:
-    """Return the instants (ps) of steps at one rate, and from there slowly up to another (steps/s)."""
+    """Return the instants (ps) of steps at one rate, then slowly accelerated to another rate (steps/s)."""
     import numpy as np
 
     even = np.arange(1, int(first * SETTLES_S) + 1) / first

@@ -1,4 +1,4 @@
-"""Effects of a chopper on the current of a motor: ripple, current from blanking, and notes on both."""
+"""Effects of a chopper on the motor current: ripple, current due to blanking, and notes on both."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from .drivers import has_own_clock
 from .motor_data import DriverData, MotorData
 
 _AMPERES = re.compile(r"\d\s*m?A\b")
-UNDER = 0.2  # times the rated current: less is hardly intended, and has a fifth of the torque
+UNDER = 0.2  # times the rated current: less is hardly intended, and yields a fifth of the torque
 OVER = 1.1  # times the rated current: tolerance of a supply or a resistor
-MUCH = 0.1  # of the current: a ripple that takes a twentieth of the torque
+MUCH = 0.1  # fraction of the current: a ripple that costs a twentieth of the torque
 
 
 def ripple(motor: MotorData, driver: DriverData) -> float:
-    """Return the greatest ripple of the current in slow decay, peak to peak, A, which occurs at half of the supply.
+    """Return the maximum current ripple in slow decay, peak to peak, A, which occurs at half of the supply voltage.
 
     The EMF of a turning motor reduces it.  An averaged driver is the mean of a chopper with the same clock.
     """
-    share = 2 if driver.off_time else 4  # the pause is the fixed time, or half of a period
+    share = 2 if driver.off_time else 4  # the off-time is the fixed time, or half a period
     return driver.supply * driver.period / (share * motor.inductance)
 
 
 def least_current(motor: MotorData, driver: DriverData) -> float:
-    """Return the current, A, that the blanking of a chopper drives through a winding at rest, with slow decay; or 0."""
+    """Return the current, A, that a chopper's blanking time drives through a winding at rest in slow decay; or 0."""
     if driver.kind != "chopper" or driver.decay not in ("slow", "auto") or not driver.least_on:
         return 0.0
     period = driver.off_time + driver.least_on if driver.off_time else driver.period
@@ -33,10 +33,10 @@ def least_current(motor: MotorData, driver: DriverData) -> float:
 
 
 def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) -> str:
-    """Return a note that a motor at rest gets more, or much less, than its rated current; empty if it does not.
+    """Return a note if a motor at rest gets more, or much less, than its rated current; otherwise an empty text.
 
     Args:
-        little: report only much less current, with which the motor holds almost no load.
+        little: report only a much lower current, with which the motor holds almost no load.
     """
     current = driver.current
     if driver.kind in ("voltage", "bilevel"):
@@ -55,7 +55,7 @@ def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str
     Empty if there are none.
 
     Args:
-        given: the driver as set by the user; without a clock and a name, 20 kHz are assumed.
+        given: the driver as set by the user; if it has neither a clock nor a name, 20 kHz is assumed.
     """
     notes = [note for note in (current_note(motor, driver),) if note]
     if driver.kind not in ("chopper", "averaged"):

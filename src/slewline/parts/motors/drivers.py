@@ -1,9 +1,9 @@
-"""Drivers, and the text or table with which users describe one, as on a circuit diagram.
+"""Drivers, and the text or table with which users describe a driver, as on a circuit diagram.
 
 driver = "24 V, 1 A"                                        a current source limited by the supply
 driver = "24 V, 1.4 A chopper, 20 kHz, slow decay"
 driver = "GS-D200, 24 V, 1 A, rest 0.25 A, ramp 1.5 A"
-driver = "L/4R 20 V"                                        with three times the winding's resistance in series
+driver = "L/4R 20 V"                                        a series resistor of three times the winding's resistance
 driver = "bilevel 24 V 2 ms, 5 V"
 driver = "current 1 A, boost"                               an ideal current source
 driver = { kind = "averaged", supply = 24, current = 1 }
@@ -28,7 +28,7 @@ from .motors import MOTORS
 
 
 class DriverRow(NamedTuple):
-    """A driver on the market: its kind of switching, supply range, V, and greatest phase current, A."""
+    """A driver on the market: its kind of switching, supply range, V, and maximum phase current, A."""
 
     data: DriverData
     supply: tuple[float, float]
@@ -65,7 +65,7 @@ DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
     }
 )
 
-FIGURES = (  # of a table, in the order of DriverData
+FIGURES = (  # figures of a table, in the order of DriverData
     Option("name", "text", "own", "its name", like="'my driver'"),
     Option("kind", "choice", ..., "circuit", choices=("current", "averaged", "chopper", "voltage", "bilevel")),
     positive("supply", "V", "supply", None),
@@ -148,7 +148,7 @@ NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
 def _pattern(form: str) -> re.Pattern[str]:
-    """Return the pattern of a part such as "rest {rest:A}"."""
+    """Return the pattern for a part of the text, such as "rest {rest:A}"."""
     found = ""
     for words, name, unit in re.findall(r"([^{]*)(?:\{(\w+):(\w+)\})?", form):
         found += re.escape(words).replace(r"\ ", r"\s+")
@@ -159,7 +159,7 @@ def _pattern(form: str) -> re.Pattern[str]:
 
 
 def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
-    """Yield the figures in a text: the part of the text, a figure and its value."""
+    """Yield the figures in a text: the part of the text, the name of the figure, and its value."""
     for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
         part = part.strip()
         if part in DRIVERS:
@@ -210,7 +210,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
     Args:
         name: the driver's name in messages.
-        motor: the driven motor; its rated current is the default, its resistance determines L/nR.
+        motor: the driven motor; its rated current is the default, and its resistance determines L/nR.
 
     Raises:
         UnknownName: `like` names an unknown driver.
@@ -246,7 +246,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 
 def has_own_clock(value: Any, motor: MotorData) -> bool:
-    """Return whether a driver, as set by the user, has a chopper frequency; for others 20 kHz are assumed."""
+    """Return whether a driver, as set by the user, has a chopper frequency; for others 20 kHz is assumed."""
     if isinstance(value, DriverData):
         return True
     given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
@@ -260,7 +260,7 @@ def _driver_named(like: object, name: str) -> DriverRow:
 
 
 def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> None:
-    """Refuse figures that this kind of driver does not have, and a missing figure that it needs."""
+    """Refuse figures that do not exist for this kind of driver, and missing figures that it needs."""
     kind = given.get("kind", rows[1].default)
     if not isinstance(kind, str) or kind not in TAKES:
         return  # `checked` reports it
@@ -275,7 +275,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
 
 
 def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
-    """Return the current set, or that of the motor."""
+    """Return the current set by the user, or the motor's rated current."""
     if "current" not in given:
         return motor.current
     row = next(row for row in FIGURES if row.name == "current")
@@ -283,7 +283,7 @@ def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
 
 
 def _factor(value: Any, level: str, current: float, name: str) -> Any:
-    """Return a level as a factor of the current; in text it is in amperes."""
+    """Return a current level as a factor of the current; in text the level is in amperes."""
     value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
     if not isinstance(value, str):
         return value
@@ -295,7 +295,7 @@ def _factor(value: Any, level: str, current: float, name: str) -> Any:
 
 
 def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
-    """Return a driver after checking that its data sheet allows the supply and the current."""
+    """Return a driver after checking that its data sheet allows the supply voltage and the current."""
     low, high = row.supply
     if not low <= driver.supply <= high:
         raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} takes {low:g}..{high:g} V")

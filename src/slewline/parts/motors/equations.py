@@ -1,14 +1,14 @@
-"""The equations of motors, drivers and loads, as text: only the differences between them.
+"""The equations of motors, drivers and loads, as text; each piece contains only what differs.
 
-The same equations run in plain Python and compiled by Numba, with the same bits in both.  So they are written once, as
-assignments of numbers; `integrator.py` makes a function of them.  Names in capitals are parameters, constant during a
-run; the others are:
+The same equations run in plain Python and compiled by Numba, with bit-identical results.  So they are written once,
+as assignments of numbers, from which `integrator.py` makes a function.  Names in capitals are parameters, constant
+during a run; the others are:
 
     theta omega         position and speed of the rotor, rad and rad/s; theta is 0 at rest at command 0
     s c                 sine and cosine of the electrical angle
     i1 i2 (i3 i4)       currents of the windings, A
     r1 r2 (r3 r4)       set points of the driver: amperes, or volts, or 1 for a winding that is on
-    v1 v2 (v3 v4)       volts, as the driver sets them at a grid point, for the whole step from there on
+    v1 v2 (v3 v4)       volts, which the driver sets at a grid point for the whole step after it
     d_...               rates of change, one per state
 
 The motor (two phases): torque and EMF have the same constant K, so that energy is conserved.
@@ -16,7 +16,7 @@ The motor (two phases): torque and EMF have the same constant K, so that energy 
     L di1/dt = v1 - R i1 + K omega s            torque = K (i2 c - i1 s) - D sin(4 x)       x: electrical angle
     L di2/dt = v2 - R i2 - K omega c            J domega/dt = torque - DRAG omega - pull
 
-The detent torque is stable where one phase alone holds the rotor, so it softens the full-step positions.
+The detent torque has its stable positions where a single phase holds the rotor, so it softens the full-step positions.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ class Equations:
 
     Attributes:
         states: names of the integrated states.
-        kept: names of values set at a grid point and kept until the next one: latches and timers.
-        begin: assignments from a grid point on, before all others.
-        torque: the torque, by position and currents.
+        kept: names of values set at a grid point and kept until the next grid point: latches and timers.
+        begin: assignments at a grid point, before all others.
+        torque: the torque, as a function of position and currents.
         decide: decisions at a grid point; s, c and torque are those of the grid point.
         fixed: values that follow from the decisions, constant for the whole step.
         rates: the rates of change.
-        settle: assignments after each step; the state before it has a 0: `omega0`.
-        edge: the effect of an edge of the inputs; r1 is the set point from here on, o1 the one before.
-        rest: conditions under which nothing changes any more, joined by `and`.
+        settle: assignments after each step; the state before the step is named with a 0: `omega0`.
+        edge: the effect of an edge of the inputs; r1 is the new set point, o1 the previous one.
+        rest: the conditions, joined by `and`, under which nothing changes any more.
     """
 
     states: tuple[str, ...] = ()
@@ -54,7 +54,7 @@ class Equations:
 
 
 def each(text: str, *numbers: int) -> str:
-    """Return lines for windings 1, 2 ...; # is replaced by the number."""
+    """Return the lines for windings 1, 2 ...; # is replaced by the winding's number."""
     return "\n".join(text.replace("#", str(n)) for n in numbers)
 
 
@@ -152,7 +152,7 @@ BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
 )
 
 
-# At rest with a chopper: since the last edge the clock has ticked, and the current has reached its peak and falls.
+# At rest with a chopper: since the last edge the clock has ticked, and the current has peaked and is falling.
 RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
@@ -160,9 +160,9 @@ def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
     """Return the equations of a chopper: a latch is set, and the current resets it at its peak.
 
     Args:
-        decay: slow; fast; mixed; or auto: slow, and mixed after an edge at which the current is to decrease.
-        blanked: a phase is on for a minimum time.
-        timed: each phase is on again after its off-time; else a clock sets both latches.
+        decay: slow, fast, mixed, or auto; auto is slow, and mixed after an edge at which the current is to decrease.
+        blanked: whether a phase is on for a minimum time.
+        timed: whether each phase is on again after its off-time; otherwise a clock sets both latches.
     """
     if timed:
         lines, kept = ["now = t * 1e-12"], ["asked", "on1", "on2", "off1", "off2"]
@@ -206,7 +206,7 @@ def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
 
 
 def switched(count: int) -> Equations:
-    """Return the equations of transistors, one per winding or half: on, or the current decays in the clamp."""
+    """Return the equations of transistors, one per winding or half winding: on, or the current decays in the clamp."""
     numbers = range(1, count + 1)
     return Equations(
         decide=each("v# = where(r# > 0.0, VS, where(i# > 0.0, -CLAMP, R * i# + e#))", *numbers),
@@ -253,7 +253,7 @@ COUPLED = Equations(
         "absolute(d_omega2) < SETTLED",
     ),
 )
-DAMPED = Equations(  # a ring dragged along (Lanchester); before the load, since it affects the friction
+DAMPED = Equations(  # a ring dragged along (Lanchester damper); before the load, since it affects the friction
     states=("omega3",),
     torque="drags = DAMPER_DRAG * (omega - omega3)\ntorque = torque - drags",
     rates="d_omega3 = drags * INV_J3",
@@ -278,5 +278,5 @@ def stopped(suffix: str = "") -> Equations:
 
 
 def without_rest(of: Equations) -> Equations:
-    """Return equations without conditions for rest, which another piece has."""
+    """Return equations without their rest conditions, which another piece has."""
     return replace(of, rest=())

@@ -1,4 +1,4 @@
-"""Integration of a law: the points of the grid, in plain Python first, and compiled once that saves time."""
+"""Integration of a law at the grid points, in plain Python first, and compiled once that saves time."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from .integrator import Model
 
-CHUNK = 1 << 12  # grid points that plain Python computes per call
-ROOM = 1 << 17  # and Numba, at most
+CHUNK = 1 << 12  # maximum number of grid points that plain Python computes per call
+ROOM = 1 << 17  # the same for Numba
 SOON = 20_000  # steps in plain Python that take less time than compiling by Numba
 
 
@@ -39,7 +39,7 @@ class Integrable(Protocol):
 
     @property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """Set points of the driver, row by row."""
+        """The driver's set points, row by row."""
 
     @property
     def rows(self) -> NDArray[np.float64]:
@@ -47,7 +47,7 @@ class Integrable(Protocol):
 
     @property
     def step_ps(self) -> int:
-        """Step of the grid, ps."""
+        """The grid step, ps."""
 
     @property
     def step(self) -> float:
@@ -64,14 +64,14 @@ class Integrable(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class MotorTrace:
-    """The motion of a motor at the grid points of an integration; `trace["theta"]` is a state variable by its name.
+    """The motion of a motor at the grid points of an integration; `trace["theta"]` returns a state variable by name.
 
     Attributes:
         law: the `MotorLaw` that was integrated.
         times: the grid points, (n,) int64 ps, ascending.
-        states: the state variables, (n, k) float64, a column for each of `law.names`.
-        commands: the command in force from each grid point on, (n,) int64.
-        codes: the row of the table in force from each grid point on, (n,) int64.
+        states: the state variables, (n, k) float64, with one column for each of `law.names`.
+        commands: the command in force from each grid point, (n,) int64.
+        codes: the table row in force from each grid point, (n,) int64.
         rests: True if nothing changes after the last grid point.
     """
 
@@ -95,13 +95,13 @@ class MotorTrace:
 
     @property
     def lag(self) -> NDArray[np.float64]:
-        """Lag of the rotor after its command, in full steps: (n,) float64."""
+        """The lag of the rotor relative to its command, in full steps: (n,) float64."""
         lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.step
         return lag
 
     @property
     def worst(self) -> float:
-        """Greatest distance of the rotor from its command, in full steps."""
+        """The greatest distance between the rotor and its command, in full steps."""
         import numpy as np
 
         return float(np.abs(self.lag).max())
@@ -114,7 +114,7 @@ class MotorTrace:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A grid point: its instant (ps), the state there, and command and row from there on."""
+    """A grid point: its instant (ps), the state at it, and the command and row in force after it."""
 
     t: int
     state: tuple[float, ...]
@@ -123,7 +123,7 @@ class Point:
 
 
 class Integration:
-    """Integrator of a law, in plain Python first, and compiled once that saves time: the bits are the same."""
+    """Integrator of a law, in plain Python first, and compiled once that saves time; the results are bit-identical."""
 
     def __init__(self, law: Integrable, engine: str | None = None) -> None:
         if engine not in (None, "python", "numba"):
@@ -152,7 +152,7 @@ class Integration:
         point: Point,
         limit: float = float("inf"),
     ) -> MotorTrace:
-        """Return the grid points from `point`, included, to the last one up to an instant (ps)."""
+        """Return the grid points from `point`, which is included, to the last grid point up to an instant (ps)."""
         import numpy as np
 
         parts: list[tuple[Any, ...]] = []
@@ -169,10 +169,10 @@ class Integration:
     def _advance(
         self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
     ) -> tuple[bool, bool, tuple[Any, ...]]:
-        """Return a grid point and some more: whether others may follow, whether the motor rests, and the columns.
+        """Return some grid points: whether others may follow, whether the motor is at rest, and the columns.
 
-        The columns are instants, commands, codes and states.  Filled columns are returned without copying, which would
-        take half as long as the integration.
+        The columns are instants, commands, codes and states.  Filled columns are returned without being copied;
+        copying would take half as long as the integration.
         """
         import numpy as np
 

@@ -1,16 +1,16 @@
-"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted from each edge of the inputs.
+"""Integrators made from equations: classical Runge-Kutta with a fixed step, counted from each edge of the inputs.
 
-    edges            |                    |                             of the inputs
+    input edges      |                    |
     grid points      0    h    2h    3h   0    h    2h    3h    ...
                                   ^
-                                  the state here is one step of this length from the grid point before
+                                  this state is a step of this length from the preceding grid point
 
-Queries and earlier integration have no influence.  So a state has the same bits in any order of queries, and plain
-Python and Numba agree, since they run the same lines: sums, products, square roots and comparisons, in one order.  Sine
-and cosine are made of these too, because those of a machine's library differ in the last bit.
+Queries and earlier integration have no influence, so a state is bit-identical for any order of queries.  Plain Python
+and Numba agree, since they run the same lines: sums, products, square roots and comparisons, in one order.  Sine and
+cosine are computed from these operations, too, because library functions differ in the last bit between machines.
 
-Drivers and friction are decided at grid points, for a step of full length, however short the step becomes.  Once
-nothing changes any more the motor is at rest until the next edge, and costs nothing.
+The states of drivers and friction are decided at grid points, for a step of full length, however short the step
+becomes.  Once nothing changes any more, the motor is at rest until the next edge, and takes no computing time.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import Any
 from .equations import Equations
 from .operations import PYTHON, compiled, machine_code
 
-# sqrt(2) sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 5e-12; two doublings make it the angle.
+# sqrt(2) sin(pi f / 2) / f as a polynomial of f squared, for f up to 1/2, to 5e-12; two doublings make it the angle.
 # They keep s s + c c = 1 for any value, so the short polynomial adds no energy.
 SINE = (2.2214414690690765, -0.9135311855141165, 0.1127023300627348, -0.00662030226852122, 0.00022372161964259173)
 ANGLE = f"""\
@@ -91,13 +91,13 @@ class Model:
 
     @property
     def _kept_names(self) -> tuple[str, ...]:
-        """Names of kept values that are constant at rest; values assigned in `begin` follow the set points."""
+        """Names of the kept values that are constant at rest; values assigned in `begin` follow the set points."""
         given = [line.split(" = ")[0] for line in self._of("begin")]
         return tuple(name for name in self.kept if name not in given)
 
     @property
     def _rest(self) -> str:
-        """Condition for rest, with that of the load first, since it is seldom true."""
+        """The condition for rest, with the load's condition first, since it is seldom true."""
         conditions = [condition for piece in reversed(self.pieces) for condition in piece.rest]
         return " and ".join(f"({condition})" for condition in conditions) or "False"
 
@@ -133,7 +133,7 @@ class Model:
         return [*old, "code = codes[edge]", *(f"r{n} = table[code][{n - 1}]" for n in numbers), *self._of("edge")]
 
     def advance(self, emit: Sequence[str], begin: Sequence[str], give: str) -> str:
-        """Return the function that goes from a grid point to the last one up to `stop`."""
+        """Return the function that advances from a grid point to the last grid point up to `stop`."""
         return "\n".join(
             [
                 "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit,"
@@ -164,7 +164,7 @@ class Model:
 
     @property
     def after(self) -> str:
-        """Function that returns the state some time after a grid point, up to the next one."""
+        """Function that returns the state some time after a grid point, up to the next grid point."""
         saved = [f"{name}_ = {name}" for name in self._kept_names]
         marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._kept_names, "_")
         same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
@@ -187,7 +187,7 @@ class Model:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether the compiled functions of Numba have been used."""
+        """Whether the functions compiled by Numba have been used."""
         return "numba" in vars(self)
 
     @cached_property
@@ -250,7 +250,7 @@ class Engine:
 
     @property
     def crossing(self) -> Callable[..., Any]:
-        """Function for the time at which a state passes a bound, in ps after a grid point."""
+        """Function for the time at which a state crosses a bound, in ps after a grid point."""
         return self.functions["crossing"]
 
     @property

@@ -1,8 +1,8 @@
-"""A motor, its driver and its load, integrated: the law by which a shaft follows its commands, or loses steps.
+"""A motor with its driver and its load: the law by which a shaft follows its commands, or loses steps.
 
 A command is a position at which the driver holds the rotor: `micro` commands per full step, counted up and down from 0.
-Two phases are on at command 0, except in a wave drive.  The set points of the driver are a row of `table`: `cycle` rows
-per electrical turn, for each of its levels of current.
+Two phases are on at command 0, except in a wave drive.  The driver's set points are a row of `table`, which has
+`cycle` rows per electrical turn for each current level.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BARE = LoadData()
-LEVELS = ("slew", "ramp", "rest", "off")  # of the current: the rows of a table come in this order
+LEVELS = ("slew", "ramp", "rest", "off")  # current levels: the rows of a table come in this order
 STEP_PS = 20_000_000
-CHOPPED_PS = 1_000_000  # the grid of a chopper
+CHOPPED_PS = 1_000_000  # the grid step for a chopper
 SLOW = 1e-5  # rad/s, below which a rotor may be at rest
-STILL = 1e-7  # A, by which a current at rest changes in a step
-SETTLED = 1e-7  # rad/s, by which the speed of a rotor at rest changes in a step
+STILL = 1e-7  # A, the most by which a current at rest changes in a step
+SETTLED = 1e-7  # rad/s, the most by which the speed of a rotor at rest changes in a step
 NEAR = 0.1  # full steps
-LAGS = 0.7  # full steps, of a rotor that turns evenly
-LEFT = 0.02  # of the torque of a phase, acting on a rotor at rest with a chopper
+LAGS = 0.7  # full steps, the lag of a rotor that turns evenly
+LEFT = 0.02  # fraction of a phase's torque that acts on a rotor at rest with a chopper
 _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
 
 
@@ -49,7 +49,7 @@ def check_steps(steps: str) -> str:
 
 
 def usual_step(driver: DriverData) -> int:
-    """Return the default step of the grid, ps."""
+    """Return the default grid step, ps."""
     return CHOPPED_PS if driver.kind == "chopper" else STEP_PS
 
 
@@ -60,17 +60,16 @@ class MotorLaw:
     Args:
         motor, driver, load: their data.
         steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8
-            commands
-            per full step.
-        step_ps: the step of the grid, which starts again at each edge, ps; 0: 20 µs, or 1 µs for a switching chopper.
-        blocked: the rotor is blocked.
-        phased: the inputs are phases, not steps: the table has a row for each combination of phases, numbered by the
-            phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps` is "half".
+            commands per full step.
+        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid starts again at each edge.
+        blocked: whether the rotor is blocked.
+        phased: whether the inputs are phases, not steps. The table then has a row for each combination of phases,
+            numbered by the sum of those that are on: 1 for the first phase, 2, then 4 ...; `steps` is "half".
         origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
-        restless: integrate also at rest, to include the ripple of the chopper.
+        restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:
-        UsageError: motor, driver, load and steps do not match.
+        UsageError: motor, driver, load and step mode do not match.
     """
 
     motor: MotorData
@@ -113,12 +112,12 @@ class MotorLaw:
 
     @property
     def period(self) -> int:
-        """Full steps per electrical turn: a rotor that loses steps settles this far off, or a multiple of it."""
+        """Full steps per electrical turn: a rotor that loses steps settles this far away, or a multiple of it."""
         return self.motor.phases if self.motor.windings == "reluctance" else 4
 
     @property
     def lost_at(self) -> float:
-        """Distance from the command beyond which steps are lost: 3.9 full steps, with three phases 2.9."""
+        """Distance from the command beyond which steps are lost: 3.9 full steps, or 2.9 with three phases."""
         return self.period - NEAR
 
     @property
@@ -196,7 +195,7 @@ class MotorLaw:
 
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """Set points of the driver, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
+        """The driver's set points, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
         return table(self.motor, self.driver, self.steps, self.phased, self.origin)
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
@@ -215,7 +214,7 @@ class MotorLaw:
         return np.array(self.table, np.float64)
 
     def _row(self, angle: float, factor: float) -> tuple[float, ...]:
-        """Return the set points at an electrical angle (rad), with a factor of the current."""
+        """Return the set points at an electrical angle (rad), with the current multiplied by a factor."""
         if self.motor.windings == "reluctance":
             return tuple(float(factor > 0 and cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
         field = cos(angle), sin(angle)
@@ -228,7 +227,7 @@ class MotorLaw:
         return self.asked_for(signs, factor)
 
     def _phases(self, bits: int, factor: float) -> tuple[float, ...]:
-        """Return the set points for phases that are on, with a factor of the current."""
+        """Return the set points for the phases that are on, with the current multiplied by a factor."""
         on = [float(bits >> n & 1) for n in range(self.period)]
         if self.motor.windings in ("reluctance", "unipolar"):
             return tuple(part * (factor > 0) for part in on)
@@ -237,10 +236,10 @@ class MotorLaw:
 
     @cached_property
     def fields(self) -> tuple[int | None, ...]:
-        """Commands, 0 to `cycle` - 1, of the fields of phases that are on, by their bits; None: there is no field.
+        """The command, 0 to `cycle` - 1, of each combination of phases, by its bits; None: the phases produce no field.
 
-        With two windings, phases 1 and 2 are the ends of one, 3 and 4 those of the other; phases 1 and 3 on are command
-        0.
+        With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; phases 1 and 3 on
+        correspond to command 0.
         """
         found: list[int | None] = []
         for bits in range(1 << self.period):
@@ -259,7 +258,7 @@ class MotorLaw:
         return self.driver.kind in ("voltage", "bilevel")
 
     def asked_for(self, signs: Sequence[float], factor: float) -> tuple[float, ...]:
-        """Return the row of a field (two numbers from -1 to 1) with a factor of the current; 0: off."""
+        """Return the row for a field (two numbers from -1 to 1), with the current multiplied by a factor; 0: off."""
         on = factor > 0
         if self.motor.windings == "unipolar":
             one, two = signs
@@ -272,7 +271,7 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state of a rotor at rest at a command, with the currents settled at the set points of a row."""
+        """Return the state of a rotor at rest at a command, with its currents settled at the set points of a row."""
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
@@ -302,7 +301,7 @@ class MotorLaw:
         return command % self.cycle + self.cycle * LEVELS.index(level)
 
     def compile(self) -> None:
-        """Compile the functions of Numba now, rather than on first use.
+        """Compile the functions with Numba now, rather than on first use.
 
         Raises:
             UsageError: Numba is not installed.
@@ -313,7 +312,7 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state `span` ps after a grid point, up to the next one."""
+        """Return the state `span` ps after a grid point, at most up to the next grid point."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 
@@ -335,16 +334,17 @@ class MotorLaw:
 
         Args:
             times: the instants of the commands, (n,) int64 ps, ascending, after `start`.
-            commands: the command in force from each instant on, (n,) int64, counted from command 0.
+            commands: the command in force from each instant, (n,) int64, counted from command 0.
             start, stop: the window, ps.
-            codes: the row of the table for each command, (n,) int64; by default that of the command.
-            state, command, code: state, command and row at `start`; by default at rest at the position of `command`.
+            codes: the table row for each command, (n,) int64; by default the row that belongs to the command.
+            state, command, code: the state, command and row at `start`; by default the rotor rests at the position of
+                `command`.
             limit: the distance from the command, in full steps, at which the integration stops early.
             engine: "python" or "numba"; None: Numba for long runs, if it is installed.
 
         Raises:
-            UsageError: the instants do not ascend or do not match the commands, or the engine is unknown or not
-                installed.
+            UsageError: the instants are not in ascending order or do not match the commands, or the engine is unknown
+                or not installed.
         """
         import numpy as np
 
@@ -370,7 +370,7 @@ class MotorLaw:
 
 @lru_cache(maxsize=64)
 def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int) -> tuple[tuple[float, ...], ...]:
-    """Return the table of motors with these data, which does not depend on their loads."""
+    """Return the table for motors with these data; it does not depend on their loads."""
     return MotorLaw(motor, driver, steps=steps, phased=phased, origin=origin).asked()
 
 

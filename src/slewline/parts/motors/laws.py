@@ -1,4 +1,4 @@
-"""A motor by itself, without chip and bench, to compute its motion for steps at given times."""
+"""A motor by itself, without a chip or a bench, to compute its motion for steps at given times."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def read_system(motor: Any, driver: Any, load: Any, name: str = "") -> tuple[Mot
         name: prefix of "motor", "driver" and "load" in messages.
 
     Raises:
-        UnknownName, UsageError: a name is unknown or a value not allowed; or the motor cannot hold the load.
+        UnknownName, UsageError: a name is unknown, a value is not allowed, or the motor cannot hold the load.
     """
     turns = read_motor(motor, f"{name}motor")
     drives = read_driver(driver, f"{name}driver", turns)
@@ -41,10 +41,10 @@ def motor_law(
     """Return the equations of motion of a motor with driver and load, described as for the part `stepper`.
 
     Args:
-        motor, driver, load: names of built-in ones, descriptions as text, or tables.
+        motor, driver, load: the name of a built-in motor, driver or load, its description as text, or a table.
         steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8".
         step_ps: the step of the integrator, ps; 0: 20 µs, or 1 µs for a switching chopper.
-        restless: integrate the motor also at rest, to include the ripple of a chopper.
+        restless: whether to integrate the motor also at rest, to include chopper ripple.
 
     Raises:
         UnknownName, UsageError: as for the part `stepper`.

@@ -1,4 +1,4 @@
-"""Loads of a motor: text, or a table of figures; a linear axis by its mass and lead.
+"""Loads of a motor, described as text or as a table of figures; a linear axis is described by its mass and lead.
 
 load = "inertia 68 g cm2, friction 5 mNm"
 load = { inertia = "68 g cm2", friction = "5 mNm", low = -200, high = 4000 }
@@ -38,7 +38,7 @@ FIGURES = (
     figure("force", "N", "of friction on the axis"),
     Option("vertical", "bool", False, "the axis lifts its mass as it counts up"),
 )
-NEEDS = (  # a figure that has no effect without another one
+NEEDS = (  # figures that have no effect without another figure
     ("mass", "lead"),
     ("force", "lead"),
     ("lead", "mass or force"),
@@ -55,10 +55,10 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
 
     Args:
         name: the load's name in messages.
-        motor: the driving motor; the hard stops are in its full steps.
+        motor: the driving motor; the hard stops are expressed in its full steps.
 
     Raises:
-        UsageError: a figure is unknown, out of range, or has no effect without another one.
+        UsageError: a figure is unknown, out of range, or has no effect without another figure.
     """
     if isinstance(value, LoadData):
         return value
@@ -100,7 +100,7 @@ def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str 
     """Refuse a load that the motor cannot hold at rest, or cannot turn even slowly.
 
     Raises:
-        UsageError: it cannot; the message has the torques.
+        UsageError: the motor cannot hold or turn the load; the message lists the torques.
     """
     stiction = load.friction if load.stiction is None else load.stiction
     for when, factor, wanted, how in (

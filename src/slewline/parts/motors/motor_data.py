@@ -1,4 +1,4 @@
-"""Data of a motor, a driver and a load: the figures of their data sheets, in SI units.
+"""The data of a motor, a driver and a load: the figures of their data sheets, in SI units.
 
 MotorData   windings, holding torque, inertia     a row of motors.py, or user-defined
 DriverData  supply, current, kind of switching    a row of drivers.py, or user-defined
@@ -19,23 +19,24 @@ IRON_S = 2.66e-3  # default drag by iron loss, N m s, per N m of holding torque
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorData:
-    """A stepper motor by its data sheet.
+    """A stepper motor, as its data sheet describes it.
 
     `torque` is the holding torque at `current`, with `rated` phases on: two on most makers' sheets.
-    `iron` is the drag by iron loss, in N m s; None: 2.66e-3 s times the holding torque, since no sheet has it.
+    `iron` is the drag due to iron loss, in N m s; None: 2.66e-3 s times the holding torque, since no data sheet lists
+    it.
 
-    Hybrid and PM motors have `teeth` pairs of poles, with four full steps each; "unipolar" ones have two halves per
-    winding, and `resistance` and `inductance` are those of a half.  "reluctance": `phases` windings, and `phases` full
-    steps per tooth; `inductance` is the mean, `swing` the amplitude around it.
+    Hybrid and PM motors have `teeth` pole pairs, with four full steps each; "unipolar" motors have two halves per
+    winding, and `resistance` and `inductance` are those of one half.  "reluctance" motors have `phases` windings, and
+    `phases` full steps per tooth; `inductance` is the mean, and `swing` the amplitude of its variation.
     """
 
     name: str
     windings: Windings = "bipolar"
     teeth: int = 50
-    phases: int = 4  # of a reluctance motor
-    current: float  # A a phase
-    resistance: float  # ohm a phase
-    inductance: float  # H a phase
+    phases: int = 4  # number of phases of a reluctance motor
+    current: float  # A per phase
+    resistance: float  # ohms per phase
+    inductance: float  # H per phase
     swing: float = 0.0  # H, of a reluctance motor
     torque: float = 0.0  # N m
     rated: Literal["two", "one"] = "two"
@@ -43,7 +44,7 @@ class MotorData:
     inertia: float  # kg m2
     iron: float | None = None  # N m s
     viscous: float = 0.0  # N m s, bearings
-    friction: float = 0.0  # N m, bearings and brushing of seals
+    friction: float = 0.0  # N m, friction of bearings and seals
     source: str = ""
 
     @property
@@ -62,7 +63,7 @@ class MotorData:
         return 2 * pi / self.full_steps
 
     def holding_torque(self, current: float) -> float:
-        """Return the greatest torque with two phases on, N m, at a current per phase, A."""
+        """Return the maximum torque with two phases on, N m, for a current per phase, A."""
         if self.windings == "reluctance":
             return self.teeth * self.swing * current**2 / sqrt(2)
         return sqrt(2) * self.constant * current
@@ -77,17 +78,19 @@ class MotorData:
 class DriverData:
     """A driver and its settings.
 
-    "current"   the current is its set point, `lag` later (a first-order lag; 0: immediately), whatever the supply
-    "averaged"  a current source that the supply limits: the mean of a chopper, without its ripple and its damping
-    "chopper"   peak current, at a fixed frequency or, with `off_time`, with a fixed pause; in the pause the current
-                decays slow (shorted), fast (against the supply), mixed (fast for `fast_part` of a period or pause, then
-                slow), or auto (slow, and mixed after a step at which the current is to decrease)
+    "current"   the current follows its set point with a first-order lag `lag` (0: immediately), whatever the supply
+    "averaged"  a current source limited by the supply: the mean of a chopper, without its ripple and damping
+    "chopper"   regulates the peak current, at a fixed frequency or, with `off_time`, with a fixed off-time, during
+                which the current decays in slow mode (shorted), fast (against the supply), mixed (fast for `fast_part`
+                of a period or off-time, then slow), or auto (slow, and mixed after a step at which the current is to
+                decrease)
     "voltage"   the supply through `series` ohms: L/R, and L/nR
     "bilevel"   `high` volts for `high_time` after each change of a phase, then the supply
 
-    `current` is the current of a phase with two phases on; with `boost`, a phase that is on alone has sqrt(2) times as
-    much (half steps with an even torque).  `rest`, `slew` and `ramp` are factors of it, selected by MOV and RAMP.
-    A half winding that is switched off drives its current into `clamp` volts (a diode 0.7, or a Zener diode).
+    `current` is the current per phase with two phases on; with `boost`, a single phase gets sqrt(2) times as much,
+    for half steps with an even torque.  `rest`, `slew` and `ramp` are factors of this current, selected by MOV and
+    RAMP.  A half winding that is switched off drives its current into `clamp` volts (0.7 for a diode, or the voltage
+    of a Zener diode).
     """
 
     name: str = ""
@@ -99,11 +102,11 @@ class DriverData:
     high: float = 0.0  # V
     high_time: float = 0.0  # s
     frequency: float = 20e3  # Hz
-    off_time: float = 0.0  # s, the pause of a chopper without a clock; 0: it has one
+    off_time: float = 0.0  # s, off-time of a chopper without a clock; 0: it has a clock
     decay: Decay = "slow"
     fast_part: float = 0.3
-    least_on: float = 0.0  # s, blanking: a phase is on so long at least
-    diode: float = 0.0  # V, dropped in the pause of a chopper
+    least_on: float = 0.0  # s, blanking: minimum on-time of a phase
+    diode: float = 0.0  # V, dropped during the off-time of a chopper
     clamp: float = 0.7  # V
     boost: bool = False
     rest: float = 1.0
@@ -113,11 +116,11 @@ class DriverData:
 
     @property
     def period(self) -> float:
-        """Period of the clock of a chopper, or its pause, s; 0: it has neither."""
+        """The period of a chopper's clock, or its off-time, s; 0: the driver has neither."""
         return self.off_time or (1 / self.frequency if self.frequency else 0.0)
 
     def phase_current(self, motor: MotorData) -> float:
-        """Return the phase current of a motor at rest with two phases on, A: as set, or as limited by resistors."""
+        """Return the phase current of a motor at rest with two phases on, A: as set, or as limited by resistance."""
         if self.kind in ("voltage", "bilevel"):
             return self.supply / (motor.resistance + self.series)
         return self.current
@@ -125,11 +128,12 @@ class DriverData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadData:
-    """The load of a motor, in addition to its own rotor.
+    """The load of a motor, in addition to its rotor.
 
-    `friction` is Coulomb friction, `stiction` the torque that a shaft at rest resists (None: the same).  `torque` acts
-    backwards, against counting up: a weight that is lifted.  With `stiffness` the inertia is connected by a coupling,
-    and friction and torque act beyond it.  A damper is `damper_inertia`, dragged along by `damper_drag`.
+    `friction` is Coulomb friction, and `stiction` the torque that a shaft at rest resists (None: equal to the
+    friction).  `torque` acts backwards, against counting up, like a weight being lifted.  With `stiffness` the
+    inertia is connected by a coupling, and friction and torque act beyond it.  A damper is an inertia of
+    `damper_inertia`, dragged along by `damper_drag`.
     """
 
     inertia: float = 0.0  # kg m2

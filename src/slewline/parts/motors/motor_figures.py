@@ -1,4 +1,4 @@
-"""Rows of figures: the entries of a table for a motor, a driver or a load, their ranges, and their form as text."""
+"""Rows of figures: the entries of the table for a motor, a driver or a load, their ranges, and their text form."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...core.datasheet.option import read as read_texts
 from ...errors import SlewlineError, UsageError
 
 IT = "it"
-REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # greatest value of any stepper motor; usual value
+REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # maximum value of any stepper motor; usual value
     {"kg m2": (1.0, "g cm2"), "N m": (100.0, "mN m"), "m": (1.0, "mm"), "H": (10.0, "mH"), "A": (100.0, "mA")}
 )
 
@@ -34,20 +34,20 @@ def signed(name: str, unit: str, description: str) -> Option:
 
 
 def above_0(unit: str) -> Callable[[float], str]:
-    """Return the check of a number that must be more than 0."""
+    """Return the check for a number that must be more than 0."""
     reach = in_reach(unit)
     return lambda value: reach(value) if value > 0 else f"allowed more than 0 {unit}".rstrip()
 
 
 def in_reach(unit: str) -> Callable[[float], str]:
-    """Return the check of a number against values far beyond any motor with its load, usually a wrong unit."""
+    """Return the check that a number is not far beyond any motor with its load, which usually means a wrong unit."""
     most, usual = REACH.get(unit, (inf, ""))
     message = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
     return lambda value: "" if abs(value) <= most else message
 
 
 def share(value: float) -> str:
-    """Return the complaint about a fraction that is not more than 0 and up to 1, or ""."""
+    """Return the complaint about a fraction that is not more than 0 and at most 1, or ""."""
     return "" if 0 < value <= 1 else "allowed more than 0, up to 1"
 
 
@@ -58,13 +58,13 @@ def of_text(
 
     Args:
         name: name of the described object, for messages.
-        spelled: other words for figures, such as "holding torque", in lower case; and whole parts, such as "unipolar",
-            with the figure and its value, "windings unipolar".
-        beside: parts allowed in addition to the figures.
+        spelled: other words for figures, such as "holding torque", in lower case; also whole parts of the text, such
+            as "unipolar", with the figure and its value, "windings unipolar".
+        beside: parts of the text allowed in addition to the figures.
 
     Raises:
-        UsageError: a part has no name of a figure, or a figure occurs twice.  An unknown figure is in the table, and
-            `checked` refuses it.
+        UsageError: a part of the text names no figure, or a figure occurs twice.  An unknown figure is included in the
+            table, and `checked` refuses it.
     """
     if ";" in text:
         raise UsageError(f"{name} {text!r}: commas separate figures, not semicolons")

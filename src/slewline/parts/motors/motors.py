@@ -1,4 +1,4 @@
-"""Motors on the market, by their data sheets; and user-defined motors: by name, as text, or as a table of figures.
+"""Motors on the market, from their data sheets; and user-defined motors, by name, as text, or as a table of figures.
 
 motor = "QSH4218-51-10-049"
 motor = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
@@ -49,7 +49,7 @@ def _motor(
 
 
 # fmt: off
-_ROWS = (  # hybrid motors with 200 full steps a turn, holding torque with two phases on
+_ROWS = (  # hybrid motors with 200 full steps per turn, holding torque with two phases on
     #                           A     ohm   H        N m    N m     kg m2
     _motor("QSH4218-35-10-027", 1.0,  5.3,  6.6e-3,  0.27,  22e-3,  35e-7,   QSH4218),
     _motor("QSH4218-41-10-035", 1.0,  4.5,  7.5e-3,  0.35,  25e-3,  54e-7,   QSH4218),
@@ -78,7 +78,7 @@ _ROWS = (  # hybrid motors with 200 full steps a turn, holding torque with two p
 # fmt: on
 MOTORS: Mapping[str, MotorData] = MappingProxyType({row.name: row for row in _ROWS})
 
-FIGURES = (  # of a table; rows of their own, in the order of MotorData
+FIGURES = (  # figures of a table, in the order of MotorData
     Option("name", "text", "own", "its name", like="'my motor'"),
     Option("windings", "choice", "bipolar", "type of windings", choices=("bipolar", "unipolar", "reluctance")),
     Option("teeth", "int", 50, "pairs of poles; 50 make 200 full steps per turn", low=1),
@@ -110,7 +110,7 @@ SPELLED: Mapping[str, str] = MappingProxyType(  # names of the figures on data s
 )  # fmt: skip
 BESIDE = ("like", "step_angle")
 NEEDED = ("current", "resistance", "inductance", "torque", "inertia")
-ASSUMED: Mapping[str, str] = MappingProxyType(  # of a user-defined motor, default of a figure that is left out
+ASSUMED: Mapping[str, str] = MappingProxyType(  # for a user-defined motor, the default for a figure that is left out
     {
         "windings": "bipolar windings",
         "teeth": "200 full steps per turn (step angle 1.8 deg)",
@@ -136,16 +136,16 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
 
 
 def is_described(text: str) -> bool:
-    """Return whether a text has figures of a motor, rather than a name."""
+    """Return whether a text contains the figures of a motor, rather than a name."""
     words = (*(row.name for row in FIGURES), *SPELLED, *BESIDE)
     return text not in MOTORS and ("," in text or any(re.match(rf"\s*{each}[ =:]", text, re.I) for each in words))
 
 
 def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str, Any]:
-    """Return the table of figures for a text or a table.
+    """Return the table of figures for a description as text or as a table.
 
     Raises:
-        UsageError: a part of the text has no name, a figure occurs twice, or a step angle is impossible.
+        UsageError: a part of the text names no figure, a figure occurs twice, or a step angle is impossible.
     """
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
@@ -158,7 +158,7 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
 
 
 def _teeth(angle: Any, name: str) -> int:
-    """Return the pairs of poles of a motor with four full steps each."""
+    """Return the number of pole pairs for a step angle, with four full steps per pole pair."""
     try:
         teeth = 90 / measured(angle, "deg")
     except (ValueError, ZeroDivisionError):
@@ -173,7 +173,7 @@ def _teeth(angle: Any, name: str) -> int:
 def read_motor(value: Any, name: str = "motor") -> MotorData:
     """Return a motor described by its name, by its figures as text, or by a table of figures.
 
-    Text and table may be `like` a motor with a name; other figures replace those of that motor.
+    Text and table may be `like` a named motor; other figures replace those of that motor.
 
     Args:
         name: the motor's name in messages.
@@ -202,7 +202,7 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
 
 
 def assumptions(value: Any) -> tuple[str, ...]:
-    """Return the assumptions for figures that a user has left out, in words; none for a motor with a name.
+    """Return the assumptions for figures that a user has left out, in words; there are none for a named motor.
 
     Args:
         value: the motor, as passed to `read_motor`.
@@ -217,7 +217,7 @@ def assumptions(value: Any) -> tuple[str, ...]:
 
 
 def _check_whole(given: Mapping[str, Any], name: str) -> None:
-    """Refuse a motor with missing figures, and name all of them."""
+    """Refuse a motor with missing figures, and name all missing figures."""
     reluctance = given.get("windings") == "reluctance"
     needed = [each.replace("torque", "swing") if reluctance else each for each in NEEDED]
     rows = {row.name: row for row in FIGURES}

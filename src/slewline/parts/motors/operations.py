@@ -29,7 +29,7 @@ absolute = abs
 
 
 def compiled(text: str, names: dict[str, Any], place: str = "<equations of a motor>") -> dict[str, Any]:
-    """Return the definitions in a text of Python."""
+    """Return the definitions in a Python text."""
     space = dict(names)
     exec(compile(text, place, "exec"), space)
     return space
@@ -40,7 +40,7 @@ PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqr
 
 # -------------------------------------------------------------------------------------------------------- machine code
 def module_text(functions: Sequence[str]) -> str:
-    """Return a module of functions for Numba; it includes all that affects their machine code, so its hash is the key.
+    """Return a module of functions for Numba; its hash is the key, so it includes all that affects their machine code.
 
     Raises:
         ImportError: Numba is not installed.
@@ -60,7 +60,7 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
     """Return functions that Numba compiles at the first call with each type, or has compiled in an earlier process.
 
     Args:
-        functions: their texts; each may call those before it.
+        functions: the texts of the functions; each may call those before it.
 
     Raises:
         ImportError: Numba is not installed.
@@ -79,18 +79,18 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
     module = sys.modules.setdefault(f"slewline_motor_{path.stem}", ModuleType(f"slewline_motor_{path.stem}"))
     try:
         kept = compiled(text, {"KEPT": True, "__name__": module.__name__}, str(path))
-    except Exception:  # Numba raises RuntimeError, or an error of the system
+    except Exception:  # Numba raises RuntimeError, or a system error
         return {name: rebuilt()[name] for name in names}
 
     def safe(name: str) -> Callable[..., Any]:
-        """Return a function that works without the cache if the cache fails: a damaged file, a full disk."""
+        """Return a function that works without the cache if the cache fails (damaged file, full disk)."""
         function = kept[name]
 
         def call(*given: Any) -> Any:
             nonlocal function
             try:
                 return function(*given)
-            except Exception:  # of any kind: the cache is unpickled, at the first call
+            except Exception:  # errors of any kind: the cache is unpickled at the first call
                 drop_source(path)
                 function = rebuilt()[name]
                 return function(*given)

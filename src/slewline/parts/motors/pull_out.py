@@ -1,11 +1,11 @@
-"""Pull-out torque of a motor over its rate, measured on the model as on a test bench.
+"""Pull-out torque of a motor versus its rate, measured on the model as on a test bench.
 
 torque of the load    . . . . . . . /|         the motor turns at a constant rate; the load grows slowly,
-                      . . . . /      |         until the motor is out of step
+                      . . . . /      |         until the motor falls out of step
                       . ./           v
 
-A single rate may mislead: a motor swings at some rates, and a chopper whose clock is a multiple of the step rate beats
-with it at that rate alone.  So the neighbours of each rate are measured as well.
+A single rate may mislead: a motor swings at some rates, and a chopper whose clock is a multiple of the step rate
+beats with it at that rate only.  So the neighbours of each rate are measured as well.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from .law import MotorLaw
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-RISE_S = 4.0  # in which the load would reach the holding torque
-PIECE_PS = 10_000_000_000  # in which it is constant
-SETTLES_PS = 100_000_000_000  # before it begins to grow
+RISE_S = 4.0  # time in which the load would reach the holding torque
+PIECE_PS = 10_000_000_000  # time in which the load is constant
+SETTLES_PS = 100_000_000_000  # time before the load begins to grow
 LEAST, MOST = 20.0, 1e5  # full steps/s
-BESIDE = 0.006  # of a rate, up and down: its neighbours
-APART = 0.1  # of the holding torque: both neighbours of an isolated rate are above or below it by more
+BESIDE = 0.006  # distance of the neighbours from a rate, as a fraction of it
+APART = 0.1  # fraction of the holding torque: both neighbours of an isolated rate differ by more
 
 
 class PullOutPoint(NamedTuple):
@@ -34,8 +34,8 @@ class PullOutPoint(NamedTuple):
 
     Attributes:
         rate: the rate, full steps/s.
-        torque: the greatest torque in addition to the load, N m; 0: the motor does not turn.
-        neighbours: rate and torque of the neighbours, 0.6 % below and above; empty if none were measured.
+        torque: the maximum torque in addition to the load, N m; 0: the motor does not turn.
+        neighbours: rate and torque at the neighbouring rates, 0.6 % below and above; empty if none were measured.
         holding: the holding torque, N m.
     """
 
@@ -63,13 +63,13 @@ class PullOutPoint(NamedTuple):
 
 @answering("pull_out()")
 def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
-    """Return the greatest torque at some rates, in addition to the load, and which of them are isolated.
+    """Return the maximum torque at some rates, in addition to the load, and which of the rates are isolated.
 
-    Resonances of the law show in the result: there a motor loses steps with little load, or with none.
+    Resonances of the law show in the result: at these rates a motor loses steps with little load, or with none.
 
     Args:
         rates: full steps/s, or text with a unit, such as "600 rpm".
-        neighbours: measure 0.6 % below and above each rate as well, which takes three times as long.
+        neighbours: whether to measure 0.6 % below and above each rate as well, which takes three times as long.
 
     Raises:
         UsageError: a rate is not allowed.

@@ -1,7 +1,7 @@
 """Rotating parts, and the parts that sit on them: motors, shafts, gears and carriages, encoders and switches.
 
-A part that PULSE and DIRECTION drive has a `StepDrive` (`motor.py`).  A part that sits on a shaft is a file here with
-the class attribute `sits = "must"`: its rule is a `Sensor` (`sensors.py`), and its output is an `EncoderChannel`,
-with levels that repeat with the count, or a `SwitchZone`, closed between two positions (`shown.py`).  Shafts that
-another shaft drives are in `carriage.py`.
+A part driven by PULSE and DIRECTION has a `StepDrive` (`motor.py`).  A part that sits on a shaft is a module of this
+package whose class has the attribute `sits = "must"`: its rule is a `Sensor` (`sensors.py`), and its output is an
+`EncoderChannel`, whose levels repeat with the count, or a `SwitchZone`, which is closed between two positions
+(`shown.py`).  Shafts driven by another shaft are in `carriage.py`.
 """

@@ -20,10 +20,10 @@ class Gear(Part):
     """A gear on a shaft, with an output shaft of its own.
 
     Args:
-        on: the part that drives it.
-        pinion: teeth of the driving wheel.
-        wheel: teeth of the driven wheel.
-        reverse: the driven shaft turns in the opposite direction, as with two wheels.
+        on: the part that drives the gear.
+        pinion: number of teeth of the driving wheel.
+        wheel: number of teeth of the driven wheel.
+        reverse: whether the driven shaft turns in the opposite direction, as with two meshing wheels.
     """
 
     _for_users = ("position",)
@@ -43,11 +43,11 @@ class Gear(Part):
 
     @property
     def position(self) -> float:
-        """Position of the driven shaft, in steps; one turn has as many steps as a turn of the motor."""
+        """Position of the driven shaft, in steps; a turn of this shaft has as many steps as a turn of the motor."""
         return float(self.shaft.place)
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the output shaft, in steps, and the steps per turn."""
+        """Return the position of the output shaft, in steps, and the number of steps per turn."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
 
@@ -55,15 +55,16 @@ class Carriage(Part):
     """A carriage that a shaft moves, with backlash, between hard stops.
 
     When the shaft reverses, the carriage stops until the backlash is taken up.  At a hard stop the shaft is blocked:
-    further steps are lost, with a finding, and the carriage leaves the stop with the first step in the other direction.
+    further steps are lost and reported as a finding, and the carriage leaves the stop with the first step in the
+    other direction.
 
     Args:
-        on: the part that moves it.
-        backlash: steps.
+        on: the part that moves the carriage.
+        backlash: the backlash, in steps.
         low, high: positions of the hard stops, in steps; None: no stop.
-        start: its initial position, in steps, reached by a forward move.
+        start: the initial position, in steps, reached by a forward move.
         scale: travel per step, in `unit`.
-        unit: of the position, for example "mm".
+        unit: the unit of the position, for example "mm".
     """
 
     _for_users = ("place", "lost", "scale", "unit")
@@ -109,7 +110,7 @@ class Carriage(Part):
         return float(self.shaft.place * self.scale)
 
     def shows(self) -> dict[str, Any]:
-        """Return the position and the hard stops, in the carriage's unit; None: no stop."""
+        """Return the position and the hard stops, in the carriage's unit; None: there is no stop."""
         low, high = (None if stop is None else float(stop * self.scale) for stop in self._stops)
         return {"place": self.place, "unit": self.unit, "low": low, "high": high}
 

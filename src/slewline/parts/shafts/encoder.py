@@ -1,9 +1,9 @@
-"""Encoders: on the shaft of a motor that PULSE and DIR drive, or on a shaft that another machine turns.
+"""Encoders: on the shaft of a motor driven by PULSE and DIR, or on a shaft turned by another machine.
 
     count    ... -1  0  1  2  3  4  5 ...        forward to the right: A leads B
     a             0  0  1  1  0  0  1
     b             1  0  0  1  1  0  0
-    index         1  0  1  1  1  1  1            low once a turn: at count 0, `counts` ...
+    index         1  0  1  1  1  1  1            low once per turn: at count 0, `counts` ...
 
 All three outputs are promises derived from the motion of the shaft (shaft_counter.py): while PULSE follows a train, no
 step is an event.
@@ -32,21 +32,21 @@ from .shown import EncoderChannel, LevelPattern
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
 
-PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
+PUSH_PS = 2_000_000  # count interval of a shaft that is turned by hand
 FASTEST = 100_000_000  # counts/s of a shaft that another machine turns: chips count a few million
 AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
 MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, by the encoder's names
 COUNT_WIRING = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
-CHANNELS = MappingProxyType({"a": LevelPattern(0, 1, 1, 0), "b": LevelPattern(0, 0, 1, 1)})  # by the count
+CHANNELS = MappingProxyType({"a": LevelPattern(0, 1, 1, 0), "b": LevelPattern(0, 0, 1, 1)})  # levels by the count
 
 
 class CountOutputs:
-    """Outputs of a part that show the counts of a shaft: A, B, and an optional index. The shaft can be turned by hand.
+    """The outputs A, B, and an optional index that show the counts of a shaft.  The shaft can be turned by hand.
 
     Args:
-        part: has the pins A and B; the pin of the index is added.
+        part: a part with the pins A and B; the index pin is added.
         shaft, scale, lag_ps: as in `Sensor`.
-        index: counts from one index to the next; 1: no index.
+        index: number of counts from one index pulse to the next; 1: no index.
     """
 
     def __init__(self, part: Part, shaft: Shaft, scale: CountScale, lag_ps: int, index: int = 1) -> None:
@@ -66,15 +66,15 @@ class CountOutputs:
 
     @property
     def count(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
+        """The count that the outputs show; at 0, both A and B are low."""
         return self.rule.counter.level(self.rule.kernel.seen)
 
     def steps(self, counts: int) -> Fraction:
-        """Return the steps of the shaft that a number of counts corresponds to."""
+        """Return the number of shaft steps that a number of counts corresponds to."""
         return counts / self.rule.counter.scale.per_step
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, by `counts` (negative: backwards), one every 2 µs: an input of the part."""
+        """Turn the shaft by hand, as an input of the part, by `counts` (negative: backwards), one count every 2 µs."""
         check_counts(self.part, counts)
         self.part.input("push", counts)
         self.hand += counts
@@ -101,21 +101,21 @@ def check_counts(part: Part, counts: object) -> None:
     """Check that a value set by a user is a number of counts.
 
     Raises:
-        UsageError: it is not an integer.
+        UsageError: the value is not an integer.
     """
     if not isinstance(counts, int) or isinstance(counts, bool):
         raise UsageError(f"{part.name}: {counts!r} counts; expected a whole number")
 
 
 class ShowsCounts:
-    """Mixin of parts with such outputs: their count, and turning by hand. List it before `Part` among the bases."""
+    """Mixin for parts with such outputs: their count, and turning by hand. List it before `Part` among the bases."""
 
     name: str
     _outputs: CountOutputs
 
     @property
     def counts(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
+        """The count that the outputs show; at 0, both A and B are low."""
         return self._outputs.count
 
     def shows(self) -> dict[str, Any]:
@@ -124,12 +124,12 @@ class ShowsCounts:
 
     @from_outside
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, by `counts` (negative: backwards), one every 2 µs."""
+        """Turn the shaft by hand, by `counts` (negative: backwards), one count every 2 µs."""
         self._outputs.push(counts)
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing without an input."""
+        """Whether the part will change nothing unless an input changes."""
         return not self._outputs.hand
 
     @property
@@ -141,15 +141,15 @@ class ShowsCounts:
 
 
 class Encoder(ShowsCounts, Blockable, Part):
-    """An encoder on the shaft of a stepper motor; every falling edge of PULSE is a step, DIR high is forward.
+    """An encoder on a stepper motor's shaft; every falling edge of PULSE is a step, and DIR high means forward.
 
     Args:
-        on: the shaft that it sits on; without it the encoder has its own motor, which PULSE and DIR drive.
-        axis: of the chip.
-        counts: per revolution.
-        steps: per revolution, of its own motor.
-        reverse: the encoder counts in the opposite direction.
-        lag: from a step to its count, more than 0.
+        on: the shaft that carries the encoder; without it the encoder has its own motor, driven by PULSE and DIR.
+        axis: the axis of the chip.
+        counts: number of counts per revolution.
+        steps: number of steps per revolution of the encoder's own motor.
+        reverse: whether the encoder counts in the opposite direction.
+        lag: the time from a step to its count, more than 0.
     """
 
     _for_users = ("counts", "block", "free", "slip", "push")
@@ -199,7 +199,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         return motor.shaft
 
     def attached(self, own: str, row: Pin) -> None:
-        """Pass on the neighbour's pin to the motor inside, whose pin it has been wired to."""
+        """Pass the neighbour's pin on to the inner motor, to whose pin it has been wired."""
         if self._motor is not None and own in MOTOR:
             self._motor.attached(MOTOR[own], row)
 
@@ -213,7 +213,7 @@ class Encoder(ShowsCounts, Blockable, Part):
 
     @from_outside
     def slip(self, counts: int) -> None:
-        """Let the shaft slip: it does not follow the next `counts`, in either direction."""
+        """Let the shaft slip: it does not follow the next `counts` counts, in either direction."""
         check_counts(self, counts)
         if counts < 0:
             raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 or more (push turns the shaft)")
@@ -223,10 +223,10 @@ class Encoder(ShowsCounts, Blockable, Part):
 
 
 class Quadrature(ShowsCounts, Part):
-    """An encoder on a shaft that another machine turns: the master of an electronic gear.
+    """An encoder on a shaft turned by another machine: the master of an electronic gear.
 
     Args:
-        axis: of the chip.
+        axis: the axis of the chip.
     """
 
     _for_users = ("counts", "run", "push")
@@ -241,7 +241,7 @@ class Quadrature(ShowsCounts, Part):
         self.shaft = Shaft(kernel, per_turn=1)
         self._outputs = CountOutputs(self, self.shaft, CountScale(Fraction(1)), 0)
         self.rule = self._outputs.rule
-        self.rule.start()  # it has a shaft of its own: nothing to wait for
+        self.rule.start()  # the encoder has a shaft of its own: nothing to wait for
 
     @from_outside
     def run(self, rate: int) -> None:

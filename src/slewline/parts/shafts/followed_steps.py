@@ -1,10 +1,10 @@
-"""The pulses that a motor follows: a law over the edges of a clock, processed on request.
+"""The pulses that a motor follows: a law applied to clock edges, processed on request.
 
     pulse       |   |   |  | | | |  |   |   |        its rate, from the pulse before, may be `pull_in`, or the rate
     followed    1   2   3  4         5   6   7        that the motor reaches from its present rate in one step
 
-While every pulse is followed, the law is processed in arrays; after a lost pulse it is processed pulse by pulse until
-one is followed again.  The runs of followed pulses are kept, so the past of a promise can be queried.
+While every pulse is followed, the pulses are processed in arrays; after a lost pulse they are processed one by one
+until a pulse is followed again.  The runs of followed pulses are kept, so the past of a promise can be queried.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-FEW = 16  # pulses that are processed together first, and after one was lost
+FEW = 16  # pulses that are processed together at first, and after a lost pulse
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,17 +31,17 @@ class PulseFollowing:
 
     pulses: int = 0
     lost: int = 0
-    sign: int = 0  # of the last pulse
+    sign: int = 0  # direction of the last pulse
     rate: float = 0.0  # steps/s; 0: at rest
     pulsed_ps: int = -PS_PER_S  # the last pulse
     arrives_ps: int = 0  # when the last followed step is completed
-    direction: int = 0  # and its sign
-    follows: bool = False  # the last pulse was followed
+    direction: int = 0  # and the sign of that step
+    follows: bool = False  # whether the last pulse was followed
 
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: duration of a step, greatest rate from rest, acceleration, and pulses missed in addition."""
+    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further missed pulses."""
 
     lag_ps: int
     pull_in: float
@@ -54,7 +54,7 @@ class MotorLimits:
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
-        """Return the shortest interval before the next step (ps), at a rate."""
+        """Return the shortest interval before the next step at a given rate (ps)."""
         if not self.pull_in:
             return 0
         return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
@@ -76,7 +76,7 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return how many of n >= 1 pulses, (n,) int64 ps, are followed without a gap, the first one included."""
+        """Return how many of n >= 1 pulses, (n,) int64 ps, are followed without a gap, including the first."""
         import numpy as np
 
         intervals = np.diff(times)
@@ -92,9 +92,10 @@ class MotorLimits:
 
 
 class FollowedSteps(Events):
-    """Clock edges that become steps: the pulses that a motor follows, at their instants.
+    """Clock edges that become steps: the instants of the pulses that a motor follows.
 
-    `_firsts` and `_lasts` are the runs of followed pulses, from 1; `_before` is the number of steps before each.
+    `_firsts` and `_lasts` are the first and last pulses of the runs of followed pulses, counted from 1; `_before` is
+    the number of steps before each run.
     """
 
     def __init__(self, clock: Events, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
@@ -106,7 +107,7 @@ class FollowedSteps(Events):
         self._many = FEW
 
     def _made(self, n: int) -> int:
-        """Return how many of the first n pulses, already processed, are followed."""
+        """Return how many of the first n pulses, which have been processed, are followed."""
         i = bisect_right(self._firsts, n) - 1
         return 0 if i < 0 else self._before[i] + min(n, self._lasts[i]) - self._firsts[i] + 1
 
@@ -120,7 +121,7 @@ class FollowedSteps(Events):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Process the first pulse, and the pulses after it that are likewise followed or lost; return how many."""
+        """Process the first pulse, and all pulses after it that are likewise followed or lost; return their number."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW
@@ -154,13 +155,13 @@ class FollowedSteps(Events):
 
     # ---------------------------------------------------------------------------------------------- the steps made
     def count(self, ps: int) -> int:
-        """Return how many steps have been made by an instant (ps), that instant included."""
+        """Return the number of steps made by an instant (ps), including a step at that instant."""
         n = self.clock.count(ps)
         self._work(n)
         return self._made(n)
 
     def time(self, k: int) -> When:
-        """Return the instant of step k (ps), NotYet, or None if it is not foreseen."""
+        """Return the instant of step k (ps), NotYet, or None if the step is not foreseen."""
         following: When = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):

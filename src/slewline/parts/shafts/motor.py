@@ -33,24 +33,24 @@ EDGE = Option(
     choices=tuple(EDGES), none=True,
 )  # fmt: skip
 WINDINGS = MappingProxyType({(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3})  # the field by windings a and b
-FIELDS = tuple(  # by the levels of phases 1 to 4, as bits
+FIELDS = tuple(  # the field, by the levels of phases 1 to 4 as bits
     WINDINGS.get(((n & 1) - (n >> 1 & 1), (n >> 2 & 1) - (n >> 3 & 1))) for n in range(16)
 )
 STEP_WIRING = MappingProxyType({"pulse": "step", "direction": "direction"})
 STEP_OPTIONS = (AXIS, EDGE)
-DETECTOR = MappingProxyType({"x": LevelPattern(0, 1, 1, 0), "y": LevelPattern(0, 0, 1, 1)})  # by the position
+DETECTOR = MappingProxyType({"x": LevelPattern(0, 1, 1, 0), "y": LevelPattern(0, 0, 1, 1)})  # levels by the position
 
 
 class StepDrive:
-    """PULSE and DIRECTION of a part, and the shaft that they turn: an edge of PULSE is a step.
+    """PULSE and DIRECTION of a part, and the shaft that they turn: each active edge of PULSE is a step.
 
-    DIRECTION high is clockwise, unless the neighbour's pin that `to` has wired it to is defined the other way round.
+    DIRECTION high means clockwise, unless `to` has wired it to a neighbour's pin with the opposite definition.
 
     Args:
-        part: gets the pins.
-        edge: "fall" or "rise", as set by the user.
+        part: the part, to which the pins are added.
+        edge: the step edge, "fall" or "rise", as set by the user.
         default: the edge if neither user nor neighbour sets one.
-        advance, step, follow: of the rule, for a motor that does not turn each pulse into a step.
+        advance, step, follow: the functions of the rule, for a motor that does not turn each pulse into a step.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class StepDrive:
 
     @property
     def sign(self) -> int:
-        """Direction of a step now: 1 clockwise, -1 counterclockwise."""
+        """Direction of a step made now: 1 clockwise, -1 counterclockwise."""
         return 1 if self.part.high("direction") is self._clockwise else -1
 
     def _step(self) -> None:
@@ -105,19 +105,19 @@ class HasDrive(Protocol):
 
 
 def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
-    """Take step edge and polarity of DIRECTION from the neighbour's pin: `attached` of a part."""
+    """Take step edge and polarity of DIRECTION from the neighbour's pin; this is `attached` for such a part."""
     self.drive.attached(own, row)
 
 
 class Translator(Part):
-    """A translator and its motor: DIRECTION sets the direction of a step, PULSE falling makes it (CY525 fig. 10.4).
+    """A translator and its motor: a falling edge of PULSE makes a step in the direction of DIRECTION (CY525 fig. 10.4).
 
-    It sees only these two lines: a PULSE output by O 128 to 255 for a phase latch also counts as a step.  Parts on its
-    `shaft` turn with it: an encoder, switches, a gear.
+    It sees only these two lines, so a PULSE that the commands O 128 to 255 output for a phase latch also counts as a
+    step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.
 
     Args:
-        axis: of the neighbour.
-        edge: "fall" or "rise": the step edge of the pulse; by default that of the neighbour's pin.
+        axis: the neighbour's axis.
+        edge: the step edge of PULSE, "fall" or "rise"; by default the step edge of the neighbour's pin.
     """
 
     _for_users = ("position",)
@@ -146,20 +146,22 @@ class Translator(Part):
 class Motor(Part):
     """A motor that can lose steps, with its driver and its step detector (GS-C figures 14, 17, 18).
 
-    A pulse is lost while the step before is under way, and when it comes too fast: its rate, from the pulse before, may
-    be at most `pull_in`, or the rate that the motor reaches from its present rate in one step, sqrt(rate^2 + 2
-    acceleration).  A motor that loses a step stops, and starts again at a pulse no faster than `pull_in`.
+    A pulse is lost if the preceding step is still under way, or if the pulse comes too soon: the rate, measured from
+    the preceding pulse, may be at most `pull_in`, or the rate that the motor reaches from its present rate in one
+    step, sqrt(rate^2 + 2 acceleration).  A motor that loses a step stops, and starts again at a pulse with a rate up
+    to `pull_in`.
 
-        x   0 1 1 0        the detector, clockwise to the right
+        x   0 1 1 0        the detector signals; clockwise: left to right
         y   0 0 1 1
 
     Args:
-        axis: of the neighbour.
-        edge: "fall" or "rise": the step edge of the pulse; by default that of the neighbour's pin.
-        lag: duration of a step.
-        pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
-        acceleration: steps/s^2, at most pull_in^2 / 2: from rest, too, a step takes it no further than pull_in.
-        loses: numbers of further pulses that it misses, the first one being 1.
+        axis: the neighbour's axis.
+        edge: the step edge of PULSE, "fall" or "rise"; by default the step edge of the neighbour's pin.
+        lag: the duration of a step.
+        pull_in: maximum rate from rest, steps/s; 0: any rate at any time.
+        acceleration: the acceleration, steps/s^2, at most pull_in^2 / 2, so that the first step from rest does not
+            exceed pull_in either.
+        loses: the numbers of further pulses that the motor misses; the first pulse is number 1.
     """
 
     _for_users = ("position", "lost", "pulses")
@@ -238,7 +240,7 @@ class Motor(Part):
         self.shaft.cut(ps)
 
     def _step(self) -> None:
-        """Process the step whose edge comes at this instant."""
+        """Process the step whose clock edge is at this instant."""
         self._arrive()
         self._pulsed = self._limits.after(self._pulsed, self.kernel.now, self.drive.sign)
         if self._pulsed.follows:
@@ -265,7 +267,7 @@ class Motor(Part):
             self.shaft.turn(Later(self._made, self._limits.lag_ps), self.drive.sign, now)
 
     def _show(self) -> None:
-        """Promise the detector's signals under the present motion of the shaft."""
+        """Promise the detector signals for the present motion of the shaft."""
         counter = StepCounter(self.shaft.motion, CountScale(Fraction(1)), 0)
         for name, code in DETECTOR.items():
             level = code[counter.level(self.kernel.seen)]
@@ -275,15 +277,15 @@ class Motor(Part):
 
 
 class Rotor(Part):
-    """A rotor between two windings, phases 1 and 2 on the ends of one, 3 and 4 on the ends of the other (CY525 s.10).
+    """A rotor between two windings, with phases 1 and 2 at the ends of one, 3 and 4 at those of the other (CY525 s.10).
 
         winding a   -1 +1 +1 -1         the end with the low phase pin is energised
         winding b   -1 -1 +1 +1
         field        0  1  2  3         quarters of an electrical turn, clockwise
 
     The rotor follows the field by one quarter at a time.  Without current in both windings its position is unchanged.
-    When the field jumps to the opposite side the position is unchanged too, with a finding: a real rotor could turn
-    either way.
+    If the field jumps to the opposite side, the position is also unchanged, and a finding is reported: a real rotor
+    could turn either way.
     """
 
     _for_users = ("position", "field")
@@ -296,8 +298,8 @@ class Rotor(Part):
             self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1, active=0)
         self._position = 0
         self._followed: int | None = None
-        self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
-        self._levels: list[Level] = []  # of the phases, up to there
+        self._read_ps: int | None = None  # the instant up to which the phases have been read; None: not yet read
+        self._levels: list[Level] = []  # levels of the phases at that instant
         self._strides = ScanWindow()
         self.rule = Follower(self, tuple(self.pins), schedule=self._promise, react=self._look, cut=self._cut)
 
@@ -313,7 +315,7 @@ class Rotor(Part):
 
     @property
     def field(self) -> int | None:
-        """The direction of the field, 0 to 3; None without current in both windings."""
+        """The direction of the field, 0 to 3; None if not both windings carry current."""
         return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.pins))]
 
     def catch_up(self) -> None:
@@ -326,7 +328,7 @@ class Rotor(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps): they cannot be queried again."""
+        """Process the inputs up to an instant (ps), after which they cannot be queried again."""
         if self._read_ps is not None:
             self._read(self._read_ps, ps)
             self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]
@@ -343,7 +345,7 @@ class Rotor(Part):
             self._follow(self.field, self.kernel.now)
 
     def _read(self, since: int, ps: int) -> None:
-        """Follow the phases from one instant to another, a stretch at a time."""
+        """Follow the phases from one instant to another, one stretch at a time."""
         while since < ps:
             stop = self._strides.stop(since, ps)
             edges = [lookahead.edges(since, stop) for lookahead in self.rule.lookaheads.values()]
@@ -357,7 +359,7 @@ class Rotor(Part):
                 self._strides.skipped(since - stop)
 
     def _turn(self, since: int, edges: list[tuple[Any, Any]]) -> None:
-        """Follow a list of phase edges from an instant on."""
+        """Follow a list of phase edges, starting at an instant."""
         import numpy as np
 
         times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))

@@ -1,7 +1,7 @@
-"""Sensors on a shaft: the rule of encoders and switches, and a switch.
+"""Sensors on a shaft: the rule that encoders and switches share, and a switch.
 
 position     ----[##########]----        closed from `low` to below `high`
-             --[--##########--]--        once closed, opens only `hysteresis` farther out
+             --[--##########--]--        once closed, opens only `hysteresis` further out
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ class Sensor(Follower):
 
     Args:
         part: the part, with its pins.
-        shaft: the shaft, followed from the moment before time passes.
+        shaft: the shaft, which is followed from just before time first passes.
         scale: counts per step, or the positions at which the count changes.
-        lag_ps: delay from the shaft to the outputs, ps.
+        lag_ps: the delay from the shaft to the outputs, ps.
         show: a function that promises the outputs from `counter`; called at each new motion.
-        cut: a function that processes the counts of `counter` up to an instant (ps), before the counter restarts there.
+        cut: a function that processes the counts of `counter` up to an instant (ps), at which the counter restarts.
 
     Attributes:
         counter: the counts of the present motion of the shaft.
@@ -78,9 +78,9 @@ class Sensor(Follower):
         return [source] if isinstance(source, Follower) else []
 
     def _consume(self, ps: int) -> None:
-        """Follow the motion of the shaft up to an instant (ps), up to which alone it holds."""
+        """Follow the motion of the shaft up to an instant (ps), after which this motion is no longer valid."""
         counter = self.counter.onward(ps)
-        if counter is not self.counter:  # else the past levels remain known
+        if counter is not self.counter:  # otherwise the past levels remain known
             self.cut(ps)
             self.counter = counter
 
@@ -93,24 +93,27 @@ class Sensor(Follower):
 
 
 def _later() -> None:
-    """Promise nothing more, although the shaft is turned edge by edge: the outputs change later."""
+    """Do nothing when the shaft is turned edge by edge, because the outputs change later."""
 
 
 class Switch(Part):
     """A switch on a shaft or a carriage, closed between two positions.
 
-    It is a contact or an open collector: closed, it pulls `out` to its active level; open, it releases it, so several
-    switches may share a wire.
+    It is a contact or an open collector: when closed, it pulls `out` to its active level; when open, it releases
+    `out`, so several switches may share a wire.
 
     Args:
-        on: the part that it sits on.
-        role: of the input that `to` wires it to: "home", "end" (either end of travel), "end_plus", "end_minus" ...
-        axis: of the neighbour.
-        low: lowest position at which it is closed, in steps; None: no limit in this direction.
-        high: lowest position above `low` at which it is open again; None likewise.
-        hysteresis: steps by which it opens farther out.
-        lag: from the step that moves it to its edge, more than 0.
-        active: the level of `out` while it is closed; None: the active level of the input, else 0.
+        on: the part on whose shaft the switch is mounted.
+        role: the role of the input that `to` wires it to: "home", "end" (either end of travel), "end_plus",
+            "end_minus" ...
+        axis: the neighbour's axis.
+        low: the lowest position at which the switch is closed, in steps; None: no limit in this direction.
+        high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in this
+            direction.
+        hysteresis: the number of steps by which it opens further out.
+        lag: the time from the step that operates the switch to its edge, more than 0.
+        active: the level of `out` while the switch is closed; None: the active level of the input, or 0 if it has
+            none.
     """
 
     _for_users = ("closed",)
@@ -153,7 +156,7 @@ class Switch(Part):
         scale, self._zones = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
         self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
         self._since = on.motion.since  # of the counter
-        self._closed = False  # as long as the position alone does not decide
+        self._closed = False  # while the position alone does not determine the state
         self.rule = Sensor(self, on, scale, picoseconds(lag), show=self._promise, cut=self._cut)
         self._promise()
 
@@ -172,12 +175,12 @@ class Switch(Part):
         return self._zone.closed_at(self.kernel.seen)
 
     def shows(self) -> dict[str, Any]:
-        """Return whether the switch is closed, the bounds of its zone in steps, and the part that turns the shaft."""
+        """Return whether the switch is closed, the bounds of its zone in steps, and the part that drives its shaft."""
         source = getattr(self.rule.shaft.source, "name", None)
         return {"closed": self.closed, "low": self._low, "high": self._high, "on": source}
 
     def _cut(self, ps: int) -> None:
-        """Keep the state of the switch at an instant (ps)."""
+        """Record the state of the switch at an instant (ps)."""
         self._closed = self._zone.closed_at(ps)
         self._since = ps
 
@@ -190,7 +193,7 @@ class Switch(Part):
 def zone(
     low: Fraction | None, high: Fraction | None, hysteresis: Fraction
 ) -> tuple[CountScale, tuple[bool | None, ...]]:
-    """Return the bounds of a switch, and its state by the number of bounds below: closed, open, or unchanged (None)."""
+    """Return a switch's bounds, and its state for each number of bounds below: closed, open, or unchanged (None)."""
     bounds: list[tuple[Fraction, bool | None]] = []
     if low is not None:
         bounds += [(low - hysteresis, None)] * bool(hysteresis) + [(low, True)]
@@ -200,10 +203,10 @@ def zone(
 
 
 def fraction(value: float) -> Fraction:
-    """Return a number exactly as written: 0.1 is a tenth."""
+    """Return the exact fraction of a number as written: 0.1 becomes 1/10."""
     return Fraction(str(value))
 
 
 def fraction_or_none(value: float | None) -> Fraction | None:
-    """Return a number exactly as written, or None."""
+    """Return the exact fraction of a number as written, or None."""
     return None if value is None else fraction(value)

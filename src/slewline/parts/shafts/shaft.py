@@ -1,16 +1,17 @@
 """A shaft: an object of its own between the part that turns it and the parts that sit on it.
 
-A motor turns a shaft; any number of encoders, switches, gears and carriages sit on it, mounted at any time.  The part
-that turns the shaft announces a change in two strokes, so that no promise is queried after it has been withdrawn:
+A motor turns a shaft; any number of encoders, switches, gears and carriages may be mounted on it at any time.  The
+part that turns the shaft announces a change in two stages, so that no promise is queried after it has been withdrawn:
 
-    shaft.cut(now - 1)              immediately, before a driver forgets its levels: the motion holds up to there
-    shaft.turn(edges, sign, now)    in the next round: the motion from there on
+    shaft.cut(now - 1)              immediately, before a driver forgets its levels: the motion is valid up to here
+    shaft.turn(edges, sign, now)    in the next round: the motion after that
 
-All parts on the shaft receive both: in `on_cut` they follow the old motion up to that instant, in `on_turn` they
-promise again.  Outputs of parts on a shaft change later than the step that moves it, if only by 1 ps: so no edge is
-the cause of another at its own instant, and the order of rounds within an instant does not matter.
+All parts on the shaft receive both announcements: in `on_cut` they follow the old motion up to that instant, in
+`on_turn` they promise their outputs again.  Outputs of parts on a shaft change later than the step that moves it, if
+only by 1 ps, so no edge causes another edge at the same instant, and the order of rounds within an instant does not
+matter.
 
-A shaft has no events of its own.  Positions are in steps, `per_turn` of them being a turn.
+A shaft has no events of its own.  Positions are in steps; a turn has `per_turn` steps.
 """
 
 from __future__ import annotations
@@ -38,16 +39,16 @@ if TYPE_CHECKING:
     from .shaft_counter import Counter, CountScale
 
 Place = Fraction | None
-KEPT = 1 << 14  # past motions kept, at least; up to twice as many
-SINGLE = 256  # steps, made one by one, in a motion of the past
+KEPT = 1 << 14  # minimum number of past motions kept; at most twice as many
+SINGLE = 256  # steps made one by one in a past motion
 
 
 class Shaft:
     """A shaft that a part turns.
 
-    `on_cut` is called with the instant up to which the motion holds, `on_turn` when there is a new motion.  `on_lost`
-    is called for steps lost at a stop, on request (`look`) or when the shaft is cut, with the instant of the first of
-    them, their number, and whether the shaft has reached the stop again.
+    `on_cut` is called with the instant up to which the motion is valid, `on_turn` when there is a new motion.
+    `on_lost` is called for steps lost at a stop, on request (`look`) or when the motion is cut, with the instant of
+    the first lost step, the number of lost steps, and whether the shaft has reached the stop again.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
@@ -57,15 +58,15 @@ class Shaft:
         self.on_turn: Hook[[]] = Hook()
         self.on_lost: Hook[[int, int, bool]] = Hook()
         self.source: object = None  # the part that turns it
-        self.stops: list[tuple[Place, Place]] = []  # of loads: lowest and greatest place
+        self.stops: list[tuple[Place, Place]] = []  # hard stops of the loads: lowest and highest position
         self.past: list[ShaftMotion] = []  # past motions, oldest first
-        self.lost = 0  # steps, at stops
-        self._counted = 0  # lost steps of this motion that `lost` already includes
-        self._lost_at_rest = False  # it has lost steps at its present position
+        self.lost = 0  # steps lost at stops
+        self._counted = 0  # lost steps of this motion that are already included in `lost`
+        self._lost_at_rest = False  # whether the shaft has lost steps at its present position
 
     # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
-        """End the present motion at an instant (ps); the rest of it continues from there until `turn`."""
+        """End the present motion at an instant (ps); the shaft continues with it until `turn` is called."""
         motion = self.motion
         if ps > motion.since:
             self.look(ps)
@@ -81,18 +82,18 @@ class Shaft:
         self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
-        """Take a step at an instant (ps), not before the last `cut`."""
+        """Make a step at an instant (ps), not earlier than the last `cut`."""
         self.cut(ps - 1)
         self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)
 
     # -------------------------------------------------------------------------------------------------- turning by hand
     def block(self) -> None:
-        """Block the shaft: steps are lost."""
+        """Block the shaft, so that steps are lost."""
         self._slacken(BLOCKED)
 
     def free(self) -> None:
-        """Free the shaft: it follows again, from its position."""
+        """Free the shaft, which follows again from its present position."""
         self._slacken(0)
 
     def slip(self, steps: Fraction) -> None:
@@ -101,7 +102,7 @@ class Shaft:
         self._slacken(self.motion.slack + int(steps * self.motion.unit))
 
     def push(self, steps: Fraction) -> None:
-        """Turn the shaft immediately by some steps, negative: backwards, but no further than to a stop."""
+        """Turn the shaft immediately by some steps (negative: backwards), but no further than a stop."""
         here = self.place
         low, high = self._bounds
         if steps > 0 and high is not None:
@@ -112,7 +113,7 @@ class Shaft:
         self._take(replace(self.motion, place=self.motion.place + int(steps * self.motion.unit)))
 
     def _prepare(self, steps: Fraction) -> None:
-        """Bring the motion up to now, in parts of which `steps` is a whole number."""
+        """Bring the motion up to date, in parts of a step small enough that `steps` is a whole number of them."""
         self.cut(self.kernel.seen)
         self.motion = common(self.motion, steps.denominator)
 
@@ -121,7 +122,7 @@ class Shaft:
         self._take(replace(self.motion, slack=slack))
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two positions, in steps; None: no stop on that side."""
+        """Set hard stops at two positions, in steps; None: there is no stop on that side."""
         self.cut(self.kernel.seen)
         self.stops.append((low, high))
         self._take(self.motion)
@@ -133,14 +134,14 @@ class Shaft:
 
     @property
     def _bounds(self) -> tuple[Place, Place]:
-        """Range of the shaft: the narrowest stops of all loads."""
+        """Range of the shaft: the innermost stops of all loads."""
         lows, highs = zip(*self.stops, strict=True) if self.stops else ((), ())
         low = max((place for place in lows if place is not None), default=None)
         return low, min((place for place in highs if place is not None), default=None)
 
     # --------------------------------------------------------------------------------------------- parts on the shaft
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
-        """Return a counter of the present motion on a scale, shown `lag_ps` later."""
+        """Return a counter of the present motion on a scale, whose counts are shown `lag_ps` later."""
         return counter_of(self.motion, scale, lag_ps)
 
     @property
@@ -149,7 +150,7 @@ class Shaft:
         return self.motion.steps_at(self.kernel.seen)
 
     def look(self, ps: int) -> None:
-        """Report the steps lost up to an instant (ps), the last committed one at most."""
+        """Report the steps lost up to an instant (ps), at most up to the last committed instant."""
         motion, counted = self.motion, self._counted
         new = motion.lost(ps) - counted
         self._lost_at_rest &= not motion.moved(motion.count(ps)) or bool(counted)
@@ -164,7 +165,7 @@ class Shaft:
     def place_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the positions at instants of the past (int64 ps), in any order, in steps: (n,) float64.
 
-        For an instant before the kept past, it is the first kept position.
+        For an instant before the kept past, return the first kept position.
         """
         import numpy as np
 
@@ -177,7 +178,7 @@ class Shaft:
         return places
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions from there on, (n,) float64 steps."""
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions after them, (n,) float64 steps."""
         import numpy as np
 
         found, before = [], None
@@ -194,7 +195,7 @@ class Shaft:
     def turns(self, start: int, stop: int) -> list[int]:
         """Return the instants at start <= t <= stop (ps) at which the shaft may have reversed or been pushed.
 
-        Between two of them it turns in one direction.
+        Between two of these instants it turns in one direction.
         """
         return [motion.since for motion, _ in self._motions(start, stop) if motion.since >= start]
 
@@ -223,7 +224,7 @@ class Shaft:
         del self.past[: max(0, n)]
 
     def _keep(self, motion: ShaftMotion, ps: int) -> None:
-        """Keep the past: the instants of single steps in one direction; none for a shaft at rest."""
+        """Keep a past motion: the instants of single steps in one direction; none for a shaft at rest."""
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
@@ -248,23 +249,23 @@ class Shaft:
 
 
 class HasShaft(Protocol):
-    """A part with a shaft that it turns, or that turns it."""
+    """A part with a shaft, which either drives the part or is driven by it."""
 
     shaft: Shaft
 
 
 def shaft_quantities(self: HasShaft) -> tuple[Quantity, ...]:
-    """Return the position of the shaft over time: `quantities` of a part."""
+    """Return the position of the shaft over time; this is `quantities` for such a part."""
     return (self.shaft.quantity("position"),)
 
 
 def forget_shaft(self: HasShaft, before: int) -> None:
-    """Drop the positions of the shaft before an instant (ps): `forget` of a part."""
+    """Drop the positions of the shaft before an instant (ps); this is `forget` for such a part."""
     self.shaft.forget(before)
 
 
 class Blockable:
-    """Mixin of parts whose shaft a user may block and free; list it before `Part` among the bases."""
+    """Mixin for parts whose shaft a user may block and free; list it before `Part` among the base classes."""
 
     shaft: Shaft
     kernel: Kernel
@@ -272,21 +273,21 @@ class Blockable:
 
     @from_outside
     def block(self) -> None:
-        """Block the shaft: it stops, and steps are lost."""
+        """Block the shaft, which stops and loses steps."""
         self.input("block")
         self.shaft.block()
         self.kernel.settle()
 
     @from_outside
     def free(self) -> None:
-        """Free the shaft: it turns again, from its position."""
+        """Free the shaft, which turns again from its present position."""
         self.input("free")
         self.shaft.free()
         self.kernel.settle()
 
 
 class DrivenShaft(Shaft):
-    """A shaft that another one turns through a gear or a play: its motion is derived from that of the other."""
+    """A shaft driven by another through a gear or with backlash: its motion follows from the driving shaft's motion."""
 
     def __init__(self, under: Shaft) -> None:
         super().__init__(under.kernel, under.per_turn)
@@ -300,15 +301,15 @@ class DrivenShaft(Shaft):
         self.on_turn()
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
-        """Return the motion of this shaft that follows from a motion of the driving shaft."""
+        """Return the motion of this shaft, derived from a motion of the driving shaft."""
         raise NotImplementedError
 
     def below(self, steps: Fraction) -> Fraction:
-        """Return the steps of the driving shaft that correspond to steps of this one."""
+        """Return the steps of the driving shaft that correspond to steps of this shaft."""
         return steps
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
-        """Refuse: the driving shaft turns this one.
+        """Refuse, because the driving shaft turns this shaft.
 
         Raises:
             NotImplementedError: always.
@@ -324,16 +325,16 @@ class DrivenShaft(Shaft):
         self.under.free()
 
     def slip(self, steps: Fraction) -> None:
-        """Let the driving shaft slip, by a number of steps of this one."""
+        """Let the driving shaft slip, by a number of steps of this shaft."""
         self.under.slip(abs(self.below(steps)))
 
     def push(self, steps: Fraction) -> None:
-        """Push the driving shaft, by a number of steps of this one."""
+        """Push the driving shaft, by a number of steps of this shaft."""
         self.under.push(self.below(steps))
 
 
 class GearedShaft(DrivenShaft):
-    """A shaft that a gear drives: it turns `ratio` times as far; negative: in the opposite direction."""
+    """A shaft driven by a gear: it turns `ratio` times as far; negative: in the opposite direction."""
 
     def __init__(self, under: Shaft, ratio: Fraction) -> None:
         super().__init__(under)
@@ -354,10 +355,10 @@ class GearedShaft(DrivenShaft):
 
 
 class BacklashShaft(DrivenShaft):
-    """A shaft that another one moves with a play: after a reversal it stops until the play is taken up.
+    """A shaft driven by another with backlash: after a reversal it stops until the backlash is taken up.
 
-    It begins at `start`, reached by a forward move: its position is `start` above that of the driving shaft, and up to
-    `play` more after a move back.
+    It begins at `start`, reached by a forward move: its position is `start` above that of the driving shaft, and up
+    to `play` higher after a move backwards.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:
@@ -367,7 +368,7 @@ class BacklashShaft(DrivenShaft):
         self.motion = self.derived(under.motion.onward(self.kernel.seen))
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
-        """Return the motion of this shaft, after the play between the two is taken up."""
+        """Return the motion of this shaft, which begins after the backlash is taken up."""
         return motion.played(self.motion, self.play, self.offset)
 
     def stop_at(self, low: Place, high: Place) -> None:

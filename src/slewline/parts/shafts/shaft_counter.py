@@ -3,10 +3,10 @@
     position |-------|-------|-------|-------|           counts
              |----|----|----|----|----|----|----         steps
 
-A `CountScale` assigns an integer to each position of a shaft: counts per step, for an encoder, or the number of bounds
-at or below it, for a switch.  A `Counter` answers, for a motion of the shaft, which count it has at an instant, when
-the count changes next, and how it has changed; the levels on wires are in shown.py.  None of them has a state, and
-none makes an event of a step.
+A `CountScale` assigns an integer to each position of a shaft: counts per step, for an encoder, or the number of
+bounds at or below the position, for a switch.  For a motion of the shaft, a `Counter` returns the count at an
+instant, the next change of the count, and its past changes; the levels on wires are in shown.py.  Neither has a
+state, and neither makes a step an event.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from typing import Any, Protocol, cast
 from ...core.time.events import Until, When, ask_at, later
 from .shaft_motion import ShaftMotion
 
-DWELL_PS = 800_000  # interval between the counts of one step, if it has several
-MANY = 64  # counts; arrays pay for more
+DWELL_PS = 800_000  # interval between the counts of one step, if there are several
+MANY = 64  # counts; for more, arrays are faster
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class CountScale:
     bounds: tuple[Fraction, ...] = ()  # places in steps, ascending
 
     def of(self, unit: int) -> Marks:
-        """Return the scale for positions in parts of a step, `unit` of them in a step."""
+        """Return the scale for positions in parts of a step, with `unit` parts in a step."""
         ratio = self.per_step / unit
         bounds = tuple(-(-bound * unit // 1) for bound in self.bounds)
         return Marks(unit, ratio.numerator, ratio.denominator, bounds)
@@ -39,7 +39,7 @@ class CountScale:
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for positions in parts, `unit` of them in a step: numerator / denominator counts per part, or bounds."""
+    """A scale for positions in parts, with `unit` parts in a step: numerator / denominator counts a part, or bounds."""
 
     unit: int
     numerator: int
@@ -62,7 +62,7 @@ class Marks:
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
     def within(self, count: int) -> bool:
-        """Return whether a count is on the scale, above its lowest one."""
+        """Return whether a count is on the scale, above its lowest count."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
 
 
@@ -70,9 +70,9 @@ UNKNOWN = Marks(0, 0, 1, ())
 
 
 class Counter(Protocol):
-    """Counts of a motion on a scale: a wave whose level is the count (core/wires/wave.py).
+    """The counts of a motion on a scale: a wave whose level is the count (core/wires/wave.py).
 
-    A part that turns a shaft by other means brings a counter of its own.
+    A part that turns a shaft by other means provides a counter of its own.
     """
 
     scale: CountScale
@@ -86,28 +86,28 @@ class Counter(Protocol):
         """Return the count shown at an instant (ps)."""
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` occurs."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the changes shown at start < t <= stop (ps), the last committed instant at most.
+        """Return the changes shown at start < t <= stop (ps), at most up to the last committed instant.
 
         Returns:
-            The instants of the changes, ascending, and the counts from there on: two lists, or two int64 arrays.
+            The instants of the changes, in ascending order, and the counts after them: two lists, or two int64 arrays.
         """
 
     def onward(self, ps: int) -> Counter:
-        """Return a counter that begins at an instant (ps)."""
+        """Return a counter that continues from an instant (ps)."""
 
     def on(self, motion: Any, now: int) -> Counter:
-        """Return a counter for a motion that continues this one from `now` (ps) on."""
+        """Return a counter for a motion that continues this motion from `now` (ps)."""
 
 
 @dataclass(slots=True)
 class StepCounter:
-    """Counts of a motion made of steps, shown `lag_ps` after the steps.
+    """The counts of a motion made of steps, shown `lag_ps` after the steps.
 
-    `coming` are the changes (instants, counts) that were under way when the motion began, while the count shown was
-    `before`.  The first change of this motion ends them.
+    `coming` holds the changes (instants, counts) that were under way when the motion began, while the count shown was
+    `before`.  The first change of this motion cancels those still under way.
     """
 
     motion: ShaftMotion
@@ -115,10 +115,10 @@ class StepCounter:
     lag_ps: int
     before: int | None = None  # None: the count that the motion begins with
     coming: tuple[list[int], list[int]] = ([], [])
-    marks: Marks = UNKNOWN  # the scale in parts of the motion
+    marks: Marks = UNKNOWN  # the scale, in parts as used by the motion
     count: int = field(init=False)  # when all changes under way have been shown
     several: int = field(init=False)  # interval between the counts of one step; 0: not shown singly
-    _recent: tuple[int, int, int, tuple[Any, Any]] | None = field(init=False, default=None)  # A and B query the same
+    _recent: tuple[int, int, int, tuple[Any, Any]] | None = field(init=False, default=None)  # A and B ask the same
 
     def __post_init__(self) -> None:
         if self.marks.unit != self.motion.unit:
@@ -131,18 +131,18 @@ class StepCounter:
 
     # ---------------------------------------------------------------------------- changes of this motion, from 1 on
     def _changes(self, k: int) -> int:
-        """Return the number of changes that the first k edges of this motion make."""
+        """Return the number of changes caused by the first k edges of this motion."""
         motion = self.motion
         return abs(self.marks.count(motion.place + motion.sign * motion.moved(k)) - self.count)
 
     def _parts(self, j: Any) -> Any:
-        """Return by how many parts the shaft has moved at change j."""
+        """Return the number of parts by which the shaft has moved at change j."""
         if self.motion.sign > 0:
             return self.marks.place(self.count + j) - self.motion.place
         return self.motion.place - self.marks.place(self.count - j + 1) + 1
 
     def _edge(self, j: int) -> int | None:
-        """Return the edge of this motion that makes change j, or None."""
+        """Return the edge of this motion that causes change j, or None."""
         if not self.marks.within(self.count + j if self.motion.sign > 0 else self.count - j + 1):
             return None
         return self.motion.edge_by(self._parts(j))
@@ -160,7 +160,7 @@ class StepCounter:
         return later(due, self.lag_ps)
 
     def _shown(self, ps: int) -> int:
-        """Return the number of changes of this motion shown by an instant (ps)."""
+        """Return how many changes of this motion have been shown by an instant (ps)."""
         ps -= self.lag_ps
         k = self.motion.count(ps)
         if k <= 0:
@@ -189,7 +189,7 @@ class StepCounter:
         return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` occurs."""
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)
@@ -200,10 +200,10 @@ class StepCounter:
         return due if at is not None and at <= times[over] else times[over]
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the changes shown at start < t <= stop (ps), the last committed instant at most.
+        """Return the changes shown at start < t <= stop (ps), at most up to the last committed instant.
 
         Returns:
-            The instants of the changes, ascending, and the counts from there on: two lists, or two int64 arrays.
+            The instants of the changes, in ascending order, and the counts after them: two lists, or two int64 arrays.
         """
         recent = self._recent
         if recent is not None and recent[:2] == (start, stop):
@@ -218,7 +218,7 @@ class StepCounter:
         return times, counts
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
-        """Return changes a+1 ... b of this motion, all foreseen: their instants, and the counts from there on."""
+        """Return changes a+1 ... b of this motion, all foreseen: their instants, and the counts after them."""
         motion = self.motion
         if b - a <= MANY:
             sign, step, first, lag = motion.sign, motion.step, motion.first, self.lag_ps
@@ -227,7 +227,7 @@ class StepCounter:
                 return [ask_at(self._due(j)) for j in range(a + 1, b + 1)], [*counts]
             entered = counts if sign > 0 else range(counts.start + 1, counts.stop + 1, -1)
             rest = motion.slack - sign * motion.place + (sign < 0)
-            edges = [first - -(sign * place + rest) // step for place in self.marks.places(entered)]  # as _parts has it
+            edges = [first - -(sign * place + rest) // step for place in self.marks.places(entered)]  # as in _parts
             return [at + lag for at in motion.drive.few(edges)], [*counts]
         import numpy as np
 
@@ -241,13 +241,13 @@ class StepCounter:
         if self.several:
             begins = np.searchsorted(k, k)
             late = np.arange(b - a) - begins + np.where(begins, 0, a - self._changes(first - 1))
-            following = np.append(instants[1:], np.iinfo(np.int64).max)  # after the last one nothing has come yet
+            following = np.append(instants[1:], np.iinfo(np.int64).max)  # after the last change there is none yet
             times = np.minimum(times + late * DWELL_PS, following[k])
         return times + self.lag_ps, self.count + motion.sign * j
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
-        """Return a counter that begins at an instant (ps); later edges of the drive may still change."""
+        """Return a counter that begins at an instant (ps); later drive edges may still change."""
         motion = self.motion.onward(ps)
         pending = self.coming[0]
         over = self._changes(self.motion.count(ps))
@@ -259,7 +259,7 @@ class StepCounter:
         return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), coming, self.marks)
 
     def on(self, motion: ShaftMotion, now: int) -> StepCounter:
-        """Return a counter for a motion that continues this one, or begins where the shaft was pushed at `now` (ps)."""
+        """Return a counter for a motion that continues this one, or begins after a push of the shaft at `now` (ps)."""
         after = StepCounter(motion, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:
@@ -273,7 +273,7 @@ class StepCounter:
 
 
 def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
-    """Return the counter of a motion on a scale, shown `lag_ps` later; motions not made of steps have their own."""
+    """Return the counter of a motion on a scale, shown `lag_ps` later; motions not made of steps provide their own."""
     if isinstance(motion, ShaftMotion):
         return StepCounter(motion, scale, lag_ps)
     own: Counter = motion.counter(scale, lag_ps)
@@ -281,7 +281,7 @@ def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
 
 
 def _joined(few: list[int], more: Any) -> Any:
-    """Return two lists, or a list and an array, as one."""
+    """Return two lists, or a list and an array, joined into one."""
     if isinstance(more, list):
         return few + more
     import numpy as np

@@ -1,11 +1,11 @@
-"""The motion of a shaft, queried instead of stepped.
+"""The motion of a shaft, which is queried rather than stepped.
 
-A `ShaftMotion` has the position of a shaft for every instant, from its first until an unforeseen event.  The shaft
-follows the edges of a clock, which a train promises or a machine makes, and its position is kept in whole parts of a
-step, so that it does not drift, whatever gears are between.  It is a value: it makes no event of a step.
+A `ShaftMotion` returns the position of a shaft at every instant from its first until an unforeseen event.  The shaft
+follows the edges of a clock, promised by a train or made by a machine, and its position is kept in whole parts of a
+step, so that it does not drift, whatever gears are in between.  A motion is a value: its steps are not events.
 
-    edges    |    |    |    |    |    |    |    |        of the clock, after `since`
-    position 0    0    0    1    2    3    3    3        `slack` is 2, `room` 5: then the shaft is at a stop
+    edges    |    |    |    |    |    |    |    |        clock edges after `since`
+    position 0    0    0    1    2    3    3    3        `slack` is 2 and `room` 5, after which the shaft is at a stop
 
 A `Counter` (shaft_counter.py) counts a motion on a scale.
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BLOCKED = 1 << 200  # a slack that no motion takes up
-FEW = 16  # edges per instant: if fewer, all are listed in one array
+FEW = 16  # edges per queried instant: if there are fewer, all are listed in one array
 
 
 # ---------------------------------------------------------------------------------------------------- drives of a shaft
@@ -40,31 +40,31 @@ class Once(Listed):
 class ShaftMotion:
     """A segment of the motion of a shaft, valid from an instant until another motion replaces it.
 
-    Positions are counted in parts of a step, `unit` of them in a step.  With each edge of `drive` after `since` the
-    shaft moves by `step` parts in the direction of `sign`, once `slack` parts are taken up: play, or slip.  It makes at
-    most `room` of these steps: then it is at a stop, and further edges are lost.
+    Positions are counted in parts of a step, with `unit` parts in a step.  With each edge of `drive` after `since`
+    the shaft moves by `step` parts in the direction of `sign`, once `slack` parts (backlash or slip) are taken up.
+    It makes at most `room` of these steps; then it is at a stop, and further edges are lost.
     """
 
     drive: Events = field(default_factory=NoEvents)
     since: int = 0
     place: int = 0  # parts
     sign: int = 1
-    step: int = 1  # parts that an edge moves the shaft by
+    step: int = 1  # parts by which an edge moves the shaft
     unit: int = 1  # parts in a step; `Shaft.per_turn` steps are a turn
     slack: int = 0  # parts
     room: int | None = None  # edges; None: no stop
-    first: int = field(init=False)  # edges of the drive that were before this motion
+    first: int = field(init=False)  # drive edges before this motion
 
     def __post_init__(self) -> None:
         self.first = self.drive.count(self.since)
 
     # --------------------------------------------------------------------------------------------------------- queries
     def count(self, ps: int) -> int:
-        """Return the number of edges of this motion up to an instant (ps), including lost ones."""
+        """Return the number of edges of this motion up to an instant (ps), including lost edges."""
         return max(0, self.drive.count(ps) - self.first)
 
     def moved(self, k: int) -> int:
-        """Return by how many parts the first k edges move the shaft."""
+        """Return the number of parts by which the first k edges move the shaft."""
         if self.room is not None:
             k = min(k, self.room)
         return max(0, k * self.step - self.slack)
@@ -78,12 +78,12 @@ class ShaftMotion:
         return Fraction(self.level(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
-        """Return the number of the edge by which the shaft has moved a number of parts, 1 or more; None: no edge."""
+        """Return the number of the edge that completes a move of 1 or more parts; None: there is no such edge."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k of this motion (ps), NotYet, or None if it is not foreseen."""
+        """Return the instant of edge k of this motion (ps), NotYet, or None if the edge is not foreseen."""
         return self.drive.time(self.first + k)
 
     def lost(self, ps: int) -> int:
@@ -102,7 +102,7 @@ class ShaftMotion:
         return self._places(k)
 
     def edges(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions from there on, (n,) float64 steps."""
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions after them, (n,) float64 steps."""
         import numpy as np
 
         first, last = self.count(start) + 1, self.count(stop)
@@ -126,14 +126,14 @@ class ShaftMotion:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> ShaftMotion:
-        """Return the motion from an instant (ps) on; later edges of the drive may still change."""
+        """Return the motion after an instant (ps); later drive edges may still change."""
         k = self.count(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
         return ShaftMotion(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
 
     def within(self, low: Fraction | None, high: Fraction | None) -> ShaftMotion:
-        """Return the motion with hard stops at two positions, in steps; None: no stop on that side."""
+        """Return the motion with hard stops at two positions, in steps; None: there is no stop on that side."""
         stop = high if self.sign > 0 else low
         if stop is None:
             return self if self.room is None else replace(self, room=None)
@@ -141,7 +141,7 @@ class ShaftMotion:
         return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
 
     def refined(self, times: int) -> ShaftMotion:
-        """Return the motion in parts that are smaller by an integer factor."""
+        """Return the motion expressed in parts that are smaller by an integer factor."""
         return replace(
             self, place=self.place * times, step=self.step * times, unit=self.unit * times, slack=self.slack * times
         )
@@ -156,9 +156,9 @@ class ShaftMotion:
         )  # fmt: skip
 
     def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
-        """Return the motion of a load that is moved with a play, which is taken up first.
+        """Return the motion of a load that is driven with backlash, which is taken up first.
 
-        The load is where `here` begins; initially it was `offset` above this motion.
+        The load is at the position where `here` begins; initially it was `offset` above this motion.
         """
         unit = lcm(self.unit, here.unit, play.denominator, offset.denominator)
         motion, place = common(self, unit), common(here, unit).place
@@ -169,5 +169,5 @@ class ShaftMotion:
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:
-    """Return the motion in parts that divide both its own parts and those of another with `unit` in a step."""
+    """Return the motion in parts that divide both its own parts and those of a motion with `unit` parts in a step."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

@@ -1,4 +1,4 @@
-"""Outputs derived from the counts of a shaft, as promises: a channel of an encoder, a switch."""
+"""Outputs derived from the counts of a shaft, as promises: an encoder channel, and a switch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LOOKS = 4  # changes that a channel checks before it returns NotYet
 
 
 class LevelPattern:
-    """Levels of an output for consecutive counts, repeated."""
+    """The levels of an output for consecutive counts, repeated."""
 
     def __init__(self, *levels: int) -> None:
         self.levels = levels
@@ -34,7 +34,7 @@ class LevelPattern:
 
     @cached_property
     def _turns(self) -> list[int]:
-        """Counts whose level differs from that of the count before."""
+        """The counts whose level differs from the level of the preceding count."""
         return [n for n, level in enumerate(self.levels) if level != self.levels[n - 1]]
 
     @cached_property
@@ -46,22 +46,22 @@ class LevelPattern:
 
 
 class EncoderChannel:
-    """An output of an encoder, as a promise: its level follows the count."""
+    """An encoder output, as a promise: its level follows the count."""
 
     __slots__ = ("code", "counter")
-    until: int | None = None  # the assumptions of a motion hold until the shaft has a new one
+    until: int | None = None  # the assumptions of a motion are valid until the shaft has a new motion
 
     def __init__(self, counter: Counter, code: LevelPattern) -> None:
         self.counter, self.code = counter, code
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         return self.code[self.counter.level(ps)]
 
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen.
 
-        The counts of a shaft that is too fast may jump forever without an edge.
+        The counts of a shaft that turns too fast may jump forever without an edge.
         """
         counter, code, time = self.counter, self.code, ps
         count = counter.level(ps)
@@ -87,15 +87,15 @@ class EncoderChannel:
 
 
 class SwitchZone:
-    """A switch, as a promise: closed between two positions, by the number of bounds below the present one.
+    """A switch, as a promise: closed between two positions, by the number of bounds below the present position.
 
         count     0    1    2    3    4
         bounds      |    |    |    |
         coming   open      closed------>open      forward
                  open<-----closed      open       backwards
 
-    Where `zones` is None the state is unchanged: this is the hysteresis.  `closed` is the state when the counter began,
-    at `since`; `levels` are those of the open and the closed switch.
+    Where `zones` is None, the state is unchanged: this is the hysteresis.  `closed` is the state at `since`, when the
+    counter began; `levels` holds the levels of the open and of the closed switch.
     """
 
     __slots__ = ("_known", "closed", "counter", "levels", "since", "zones")
@@ -109,7 +109,7 @@ class SwitchZone:
 
     @property
     def floats(self) -> bool:
-        """Whether the switch releases the wire at times."""
+        """Whether the switch sometimes releases the wire."""
         return None in self.levels
 
     def closed_at(self, ps: int) -> bool:
@@ -125,7 +125,7 @@ class SwitchZone:
         return next((state for n in reversed(counts) if (state := self.zones[n]) is not None), closed)
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
+        """Return the level at an instant (ps), including edges at that instant."""
         return self.levels[self.closed_at(ps)]
 
     def after(self, ps: int) -> When:

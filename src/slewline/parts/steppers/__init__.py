@@ -1,1 +1,1 @@
-"""A stepper motor on a bench: its inputs, its run made on demand, what its shaft passes, the steps that it loses."""
+"""A stepper motor on a bench: its inputs, its run (computed on demand), passings of its shaft, and lost steps."""

@@ -1,10 +1,10 @@
 """Inputs of a motor over time: the command, and the row of the law's table.
 
     pieces      |------------------|---------|------------------------->
-                 past levels of the pins       their promises
+                 past pin levels               pin promises
 
 A piece is the state of the wires from an instant until the drive of one of them changes.  Promises are values, so the
-past can be queried again and a long slew costs nothing.  Only changes of the command or the row are edges.
+past can be queried again, and a long slew takes no computing time.  Only changes of the command or the row are edges.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Edges(NamedTuple):
-    """Edges of the command: instants, and commands and rows of the table from there on, (n,) int64 each."""
+    """Edges of the command: instants, and the commands and table rows after them, (n,) int64 each."""
 
     times: NDArray[np.int64]
     commands: NDArray[np.int64]
@@ -33,7 +33,7 @@ class Edges(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """State of the pins from an instant (ps) on, by their names: promises, or constant levels."""
+    """State of the pins after an instant (ps), by their names: promises, or constant levels."""
 
     since: int
     shown: Sequence[Promise | Level]
@@ -48,28 +48,28 @@ class Piece(NamedTuple):
 
     @property
     def until(self) -> int | None:
-        """Instant before which the whole piece holds (ps); None: forever."""
+        """The instant before which the whole piece is valid (ps); None: forever."""
         return min((what.until for what in self.shown if promised(what) and what.until is not None), default=None)
 
 
 class Reading(NamedTuple):
-    """Levels of the pins over a stretch of time: at its start, and at each instant at which a pin has an edge.
+    """The levels of the pins over a stretch of time: at its start, and at each instant at which a pin has an edge.
 
-    `high` is (n + 1, pins) bool; the first row has the levels before the first instant.
+    `high` is (n + 1, pins) bool; the first row contains the levels before the first instant.
     """
 
     times: NDArray[np.int64]
     high: NDArray[np.bool_]
 
 
-Asked = Callable[[Reading, int], tuple[Any, Any]]  # from the command before: commands and codes, one per instant
+Asked = Callable[[Reading, int], tuple[Any, Any]]  # from the previous command: commands and codes, one per instant
 
 
 class Feed:
     """Inputs of a motor.
 
     Args:
-        asked: converts levels of the pins to commands and rows.
+        asked: a function that converts pin levels to commands and table rows.
     """
 
     def __init__(self, asked: Asked) -> None:
@@ -77,7 +77,7 @@ class Feed:
         self.pieces = [Piece(0, ())]  # nothing is wired yet
 
     def show(self, since: int, shown: Sequence[Promise | Level]) -> None:
-        """Use the state of the pins from an instant (ps) on."""
+        """Use a new state of the pins from an instant (ps)."""
         if len(shown) == len(self.now.shown) and all(map(alike, shown, self.now.shown)):
             return
         if self.now.since >= since or not self.now.shown:
@@ -90,7 +90,7 @@ class Feed:
         return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
-        """Return the edges at start < t <= stop (ps), given the command and row at `start`."""
+        """Return the edges at start < t <= stop (ps), given the command and table row at `start`."""
         import numpy as np
 
         found = []
@@ -113,7 +113,7 @@ class Feed:
             if piece.since > stop or not piece.shown:
                 break
             end = min(stop, self.pieces[n + 1].since - 1) if n + 1 < len(self.pieces) else stop
-            if n > first or piece.since > start:  # the levels before it are those of the piece before
+            if n > first or piece.since > start:  # the levels before it are those of the preceding piece
                 before = self.pieces[n - 1].levels(piece.since - 1) if n else piece.levels(piece.since)
                 readings.append(reading(piece, piece.since - 1, end, before))
             elif end > start:
@@ -126,7 +126,7 @@ class Feed:
 
 
 def changes(values: Any, before: int) -> Any:
-    """Return which values differ from the one before: (n,) bool."""
+    """Return which values differ from their predecessors: (n,) bool."""
     import numpy as np
 
     differ = np.empty(len(values), bool)
@@ -136,7 +136,7 @@ def changes(values: Any, before: int) -> Any:
 
 
 def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Reading:
-    """Return the levels of the pins at start < t <= stop, and before; an open pin reads high."""
+    """Return the levels of the pins at start < t <= stop, and before it; an open pin reads high."""
     import numpy as np
 
     edges: list[tuple[Any, Any]] = []
@@ -164,7 +164,7 @@ def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Rea
 
 
 def high_of(levels: Any) -> NDArray[np.bool_]:
-    """Return which levels of edges, 0, 1 or None, read high: (n,) bool."""
+    """Return which edge levels (0, 1 or None) read high: (n,) bool."""
     import numpy as np
 
     if isinstance(levels, np.ndarray):
@@ -176,7 +176,7 @@ def high_of(levels: Any) -> NDArray[np.bool_]:
 # ------------------------------------------------------------------------------------------------ commands from pins
 @dataclass(frozen=True)
 class Pins:
-    """Columns of a reading by pin, and the active level of each pin; a pin that is not read has no column."""
+    """The columns of a reading, by pin, and the active level of each pin; a pin that is not read has no column."""
 
     columns: Mapping[str, tuple[int, bool]]
 
@@ -191,7 +191,7 @@ class Pins:
         return reading.high[:, column] == active
 
     def level(self, reading: Reading) -> Any:
-        """Return the level of the current, an index of `LEVELS`, (n,) int64 or a number (MOV, RAMP, ENABLE)."""
+        """Return the current level set by MOV, RAMP and ENABLE, an index of `LEVELS`: (n,) int64 or a number."""
         import numpy as np
 
         enabled = self(reading, "enable", True)[1:]
@@ -202,7 +202,7 @@ class Pins:
 
 
 def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
-    """Return the function from PULSE and DIRECTION to commands: each step adds 1 to the command, or subtracts 1."""
+    """Return the function from PULSE and DIRECTION to commands: each step adds 1 to the command or subtracts 1."""
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:
         import numpy as np
@@ -216,10 +216,10 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 
 
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
-    """Return the function from phases to commands: the nearest command with the same field; unchanged without a field.
+    """Return the function from phases to commands: the nearest command with their field; unchanged without a field.
 
     Args:
-        fields: for each set of phases that are on, the first counting 1, then 2, 4 ...: the command from 0 to
+        fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command from 0 to
             `law.cycle - 1`, or None.  These sets are the rows of the table.
     """
 
@@ -235,7 +235,7 @@ def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequen
         for n, bits in enumerate(number.tolist()):
             field = fields[bits]
             turn = 0 if field is None else (field - command + half) % law.cycle - half
-            command += turn if turn != -half else 0  # unchanged if opposite: both directions are as near
+            command += turn if turn != -half else 0  # unchanged if opposite: both directions are equally near
             commands[n] = command
         return commands, codes
 

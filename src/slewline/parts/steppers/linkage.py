@@ -1,4 +1,4 @@
-"""Position of a load that a rotor moves: a shaft, a shaft after a gear, a carriage with play."""
+"""Position of a load that a rotor moves: a shaft, a shaft after a gear, or a carriage with backlash."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Any
 class Linkage:
     """Mechanical connection of a load to a rotor; positions are in steps of the load.
 
-    `factor` steps of the load make one full step of the motor.  With `play` the load stops when the rotor reverses,
-    until these steps are taken up; at the start it was `offset` above the rotor.  `is_lagging`: the position relative
-    to the command.
+    `factor` steps of the load correspond to one full step of the motor.  With `play` (backlash) the load stops when
+    the rotor reverses, until these steps are taken up; at the start it was `offset` above the rotor.  `is_lagging`:
+    the position is relative to the command.
     """
 
     factor: float = 1.0
@@ -24,15 +24,15 @@ class Linkage:
     is_lagging: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the positions of all linkages, this one last, at the start of a run from a rotor position.
+        """Return the positions of all linkages, this linkage last, at the start of a run from a rotor position.
 
-        Positions are in full steps, and may be arrays if no linkage has a play.
+        Positions are in full steps, and may be arrays if no linkage has backlash.
         """
         below = self.under.begun(place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, None)
 
     def follow(self, before: tuple[float, ...], place: float, command: float) -> tuple[float, ...]:
-        """Return the positions of all linkages once the rotor has reached a position without reversing."""
+        """Return the positions of all linkages after the rotor has reached a position without reversing."""
         below = self.under.follow(before[:-1], place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, before[-1])
 
@@ -46,11 +46,11 @@ class Linkage:
 
     @property
     def simple(self) -> bool:
-        """Whether the position follows from that of the rotor alone."""
+        """Whether the position follows from the rotor position alone."""
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return factor, bound and direction: the load passes a position as factor times the rotor passes the bound."""
+        """Return factor, bound and direction: the load passes a position when factor * rotor passes the bound."""
         pushed = place - self.offset + (command if self.is_lagging else 0.0)
         if self.play and not rising:
             pushed -= self.play
@@ -78,7 +78,7 @@ class Linkage:
         return [*below, places]
 
     def followed(self, before: Sequence[Any], rotor: Any) -> list[Any]:
-        """Return the result of `follow` for many positions at a time: (n,) float64 each."""
+        """Return the results of `follow` for many positions at once: (n,) float64 each."""
         import numpy as np
 
         below = self.under.followed(before[:-1], rotor) if self.under else []

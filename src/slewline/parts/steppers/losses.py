@@ -1,10 +1,10 @@
-"""Lost steps of a motor, found in the grid points of its run on request.
+"""Lost steps of a motor, found on request in the grid points of its run.
 
     lag, steps   0 . . 1 . 2 . . 4 . . . 8 . . . 12 12 12
                            ^ out of step              ^ 12 steps lost
 
-A rotor two steps (half an electrical turn) from the position of its command may turn either way.  Once it has reached
-the next stable position it has lost four steps; steps are lost in fours, since it settles nowhere else.
+A rotor two steps (half an electrical turn) from its commanded position may turn either way.  Once it has reached the
+next stable position it has lost four steps; steps are lost in fours, since the rotor settles nowhere else.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ BACK_PS = 20_000_000_000  # after this time in one position the rotor is in step
 
 
 class Losses:
-    """Times at which a rotor was out of step, and the steps lost.
+    """The times at which a rotor was out of step, and the steps lost.
 
     Attributes:
-        lost: full steps up to the last query; positive: the rotor lags.
+        lost: full steps lost up to the last query; positive: the rotor lags.
     """
 
     def __init__(self, run: Run) -> None:
         self.run = run
         self.lost = 0
-        self._done = run.stretches[0].first.t - 1  # it may be held by hand in its first instant
-        self._since: int | None = None  # it has been out of step from this instant on
-        self._far: tuple[int, float] | None = None  # when half way to the next stable position, and the speed then
+        self._done = run.stretches[0].first.t - 1  # the rotor may be held by hand in its first instant
+        self._since: int | None = None  # the instant since which it has been out of step
+        self._far: tuple[int, float] | None = None  # instant and speed halfway to the next stable position
         self._at_stop = False  # at a hard stop
-        self._settled: tuple[int, int] | None = None  # its position and since when, while it is out of step
-        self._last = self._done + 1, 0.0  # grid point, and the lag there
+        self._settled: tuple[int, int] | None = None  # its position, and since when it is there, while out of step
+        self._last = self._done + 1, 0.0  # last grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield the events up to an instant (ps), the last committed one at most: time, code and text."""
+        """Yield the events up to an instant (ps), at most the last committed one: time, code and text."""
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):
             times, states, commands, codes = columns
-            on = codes < len(law.table) // len(LEVELS) * LEVELS.index("off")  # without current it follows nothing
+            on = codes < len(law.table) // len(LEVELS) * LEVELS.index("off")  # without current nothing is followed
             lag = commands / law.micro - states[:, 0] / law.motor.step
             yield from self._along(law, times[on], lag[on], states[on, 1] / law.motor.step)
             yield from self._stops(law, times, states)
@@ -69,7 +69,7 @@ class Losses:
         self._at_stop = bool(at_stop[-1])
 
     def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
-        """Process a run of grid points; the rotor rested before a point that is more than a step after the last."""
+        """Process a run of grid points; if a point is more than a step after the last, the rotor rested until then."""
         import numpy as np
 
         rests = np.flatnonzero(np.diff(times, prepend=self._last[0]) > law.step_ps).tolist()

@@ -1,12 +1,11 @@
-"""Past and foreseen motion of a motor: grid points, made on demand.
+"""The past and foreseen motion of a motor: grid points, computed on demand.
 
     past           now                    foreseen
     grid points -->|- - - - - - - - - ->|           integrated so far: `reached`
                    |- - -x                          an input changes unexpectedly: the future is integrated again
 
-Nothing is integrated before it is queried.  The past never changes.  The foreseen points are dropped from the first
-unforeseen edge on.  Points made long ago are dropped too, except one per stretch: they can be made again, with the
-same bits.
+Nothing is integrated before it is queried.  The past never changes.  The foreseen points after the first unforeseen
+edge are dropped.  Old points are dropped, too, except one per stretch; they can be computed again, bit for bit.
 """
 
 from __future__ import annotations
@@ -24,22 +23,23 @@ if TYPE_CHECKING:
 STRETCH = 4096  # grid points
 WHOLE = 64  # stretches whose points are kept
 NEVER_PS = 1 << 62
-AT_ONCE_PS = 20_000_000_000  # how far one query for rest looks ahead
+AT_ONCE_PS = 20_000_000_000  # how far a single query for rest looks ahead
 
 
 class Stretch:
-    """Grid points of one law, from `first` on.
+    """Grid points of one law, starting at `first`.
 
     Attributes:
-        changed: `first` does not continue the stretch before: the law or the state was changed from outside.
-        times, states, commands, codes: columns of the points, as in a `MotorTrace`; None: they have been dropped.
+        changed: `first` does not continue the preceding stretch, because the law or the state was changed externally.
+        times, states, commands, codes: the columns of the points, as in a `MotorTrace`; None: the points have been
+            dropped.
     """
 
     def __init__(self, law: MotorLaw, first: Point, changed: Mapping[str, float] | None = None) -> None:
         self.law, self.first, self.changed = law, first, changed
         self.columns: tuple[Any, ...] | None = columns_of(first)
         self.last = first
-        self._edges: Edges | None = None  # once it is complete
+        self._edges: Edges | None = None  # set once the stretch is complete
 
     @property
     def count(self) -> int:
@@ -55,7 +55,7 @@ class Stretch:
         return self.columns or ()
 
     def point(self, n: int) -> Point:
-        """Return one of the points."""
+        """Return point n."""
         times, states, commands, codes = self.whole
         return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
 
@@ -67,21 +67,21 @@ class Stretch:
         self.last = self.point(-1)
 
     def edges(self, after: int) -> Edges:
-        """Return the edges of the inputs at the points after an instant (ps)."""
+        """Return the input edges at the points after an instant (ps)."""
         times, _, commands, codes = self.whole
         changed = changes(commands, commands[0]) | changes(codes, codes[0])
         changed &= times > after
         return Edges(times[changed], commands[changed], codes[changed])
 
     def cut(self, before: int) -> None:
-        """Drop the points from an instant (ps) on, except the first one."""
+        """Drop the points at or after an instant (ps), except the first point."""
         count = max(int(self.whole[0].searchsorted(before)), 1)
         self.columns = tuple(column[:count] for column in self.whole)
         self.last = self.point(-1)
         self._edges = None
 
     def drop(self) -> None:
-        """Drop the points, which can be made again."""
+        """Drop the points, which can be computed again."""
         if self.columns is not None:
             self._edges = self.edges(self.first.t)
             self.columns = None
@@ -98,7 +98,8 @@ def columns_of(point: Point) -> tuple[Any, ...]:
 class RunPart(NamedTuple):
     """Some grid points of one law: columns times, states, commands, codes.
 
-    `changed`: the first point does not continue the points before: the law or the state was changed from outside.
+    `changed`: the first point does not continue the preceding points, because the law or the state was changed
+    externally.
     """
 
     law: MotorLaw
@@ -109,11 +110,11 @@ class RunPart(NamedTuple):
 class Run:
     """The motion of a rotor.
 
-    `cuts` are called with an instant (ps) when the future foreseen from there on is dropped.
-    `along` has results derived from the run, for example passings, by their subject.
+    `cuts` are called with an instant (ps) when the foreseen future after it is dropped. `along` holds results derived
+    from the run, for example passings, by their subject.
 
     Args:
-        law: of motor, driver and load; `alter` can replace it.
+        law: the law of motor, driver and load; `alter` can replace it.
         feed: the inputs.
         first: the starting point.
         engine: "python", "numba", or None, as in `Integration`.
@@ -127,9 +128,9 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Begin again with another law, at a point in the same position: nothing has been shown yet."""
+        """Begin again with another law, at a point in the same position, as long as nothing has been shown."""
         self.stretches = [Stretch(law, first)]
-        self.reached = first.t  # integrated up to here
+        self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
         self._rests = False  # at the last point nothing changes until the next edge
         for cut in self.cuts:
@@ -137,7 +138,7 @@ class Run:
 
     @property
     def compiled(self) -> bool:
-        """Whether everything was compiled before time passed."""
+        """Whether all functions were compiled before time passed."""
         return self._engine == "numba"
 
     @property
@@ -152,7 +153,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return an instant (ps) up to which the rotor may rest, with few edges."""
+        """Return an instant (ps) up to which the rotor may be at rest, with few edges."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -180,7 +181,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Use the present inputs: drop the future after an instant (ps) as far as it differs."""
+        """Use the present inputs, and drop the future after an instant (ps) as far as it differs."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -193,11 +194,11 @@ class Run:
         if differs is not None:
             altered = [it for it in self.stretches[n:] if it.changed is not None and it.first.t == differs]
             self._cut(differs, differs)
-            for stretch in altered:  # at this instant too: the change counts, after the inputs
+            for stretch in altered:  # at this instant, too: the change is applied after the inputs
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop the points from an instant (ps) on; the inputs differ from `since` on."""
+        """Drop the points at or after an instant (ps); the inputs differ from `since`."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
@@ -206,7 +207,7 @@ class Run:
             cut(since)
 
     def alter(self, ps: int, law: MotorLaw, **states: float) -> None:
-        """Continue from an instant (ps) with another law, or other values of some states."""
+        """Continue after an instant (ps) with another law, or with other values of some states."""
         self.reach(ps)
         point, state = self.at_or_before(ps), self.state(ps)
         self._cut(ps + 1, ps)
@@ -219,12 +220,12 @@ class Run:
 
     # ---------------------------------------------------------------------------------------------------------- queries
     def stretch_at(self, ps: int) -> Stretch:
-        """Return the stretch that contains an instant (ps), already reached."""
+        """Return the stretch that contains an instant (ps), which has been reached."""
         n = bisect_right(self.stretches, ps, key=lambda stretch: stretch.first.t) - 1
         return self.stretches[max(n, 0)]
 
     def at_or_before(self, ps: int) -> Point:
-        """Return the last grid point up to an instant (ps), or the first kept one."""
+        """Return the last grid point up to an instant (ps), or the first kept point."""
         self.reach(ps)
         stretch = self.stretch_at(ps)
         return stretch.point(max(int(stretch.whole[0].searchsorted(ps, "right")) - 1, 0))
@@ -246,25 +247,25 @@ class Run:
             part = slice(int(times.searchsorted(start, "right")), int(times.searchsorted(stop, "right")))
             changed = part.start == 0 and stretch.changed is not None
             if part.start == 0 and not changed:
-                part = slice(1, part.stop)  # its first point is the last one of the stretch before
+                part = slice(1, part.stop)  # its first point is the last point of the preceding stretch
             if part.stop > part.start:
                 found.append(RunPart(stretch.law, tuple(column[part] for column in stretch.whole), changed))
         return found
 
     def rests(self, ps: int) -> bool:
-        """Return whether nothing changes at an instant (ps) or later until the next edge of an input."""
+        """Return whether nothing changes from an instant (ps) until the next input edge."""
         self.reach(ps)
         return self._rests and ps >= self.stretches[-1].last.t
 
     def comes_to_rest(self, ps: int) -> int:
-        """Return when the motor rests after an instant (ps) if no input changes before, or when to query again."""
+        """Return when the motor will be at rest after an instant (ps) if no input changes, or when to query again."""
         following = self.feed.now.look_after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
         return max(self.known_to_rest, ps + 1) if self.rests(until) else until
 
     @property
     def known_to_rest(self) -> int:
-        """Instant after which no point follows (ps): losses are counted only then."""
+        """The instant after which no point follows (ps): losses are counted only then."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
@@ -278,7 +279,7 @@ class Run:
 
 
 def joined(columns: Any) -> Any:
-    """Return arrays as one."""
+    """Return arrays joined into one."""
     import numpy as np
 
     return np.concatenate(columns)

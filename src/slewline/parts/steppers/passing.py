@@ -1,12 +1,12 @@
 """Counts that a rotor passes as it turns, found in the grid points of its run.
 
     grid points    *------*------*------*------*
-    count          3      3      4      4      3         between two that differ, the picosecond is searched
+    count          3      3      4      4      3         between two different counts, the exact picosecond is searched
                              ^             ^
 
-A `Linkage` has the position of a load that the rotor moves: its shaft, a shaft after a gear, a carriage with play, or
-the rotor relative to its command.  `Passings` are the changes of a count along it, found once and kept; a `RunCounter`
-shows them on a wire (`parts/shafts/shaft_counter.py`).
+A `Linkage` determines the position of a load that the rotor moves: its shaft, a shaft after a gear, a carriage with
+backlash, or the rotor relative to its command.  `Passings` holds the changes of a count along a linkage, which are
+found once and kept; a `RunCounter` shows them on a wire (`parts/shafts/shaft_counter.py`).
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from ..shafts.shaft_counter import CountScale
     from .motor_run import Run
 
-MARKS = 512  # milestones kept for when the future has been cut
-FIRST_PS = 1_000_000_000  # first distance that is searched ahead; then twice as far
+MARKS = 512  # milestones kept in case the future is cut
+FIRST_PS = 1_000_000_000  # first distance that is searched ahead; it is then doubled
 MOST_PS = 100_000_000_000
-SOON = 30_000  # changes that take plain Python less time than compiling
-AHEAD_PS = 400_000_000_000  # how far one query looks ahead at most
+SOON = 30_000  # number of changes that take plain Python less time than compiling
+AHEAD_PS = 400_000_000_000  # how far a single query looks ahead at most
 
 
 @dataclass(slots=True)
 class Milestone:
-    """Known state at an instant (ps): the count, and the number of changes so far.
+    """The known state at an instant (ps): the count, and the number of changes so far.
 
-    `places` are the positions of the linkages at the last grid point: the motion since then leaves no trace.
+    `places` holds the positions of the linkages at the last grid point; the motion since then has no lasting effect.
     """
 
     ps: int
@@ -47,7 +47,7 @@ class Milestone:
 
 @dataclass(slots=True)
 class Going:
-    """A pass along a run: the last grid point and its law, how far the changes are found, and the counts shown."""
+    """A pass along a run: the last grid point and its law, how far changes have been found, and the counts shown."""
 
     before: Point
     law: MotorLaw
@@ -58,7 +58,7 @@ class Going:
     counts: list[int]
 
     def show(self, ps: int, count: int) -> None:
-        """Show a count from an instant (ps) on."""
+        """Show a count from an instant (ps)."""
         if count != self.count:
             self.times.append(ps)
             self.counts.append(count)
@@ -68,13 +68,13 @@ class Going:
 class Passings:
     """The changes of a count along a linkage, up to the last query.
 
-    Within a step of the grid they follow from its first point alone, as if it had its full length: the result depends
-    neither on the instants of queries nor on an edge that ends the step.  If the rotor reverses within a step, the
-    parts before and after the reversal are processed one after the other.
+    Within a grid step, the changes follow from the step's first point alone, as if the step had its full length: the
+    result depends neither on when it is queried nor on an edge that ends the step.  If the rotor reverses within a
+    step, the parts before and after the reversal are processed one after the other.
 
     Args:
-        run: of the rotor.
-        linkage: counted along it.
+        run: the rotor's run.
+        linkage: the linkage whose position is counted.
         scale: counts per step, or bounds.
         zero: offset between scale and position, in counts.
     """
@@ -105,11 +105,11 @@ class Passings:
 
     @property
     def known(self) -> int:
-        """Instant (ps) up to which the changes are known."""
+        """The instant (ps) up to which the changes are known."""
         return self._marks[-1].ps
 
     def _cut(self, ps: int) -> None:
-        """Drop the foreseen changes from an instant (ps) on."""
+        """Drop the foreseen changes at or after an instant (ps)."""
         self._block = FIRST_PS
         while len(self._marks) > 1 and self._marks[-1].ps >= ps:
             self._marks.pop()
@@ -158,7 +158,7 @@ class Passings:
         return going.places, going.count
 
     def _altered(self, going: Going, law: MotorLaw, point: Point) -> None:
-        """Continue from a point with another law, or in another position."""
+        """Continue from a point with another law, or at another position."""
         before = going.before
         if point.t > before.t:
             state = going.law.after(before.t, before.state, before.code, point.t - before.t)
@@ -195,7 +195,7 @@ class Passings:
         going.places = self._begun(law, going.before)
 
     def _with_play(self, going: Going, columns: Any) -> None:
-        """Process a run of grid points, on a linkage that depends on direction and on reversals."""
+        """Process a run of grid points, for a linkage that depends on direction and on reversals."""
         import numpy as np
 
         law, first = going.law, going.before.state
@@ -231,7 +231,7 @@ class Passings:
         going.places = tuple(float(each[-1]) for each in places)
 
     def _begun(self, law: MotorLaw, point: Point) -> tuple[float, ...]:
-        """Return the positions at a grid point, of linkages that follow from the rotor alone."""
+        """Return the positions, at a grid point, of linkages that depend on the rotor alone."""
         return self.linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
 
     def _counts(self, along: Any) -> Any:
@@ -243,7 +243,7 @@ class Passings:
         return np.searchsorted(np.array(self._bounds), along, "right")
 
     def _step(self, going: Going, point: Point) -> None:
-        """Go to the next grid point, and use its command from there on."""
+        """Advance to the next grid point, and use its command after it."""
         law, before = going.law, going.before
         asked, rotor = before.command / law.micro, point.state[0] / law.motor.step
         places = going.places
@@ -259,7 +259,7 @@ class Passings:
             going.show(point.t, self._count(going.places[-1]))
 
     def _turns(self, law: MotorLaw, before: Point) -> int:
-        """Return when the rotor reverses in the step after a grid point (ps); 0: it does not."""
+        """Return when the rotor reverses in the step after a grid point (ps); 0: it does not reverse."""
         step, omega = law.step_ps, before.state[1]
         low, high = 0, step
         if omega == 0.0 or law.after(before.t, before.state, before.code, step)[1] * omega > 0.0:
@@ -273,7 +273,7 @@ class Passings:
         return high
 
     def _turned(self, law: MotorLaw, before: Point, span: int, places: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the positions after the rotor has reversed in the step after a grid point, unchanged before that."""
+        """Return the positions after a reversal of the rotor in the step after a grid point, or unchanged before it."""
         turn = self._turns(law, before)
         if not 0 < turn <= span:
             return places
@@ -281,10 +281,10 @@ class Passings:
         return self.linkage.follow(places, rotor, before.command / law.micro)
 
     def _within(self, going: Going, ps: int) -> None:
-        """Show the changes of a step of the grid up to an instant (ps)."""
+        """Show the changes within a grid step up to an instant (ps)."""
         law, before = going.law, going.before
         step = law.step_ps
-        if ps - before.t > step or before.t + step <= going.done:  # it rests
+        if ps - before.t > step or before.t + step <= going.done:  # the rotor rests
             return
         turn = self._turns(law, before)
         places, low = going.places, 0
@@ -322,7 +322,7 @@ class Passings:
         return self.counts[n - 1] if n else self.first
 
     def after(self, ps: int, number: int = 1) -> When:
-        """Return the next change after an instant (ps), or change `number` after it; NotYet, or None: none comes."""
+        """Return the next change after an instant (ps), or change `number` after it; NotYet; or None: none follows."""
         self.look(ps)
         n = bisect_right(self.times, ps) + number - 1
         farthest = ps + AHEAD_PS
@@ -346,7 +346,7 @@ class Passings:
         return self.times[n]
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
-        """Return the changes at start < t <= stop (ps): instants, and the counts from there on."""
+        """Return the changes at start < t <= stop (ps): their instants, and the counts after them."""
         self.look(stop)
         a, b = bisect_right(self.times, start), bisect_right(self.times, stop)
         return self.times[a:b], self.counts[a:b]
@@ -358,7 +358,7 @@ class Passings:
         if n < 0:
             return
         mark = self._marks[n]
-        if mark.ps < before:  # a milestone beyond may belong to a future that does not occur
+        if mark.ps < before:  # a later milestone may belong to a future that does not occur
             places, count = self._go(mark, before, [], [])
             mark = Milestone(before, places, count, bisect_right(self.times, before))
         gone, self.first = mark.changes, mark.count
@@ -369,6 +369,6 @@ class Passings:
 
 
 def point_of(columns: Any, n: int) -> Point:
-    """Return one of some grid points."""
+    """Return grid point n of some columns."""
     times, states, commands, codes = columns
     return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))

@@ -1,4 +1,4 @@
-"""The condition that a stepper has come to rest: for `bench.run_until(motor.rests)`."""
+"""The condition that a stepper has come to rest, for `bench.run_until(motor.rests)`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class RestCondition(Condition):
-    """The condition that a stepper has come to rest: nothing changes until an input does."""
+    """The condition that a stepper has come to rest: nothing changes until an input changes."""
 
     def __init__(self, name: str, kernel: Kernel, run: Run) -> None:
         self.kernel, self.run, self.text = kernel, run, f"{name} at rest"
@@ -22,10 +22,10 @@ class RestCondition(Condition):
         return self.kernel is kernel
 
     def met(self) -> bool:
-        """Return whether the motor rests now, and no input promises an edge."""
+        """Return whether the motor is at rest now, and no input promises an edge."""
         run, seen = self.run, self.kernel.seen
         return run.rests(seen) and seen >= run.known_to_rest and run.feed.now.look_after(seen) is None
 
     def when(self) -> int | None:
-        """Return when the motor will rest, or an instant at which to query again (ps)."""
+        """Return when the motor will be at rest, or an instant at which to query again (ps)."""
         return self.run.comes_to_rest(self.kernel.seen)

@@ -1,4 +1,4 @@
-"""A stepper motor with its driver and its load, which loses steps where a real one does."""
+"""A stepper motor with its driver and its load, which loses steps where a real motor does."""
 
 from __future__ import annotations
 
@@ -42,31 +42,30 @@ if TYPE_CHECKING:
 WINDINGS = ("i1", "i2", "i3", "i4")
 PHASES = ("phase1", "phase2", "phase3", "phase4")
 MOST_PUSHED = 1e6  # steps
-STALLS = (True, False, True)  # by the number of bounds, at -2 and 2 steps from the command, that are below the position
+STALLS = (True, False, True)  # state by the number of bounds (at -2 and 2 steps from the command) below the position
 
 
 class Stepper(Blockable, Part):
     """A stepper motor with driver and load: it follows its pulses as far as its torque allows.
 
-    Its shaft turns by the equations of motion (`motors/law.py`), and parts for shafts sit on it like on any other: an
-    encoder, switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; from
-    further away it does not return by itself.
+    Its shaft turns according to the equations of motion (`motors/law.py`), and an encoder, switches, a gear or a
+    carriage can be mounted on it as on any other shaft.  `stall` is low while the rotor is within two steps of its
+    command; from further away it does not return by itself.
 
-    Nothing is integrated before it is queried, and a query changes nothing: a state is one step of the integrator from
-    the last point of a grid, which begins again at each edge of the inputs.
+    Nothing is integrated before it is queried, and a query changes nothing: a state is one integrator step after the
+    last point of a grid, which begins again at each input edge.
 
     Args:
-        axis: of the neighbour.
+        axis: the neighbour's axis.
         motor, driver, load: by name, as text, or as a table of figures; see [Motors](../reference/motors.md).
         inputs: "step": PULSE and DIRECTION; "phases": the phases of a chip or of a driver module.
-        steps: "full", "wave", "half", "micro 8": the size of a step.
-        edge: "fall" or "rise": the step edge of the pulse; by default that of the neighbour's pin.
-        active: the level of a phase that is on; None: that of the neighbour's pin, else 1.
-        step: of the integrator; None: 20 µs, and 1 µs with a chopper.
-        lag: from the rotor to the edge of `stall`.
-        engine: of the integrator: "python"; "numba", which compiles before time passes; None: Python, and Numba, if it
-            is
-            installed, once that saves time.  The bits are the same.
+        steps: the step mode: "full", "wave", "half" or "micro 8".
+        edge: the step edge of PULSE, "fall" or "rise"; by default the step edge of the neighbour's pin.
+        active: the level of a phase that is on; None: the active level of the neighbour's pin, or 1 if it has none.
+        step: the step of the integrator; None: 20 µs, or 1 µs with a chopper.
+        lag: the delay from the rotor to the edge of `stall`.
+        engine: the engine of the integrator: "python"; "numba", which compiles before time passes; None: Python, then
+            Numba, if it is installed, once that saves time.  The results are bit-identical.
     """
 
     _for_users = (
@@ -210,7 +209,7 @@ class Stepper(Blockable, Part):
 
     @property
     def lag(self) -> float:
-        """Lag of the rotor after its command, in full steps."""
+        """Lag of the rotor relative to its command, in full steps."""
         return self.command - self.place
 
     @property
@@ -226,7 +225,7 @@ class Stepper(Blockable, Part):
 
     @property
     def lost(self) -> int:
-        """Lost steps, in full steps, four at a time; negative: the rotor has made too many."""
+        """Lost steps, in full steps, in multiples of four; negative: the rotor has made too many steps."""
         self.be_caught_up()
         return self._losses.lost
 
@@ -241,16 +240,16 @@ class Stepper(Blockable, Part):
         return RestCondition(self.name, self.kernel, self._run)
 
     def shows(self) -> dict[str, Any]:
-        """Return position and lag in full steps, and the steps per turn."""
+        """Return position and lag in full steps, and the number of steps per turn."""
         return {"angle": self.place, "per_turn": self.shaft.per_turn, "lag": self.lag}
 
     def catch_up(self) -> None:
-        """Find the steps lost up to the last committed instant."""
+        """Find the steps that were lost up to the last committed instant."""
         for ps, code, text in self._losses.look(self.kernel.seen):
             self.finding(code, text, ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities over time: position, lag, speed, currents."""
+        """Return the quantities of the motor over time: position, lag, speed, and currents."""
         of = partial(curve, self.kernel, self._run)
         windings = [name for name in self._law.names if name in WINDINGS]
         return (
@@ -269,7 +268,7 @@ class Stepper(Blockable, Part):
     # -------------------------------------------------------------------------------------------------- turning by hand
     @from_outside
     def load(self, torque: float | str) -> None:
-        """Change the load torque from now on: N m, or text such as "30 mNm"; positive torque opposes counting up."""
+        """Change the load torque from now on: N m, or text such as "30 mNm"; a positive torque opposes counting up."""
         newton_metres = quantity(torque, "N m", f"{self.name}: torque")
         self.input("load", torque)
         self._alter(torque=newton_metres)
@@ -292,7 +291,7 @@ class Stepper(Blockable, Part):
         push: float = 0.0,
         stops: tuple[Fraction | None, Fraction | None] | None = None,
     ) -> None:
-        """Continue from the last committed instant with another law, or in another position."""
+        """Continue from the last committed instant with another law, or at another position."""
         law, seen = self._law, self.kernel.seen
         if blocked is not None:
             law = replace(law, blocked=blocked)
@@ -311,7 +310,7 @@ class Stepper(Blockable, Part):
 
     # ------------------------------------------------------------------------------------------------------- its inputs
     def _begin(self) -> None:
-        """Begin at rest at the position that the driver now commands; the part is wired."""
+        """Begin at rest at the position that the driver now commands, once the part is wired."""
         import numpy as np
 
         columns = {}
@@ -332,7 +331,7 @@ class Stepper(Blockable, Part):
             self._feed.asked = steps_asked(law, pins)
         code = int(self._feed.asked(here, 0)[1][0])
         pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.changed is not None]
-        by = pushes[-1] if pushes else 0.0  # it has already been turned by hand
+        by = pushes[-1] if pushes else 0.0  # the shaft has already been turned by hand
         first = Point(self.kernel.now, law.at_rest(code=code), 0, code)
         self._run.begin(law, first)
         if by:
@@ -350,7 +349,7 @@ class Stepper(Blockable, Part):
         self._show_stall()
 
     def _react(self) -> None:
-        """Process the levels of the inputs: the part is in a circle of parts, and follows them edge by edge."""
+        """Process the input levels edge by edge, because the part is in a circle of parts."""
         self._promise()
 
     def _show_stall(self) -> None:

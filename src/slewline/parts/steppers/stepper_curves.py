@@ -1,4 +1,4 @@
-"""Quantities of a stepper over time, for pictures and queries: curves through the points of its run."""
+"""The quantities of a stepper over time, for pictures and queries: curves through the points of its run."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def current_of(name: str, law: MotorLaw, points: tuple[Any, ...]) -> Any:
 
 
 def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return grid points that follow a point, with edges of the inputs twice: with the old and the new command."""
+    """Return the grid points after a point; each input edge is listed twice, with the old and the new command."""
     import numpy as np
 
     times, states, commands, codes = columns

@@ -1,4 +1,4 @@
-"""The shaft of a motor that is integrated, and its motion: parts for shafts sit on it unchanged."""
+"""The shaft of an integrated motor, and its motion: parts that sit on a shaft are used on it unchanged."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from ..shafts.shaft_counter import Counter
     from .motor_run import Run
 
-FINEST = Fraction(1, 1 << 20)  # step, of positions returned as fractions
+FINEST = Fraction(1, 1 << 20)  # step, the resolution of positions returned as fractions
 ROTOR = Linkage()
-HALF = 0.5  # count, offset of an encoder: so the rotor does not rest where the count changes
+HALF = 0.5  # count, offset of an encoder, so that the rotor does not rest where the count changes
 
 
 @dataclass(frozen=True)
 class LinkageMotion:
     """The motion of a shaft that a rotor turns, valid for the rest of a run.
 
-    It has the interface of a `ShaftMotion` (`parts/shafts/shaft_motion.py`).
+    The class has the interface of a `ShaftMotion` (`parts/shafts/shaft_motion.py`).
     """
 
     run: Run
@@ -42,11 +42,11 @@ class LinkageMotion:
 
     @property
     def since(self) -> int:
-        """Instant from which it is valid (ps)."""
+        """The instant from which the motion is valid (ps)."""
         return self.run.stretches[0].first.t
 
     def steps_at(self, ps: int) -> Fraction:
-        """Return the position at an instant (ps), in steps, to a millionth."""
+        """Return the position at an instant (ps), in steps, to a millionth of a step."""
         return round(Fraction(self.place(ps)) / FINEST) * FINEST
 
     def place(self, ps: int) -> float:
@@ -71,29 +71,29 @@ class LinkageMotion:
             times.append(part.columns[0])
             if self.linkage.simple:
                 places.append(self.linkage.begun(rotor, 0.0)[-1])
-            else:  # from its first point on it moves with the rotor
+            else:  # after its first point it moves with the rotor
                 first = passings_of(self.run, self.linkage, CountScale(), 0.0).places(int(part.columns[0][0]))
                 places.append(self.linkage.gone(first, rotor[0], rotor)[-1])
         return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
-        """Return the counter of this motion on a scale, shown `lag_ps` later."""
+        """Return the counter of this motion on a scale, whose counts are shown `lag_ps` later."""
         return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
-        """Return 0: the part of the rotor finds the lost steps."""
+        """Return 0, because the rotor's part finds the lost steps."""
         return 0
 
     def moved(self, k: int) -> int:
-        """Return 0: the motion has no edges."""
+        """Return 0, because the motion has no edges."""
         return 0
 
     def count(self, ps: int) -> int:
-        """Return 0: the motion has no edges."""
+        """Return 0, because the motion has no edges."""
         return 0
 
     def onward(self, ps: int) -> LinkageMotion:
-        """Return the motion from an instant (ps) on: the same, since a run keeps its past."""
+        """Return the same motion, which remains valid after an instant (ps), since a run keeps its past."""
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
@@ -101,12 +101,12 @@ class LinkageMotion:
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
-        """Return the motion of a load that is moved with a play, and began `offset` above this motion."""
+        """Return the motion of a load that is driven with backlash, and began `offset` above this motion."""
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
 def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> Passings:
-    """Return the changes of a count along a linkage, the same object for all callers."""
+    """Return the changes of a count along a linkage; all callers share one object."""
     key = linkage, scale, zero
     if key not in run.along:
         run.along[key] = Passings(run, linkage, scale, zero)
@@ -129,23 +129,23 @@ class RunCounter:
         return later(self.passings.after(ps - self.lag_ps, changes), self.lag_ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
-        """Return the changes shown at start < t <= stop (ps): instants, and counts from there on."""
+        """Return the changes shown at start < t <= stop (ps): their instants, and the counts after them."""
         times, counts = self.passings.edges(start - self.lag_ps, stop - self.lag_ps)
         return [time + self.lag_ps for time in times], counts
 
-    direction = 0  # it may reverse
+    direction = 0  # the rotor may reverse
 
     def onward(self, ps: int) -> RunCounter:
-        """Return the counter from an instant (ps) on: the same, since a run keeps its past."""
+        """Return the same counter, which remains valid after an instant (ps), since a run keeps its past."""
         return self
 
     def on(self, motion: object, now: int) -> RunCounter:
-        """Return the counter for the motion of the shaft from `now` (ps) on: the same."""
+        """Return the same counter, for the motion of the shaft after `now` (ps)."""
         return self
 
 
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
-    """Return the positions of a shaft turned by hand, and of its loads (rad), no further than to a stop."""
+    """Return the positions (rad) of a shaft turned by hand, and of its loads, no further than a stop."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     last_place = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:
@@ -156,12 +156,12 @@ def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, fl
 
 
 class MotorShaft(Shaft):
-    """The shaft of a motor that is integrated.
+    """The shaft of an integrated motor.
 
     Args:
-        run: of the rotor.
-        alter: changes the law of the run, or its state, at the last committed instant: hard stops, a shaft blocked by
-            hand, a push (steps).
+        run: the rotor's run.
+        alter: a function that changes the law of the run, or its state, at the last committed instant: hard stops, a
+            shaft blocked by hand, or a push (steps).
     """
 
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:
@@ -175,11 +175,11 @@ class MotorShaft(Shaft):
         self.on_cut(ps)
 
     def turned(self) -> None:
-        """Notify all parts on the shaft that the rotor moves differently from the foreseen motion."""
+        """Notify all parts on the shaft that the rotor no longer follows the foreseen motion."""
         self.on_turn()
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
-        """Refuse: the rotor turns the shaft.
+        """Refuse, because the rotor turns the shaft.
 
         Raises:
             NotImplementedError: always.
@@ -187,15 +187,15 @@ class MotorShaft(Shaft):
         raise NotImplementedError("its rotor turns it")
 
     def block(self) -> None:
-        """Block the shaft: the rotor stops, and steps are lost."""
+        """Block the shaft, so that the rotor stops and loses steps."""
         self._alter(blocked=True)
 
     def free(self) -> None:
-        """Free the shaft: it turns again, from its position."""
+        """Free the shaft, so that the rotor turns again from its present position."""
         self._alter(blocked=False)
 
     def slip(self, steps: Fraction) -> None:
-        """Refuse: a rotor slips by itself when its load is too great.
+        """Refuse, because a rotor slips by itself when its load is too great.
 
         Raises:
             UsageError: always.

@@ -1,4 +1,4 @@
-"""An action -> the instructions of the target, with a method for each kind of action."""
+"""Converts an action to the target's instructions, with a method for each kind of action."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .layout import Goto, ResultPiece
 from .limits import no_command, no_pin, out_of
 from .target_motions import MotionWriter
 
-MOST_DELAYS = 20  # greatest number of commands for one delay
+MOST_DELAYS = 20  # maximum number of commands for one delay
 
 
 class Actions(MotionWriter):
@@ -55,7 +55,7 @@ class Actions(MotionWriter):
         return self.conditions.wait(action.input)
 
     def on_delay(self, action: Delay) -> list[ResultPiece]:
-        """Return the instruction with the nearest delay, or several one after the other."""
+        """Return the instruction with the nearest delay, or several instructions in sequence."""
         if self.sheet.enter is None and "delay" not in self.rows:
             return [ResultPiece(text=f"@wait {readable(action.time_ps)}")]
         row = self.row("delay")
@@ -74,7 +74,7 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_label(self, action: Label) -> list[ResultPiece]:
-        """Return a mark, if loops of the target need one; paths meet here, so that registers are no longer known."""
+        """Return a mark, if loops of the target need one; paths meet here, so the registers are no longer known."""
         self.rates.joined()
         self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}
         mark = self.rows.get("mark")
@@ -89,11 +89,11 @@ class Actions(MotionWriter):
             return self.conditions.branch(action.inputs, action.to, start)
         again = self.sheet.commands.by_form.get(action.command)
         if start and again is not None and again.role == "run" and again.flow == "0" and again.stored:
-            return [ResultPiece(again)]  # the source runs its program again by the same command
+            return [ResultPiece(again)]  # the source runs its program again with the same command
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:
-        """Return the instruction that ends a loop, with the smallest sufficient count."""
+        """Return the instruction that ends a loop, with the lowest sufficient count."""
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
@@ -108,7 +108,7 @@ class Actions(MotionWriter):
         return [ResultPiece(row, (action.passes, *goal))]
 
     def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
-        """Return the instruction that ends the program, or the last one of a part that ends without one."""
+        """Return the instruction that ends the program, or, if the part needs none, its last instruction."""
         stop = self.rows.get("stop")
         if stop is not None:
             return [ResultPiece(stop)]
@@ -127,7 +127,7 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(self.sheet.enter)]
 
     def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
-        """Return the commands that end program entry; with a run, if the target's command does both."""
+        """Return the commands that end program entry, including the run if the target's command does both."""
         rows = self.sheet.leave
         row = next((row for row in rows if row.starts == action.runs), None)
         if row is not None:
@@ -150,7 +150,7 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(row)]
 
     def pointer(self) -> list[ResultPiece]:
-        """Return the command that sets the memory pointer to the start of the program, if it is not there."""
+        """Return the command that sets the memory pointer to the start of the program, unless it is already there."""
         row, pointed = self.rows.get("pointer"), self.pointed
         self.pointed = False
         return [] if row is None or pointed else [ResultPiece(row, (0,))]
@@ -160,7 +160,7 @@ class Actions(MotionWriter):
         return [ResultPiece(self.row("store"))]
 
     def on_eraseprogram(self, action: EraseProgram) -> list[ResultPiece]:
-        """Return the command that erases the program, after which registers are those of a reset."""
+        """Return the command that erases the program; after it the registers have their reset values."""
         self.rates.restarted()
         return [ResultPiece(self.row("erase"))]
 

@@ -1,4 +1,4 @@
-"""Common base of all actions: commands that are copied, limits, and settings that a first motion needs."""
+"""Common base of all action writers: copied commands, limits, and settings that the first motion needs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .limits import no_command, out_of
 from .nearest_rates import Rates
 from .target_directives import Directives
 
-FULL_STEPS = 4  # of the phases; the parts have other patterns above these
+FULL_STEPS = 4  # patterns of the phases; above these the parts differ
 
 
 class Impossible(Exception):
@@ -54,16 +54,16 @@ class ActionWriter:
         self.directives = Directives(source, sheet)
         self.verdicts: list[LineVerdict] = []
         self.starts: dict[int, set[str]] = {}  # labels at the start of a block
-        self.last: set[int] = set()  # actions that are the last one of their block
+        self.last: set[int] = set()  # the last action of each block
         self.loops: set[tuple[int, str]] = set()  # labels that loops jump to
-        self.pointed = False  # the memory pointer is at the start of the program
-        self.fixed: dict[str, int] = {}  # distance and sign, if all relative moves have the same
+        self.pointed = False  # whether the memory pointer is at the start of the program
+        self.fixed: dict[str, int] = {}  # distance and sign, if they are the same for all relative moves
         self.known_values: dict[str, int] = {}
         self.program = 0
         self.cleared: set[int] = set()  # lines whose command was copied for its first action
         self.nothing = ResultPiece()
-        self.before: list[ResultPiece] = []  # settings that the first motion needs
-        self.reset: Profile | None = None  # of the first motion, if nothing is set before it
+        self.before: list[ResultPiece] = []  # settings needed by the first motion
+        self.reset: Profile | None = None  # settings of the first motion, if nothing is set before it
 
     # ------------------------------------------------------------------------------------------------------ every kind
     def pieces(self, action: Action) -> list[ResultPiece]:
@@ -93,7 +93,7 @@ class ActionWriter:
         return self.placed(action, self.in_order(action, first, found))
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
-        """Return the rates of the first motion, if the source moves with those of a reset."""
+        """Return the settings for the rates of the first motion, if the source moves with its reset rates."""
         if not isinstance(action, EnterProgram | Motion):
             return []
         commands = self.rates.first(self.reset) if self.reset is not None else []
@@ -102,7 +102,7 @@ class ActionWriter:
         return found
 
     def start(self, actions: Sequence[Action]) -> None:
-        """Record settings with which the target begins like the source: position 0, and the direction after a reset."""
+        """Record the initial settings that source and target have in common: position 0 and the reset direction."""
         relative = placed = False
         skipped = skips(actions)
         for action in actions:
@@ -127,7 +127,7 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return pieces with the rate settings in front or, if the part accepts them only in a program, inside it."""
+        """Return pieces after the rate settings, which are put inside a program if the part accepts them only there."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number
@@ -135,7 +135,7 @@ class ActionWriter:
         return [*first, *found]
 
     def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
-        """Return pieces with their line and block."""
+        """Return the pieces with their line and block set."""
         for piece in pieces:
             piece.source = action.line
             if piece.block < 0:
@@ -143,7 +143,7 @@ class ActionWriter:
         return pieces
 
     def impossible(self, action: Action, description: str, limit: str, remedy: str) -> list[ResultPiece]:
-        """Record that an action is not possible; return the comment that replaces it."""
+        """Record that an action is not possible; return the comment that takes its place."""
         self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, description or action.text, limit, remedy))
         return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
 
@@ -152,7 +152,7 @@ class ActionWriter:
         self.verdicts.append(verdict)
 
     def copied(self, action: Action) -> ResultPiece | None:
-        """Return the command of the source, if the target has the same one, else None."""
+        """Return the command of the source, if the target has the same command, else None."""
         if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
             return None
         if isinstance(action, RunProgram) and "pointer" in self.rows:
@@ -189,21 +189,21 @@ class ActionWriter:
             self.known_values.pop("sign", None)
 
     def row(self, role: str) -> Row:
-        """Return the command with a role; raise Impossible if the target has none."""
+        """Return the command with a role; raise Impossible if the target has no such command."""
         row = self.rows.get(role)
         if row is None:
             raise Impossible("", no_command(self.sheet, role))
         return row
 
     def fitting(self, row: Row, arg: Arg, value: int, remedy: str = "") -> int:
-        """Return a value of an argument; raise Impossible if it is out of range."""
+        """Return a value for an argument; raise Impossible if it is out of range."""
         if not arg.allows(value):
             raise Impossible(f"{value}", out_of(self.sheet, row, arg), remedy)
         return value
 
 
 def skips(actions: Sequence[Action]) -> set[int]:
-    """Return the programs of which a path leaves commands out: by a jump forward, or a start at a label."""
+    """Return the programs in which a path skips commands, by a forward jump or a start at a label."""
     found, passed, entered = set(), set(), {action.at for action in actions if isinstance(action, RunProgram)}
     for action in actions:
         if isinstance(action, Label):
@@ -216,7 +216,7 @@ def skips(actions: Sequence[Action]) -> set[int]:
 
 
 def alike(theirs: Row, mine: Row) -> bool:
-    """Return whether a command has the same meaning in two parts: role, flow and units, not the ranges."""
+    """Return whether a command has the same meaning in two parts: the same role, flow and units; ranges may differ."""
     if takes_part(theirs, ()) or any(arg.name == "target" for arg in theirs.args):
         return False
     same = (theirs.role, theirs.flow, theirs.at_once, theirs.motion) == (

@@ -1,4 +1,4 @@
-"""Waits and branches of the target: the tests of its commands, and others made from them."""
+"""Waits and branches of the target: the tests that its commands make, and tests composed of them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from .limits import no_command, no_pin
 LOW_BIT, FIRST_INPUT_BIT = (
     0x10,
     3,
-)  # of a number that names a bit: low; inputs follow the outputs, which are bits 0 to 2
-WAIT_INPUT, BRANCH_INPUT = 1, 2  # of commands that name none
+)  # bit set for low in a number that selects a bit; inputs follow the outputs, bits 0 to 2
+WAIT_INPUT, BRANCH_INPUT = 1, 2  # input of commands that name no input
 
 
 class CannotTest(Exception):
@@ -39,7 +39,7 @@ class Conditions:
         return f"here{self._fresh}"
 
     def check(self, number: int) -> None:
-        """Refuse an input that the target does not have."""
+        """Refuse an input that does not exist on the target."""
         if "wait_bits" not in self.rows and self.sheet.role(f"input{number}") is None:
             raise CannotTest(no_pin(self.sheet, "input", number), "let the host wait for it")
 
@@ -79,7 +79,7 @@ class Conditions:
         raise CannotTest(no_command(self.sheet, "jump"), "let the host run the program again")
 
     def branch(self, inputs: tuple[Input, ...], to: str, at_start: bool) -> list[ResultPiece]:
-        """Return the instructions that continue at a label if inputs have their levels."""
+        """Return the instructions that continue at a label if all inputs have their levels."""
         for one in inputs:
             self.check(one.number)
         if "branch_inputs" in self.rows:
@@ -95,7 +95,7 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """Return a branch for each matching combination of levels; inputs that the program does not test are high."""
+        """Return one branch per matching combination of levels; inputs that the program does not test are high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [
@@ -108,7 +108,7 @@ class Conditions:
         return [ResultPiece(row, (levels, Goto(to))) for levels in wanted]
 
     def _one_input(self, one: Input, to: str, at_start: bool) -> list[ResultPiece]:
-        """Return a branch by a command that tests an input for one level."""
+        """Return a branch that uses a command which tests one level of an input."""
         for role, level in (("branch_low", 0), ("branch_high", 1)):
             row = self.rows.get(role)
             if row is None:

@@ -1,4 +1,4 @@
-"""Instructions with symbolic targets -> lines of text: labels by letters if the part has them, else addresses."""
+"""Instructions with symbolic targets -> lines of text: labels are letters if the part has them, else addresses."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Goto:
 class ResultPiece:
     """A line of the result before layout: an instruction, or another text (`row` is None).
 
-    An instruction with a text is written so: a prefix, a string or "#" is not in its values.
-    `labels` name the instruction; `source` is the line of the source, `block` the stored program it belongs to;
-    `program` is the one that it enters, leaves or runs.
+    An instruction that has a text is written as this text, since a prefix, a string or "#" is not in its values.
+    `labels` name the instruction; `source` is the source line, `block` the stored program that the instruction
+    belongs to, and `program` the program that it enters, leaves or runs.
     """
 
     row: Row | None = None
@@ -80,7 +80,7 @@ class ResultLayout:
         return self.addresses.get((block, value.name), 0)
 
     def _name(self, block: int) -> None:
-        """Assign letters to the labels of a program, those of the source if the part has them; too many have none."""
+        """Assign letters to a program's labels, if possible those of the source; surplus labels get no letter."""
         inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
         used = dict.fromkeys(
             value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)
@@ -112,7 +112,7 @@ class ResultLayout:
 
 
 def takes_label(piece: ResultPiece) -> bool:
-    """Return whether the target of an instruction may be written as a letter."""
+    """Return whether the jump target of an instruction may be written as a letter."""
     return piece.row is not None and any(arg.label for arg in piece.row.args)
 
 
@@ -122,5 +122,5 @@ def has_tokens(dialect: Dialect[Row]) -> bool:
 
 
 def alone(pieces: Iterable[ResultPiece], source: int) -> list[ResultPiece]:
-    """Return pieces as coming from a line of the source."""
+    """Return pieces as if they came from a line of the source."""
     return [replace(piece, source=source) for piece in pieces]

@@ -1,4 +1,4 @@
-"""Limits of a part, in words, with the place in its manual."""
+"""Limits of a part, in words, with references to its manual."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from ...core.datasheet.table import Arg, Row, Sheet
 
 
 def no_command(sheet: Sheet, role: str) -> str:
-    """Return the text that a part has no command with a role."""
+    """Return the text stating that a part has no command with a role."""
     return f"no command of the {sheet.part.upper()} {ROW_ROLES[role]} ({sheet.manual})"
 
 
 def no_pin(sheet: Sheet, role: str, number: int) -> str:
-    """Return the number of outputs or inputs of a part, in words, when one beyond it is needed."""
+    """Return the number of outputs or inputs of a part, in words, when more are needed."""
     has = [pin.name for n in (1, 2, 3) if (pin := sheet.role(f"{role}{n}")) is not None]
     named = f": {', '.join(has)}" if has else ""
     return f"the {sheet.part.upper()} has {len(has)} {role}{'s' * (len(has) != 1)} for programs{named} ({sheet.manual})"

@@ -1,8 +1,9 @@
-"""The actions of a program in the order of the target.
+"""The actions of a program, in the target's order.
 
-A part that can move only in a stored program gets one: the commands that a host sends to the source are put into
-programs, and settings sent before or after the entry of a program go to the head of that program.  A part that acts
-immediately gets the settings from the head of a program before it, where they take no memory.
+A part that can move only in a stored program gets such a program: the commands that a host sends to the source are
+put into programs, and settings sent before or after the entry of a program go to the head of that program.  For a
+part that acts immediately, the settings at the head of a program are moved before the program, where they take no
+memory.
 """
 
 from __future__ import annotations
@@ -37,12 +38,12 @@ STORABLE = (*SETTINGS, SetEndless, Motion, SetOutput, WaitInput, Delay)
 
 @dataclass(slots=True)
 class StreamStep:
-    """An action, or the comment of a line without one; `first`: the comment of the line belongs here."""
+    """An action, or the comment of a line without an action; `first`: the line's comment belongs to this step."""
 
     action: Action | None
     line: Line
     first: bool = False
-    moved: str = ""  # reason for the new place
+    moved: str = ""  # reason for the new position
 
 
 def steps_of(program: Program) -> list[StreamStep]:
@@ -66,7 +67,7 @@ def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
 
 # ------------------------------------------------------------------------------------------------ programs for a module
 def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return steps with all motions, waits and outputs in programs."""
+    """Return the steps, with all motions, waits and outputs inside programs."""
     found: list[StreamStep] = []
     pending: list[StreamStep] = []
     number = max((step.action.number for step in steps if isinstance(step.action, EnterProgram)), default=-1)
@@ -103,7 +104,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
 
 
 def acts(step: StreamStep) -> bool:
-    """Return whether a step has an effect, rather than being a setting for a later one."""
+    """Return whether a step has an effect of its own, rather than being a setting for a later step."""
     implied = getattr(step.action, "implied", False)
     return isinstance(step.action, STORABLE) and not implied and not isinstance(step.action, (*SETTINGS, SetEndless))
 
@@ -120,7 +121,7 @@ def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
 
 
 def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
-    """Return a program with the settings around it at its head, and the index of the first step after it."""
+    """Return a program with the surrounding settings at its head, and the index of the first step after it."""
     enter = steps[at]
     assert isinstance(enter.action, EnterProgram)  # noqa: S101
     number = enter.action.number
@@ -156,7 +157,7 @@ def within(action: Action | None, number: int) -> Action | None:
 
 # ------------------------------------------------------------------------------------------- programs for other parts
 def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return steps with the settings at the head of each program before it, unless the program changes them again."""
+    """Return steps with the settings at each program's head moved before it, unless the program changes them again."""
     found: list[StreamStep] = []
     at = 0
     while at < len(steps):

@@ -1,8 +1,8 @@
-"""Rates and ramps of the target: consecutive settings form a group, which sets one profile.
+"""The target's rates and ramps: consecutive settings form a group, which sets one profile.
 
-A parameter of the source need not have a counterpart at the target: CY512 R and S also determine a start rate, which
-the CY525 sets by F.  So a group is processed as a whole: its last profile is fitted, each command becomes the one that
-sets the same value, and other changed values follow the last one.
+A parameter of the source need not have a counterpart in the target: CY512 R and S also determine a start rate, which
+the CY525 sets with F.  So a group is processed as a whole: its last profile is fitted, each command becomes the
+target's command for the same value, and other changed values are set after the last command.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from .limits import no_command, out_of
 from .line_stream import SETTINGS, StreamStep
 
 ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
-FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly the same
+FAR_OFF = 0.1  # relative error of a rate or a ramp time that is not even nearly the same
 EXACT = 1e-6
-CLOSE = 1e-3  # of the time of a move that is the same
-FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
+CLOSE = 1e-3  # relative error of the time of a move that counts as the same
+FAR_MOVE = 1.0  # relative error of the time of a move: twice as long is not even nearly the same
 JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
-SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of both ramps, whose end a motion then does not reach
+SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # fraction of both ramps: a motion that does not complete them
 SAMPLES = tuple(dict.fromkeys(int(2 * 1.15**n) for n in range(57)))  # steps of moves of unknown length, to 5013
 
 
 @dataclass(slots=True)
 class Group:
-    """Settings without a motion, label or command of the host between them."""
+    """Settings without a motion, label or host command between them."""
 
     actions: list[SetProfile] = field(default_factory=list)
 
@@ -63,7 +63,7 @@ class Rates:
         return {form: letters[form] for form in self.forms if letters.get(form)}
 
     def _constants(self) -> dict[str, int]:
-        """Return the parameters that have one value in the whole program."""
+        """Return the parameters that have the same value throughout the program."""
         values: dict[str, set[int]] = {}
         for group in {id(each): each for each in self.groups.values()}.values():
             if group.profile is not None and self.target is not None:
@@ -72,13 +72,13 @@ class Rates:
         return {form: next(iter(found)) for form, found in values.items() if len(found) == 1}
 
     def joined(self) -> None:
-        """Drop the values that differ between paths, which meet here."""
+        """Drop the values that differ between the paths that meet here."""
         self.known_values = {
             form: value for form, value in self.known_values.items() if self.constant.get(form) == value
         }
 
     def restarted(self) -> None:
-        """Set the registers to those of a reset."""
+        """Set the registers to their values after a reset."""
         self.known_values = dict(self.reset)
 
     # ------------------------------------------------------------------------------------------------------- settings
@@ -118,7 +118,7 @@ class Rates:
         return iter(self.groups.values())
 
     def _forms(self, action: SetProfile, fitted: Fitted, done: set[str]) -> Iterator[str]:
-        """Yield the commands for a setting of the source, as far as the group has not made it yet."""
+        """Yield the commands for a setting of the source, as far as the group has not set it yet."""
         assert self.target is not None  # noqa: S101
         role = ROLES[action.sets]
         same = next((row for name, row in self.target.rows.items() if row.form == action.command), None)
@@ -182,17 +182,17 @@ class Rates:
         return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit, remedy, off=off, off_ps=difference)
 
     def span(self, role: str) -> str:
-        """Return the rates of a command of the target, in words."""
+        """Return the rates that a target command can set, in words."""
         assert self.target is not None  # noqa: S101
         low, high = self.target.ends(role)
         return f"{low:.0f} to {high:.0f} steps/s"
 
     # -------------------------------------------------------------------------------------------------------- motions
     def motion(self, action: Motion) -> LineVerdict:
-        """Return the verdict on a motion, by its time from the first step to the last one.
+        """Return the verdict on a motion, based on its time from the first step to the last.
 
-        For a motion whose profile or steps depend on the path, it is the worst verdict on the profiles that the program
-        sets, and on moves of any length.
+        For a motion whose profile or steps depend on the path, this is the worst verdict over the profiles that the
+        program sets, and over moves of any length.
         """
         steps = action.steps if isinstance(action, MoveBy | MoveTo) else None
         if isinstance(action, MoveBy) and steps is None:
@@ -221,7 +221,7 @@ class Rates:
         return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 
     def _sister(self, action: SetProfile) -> Row | None:
-        """Return the same setting of a target whose ramps have the same law; None: it has another law."""
+        """Return the same setting of a target whose ramps follow the same law; None: they follow another law."""
         if self.source is None or self.target is None or self.source.hz != self.target.hz:
             return None
         if type(self.source.calculator) is not type(self.target.calculator):
@@ -230,9 +230,9 @@ class Rates:
         return mine if mine == theirs else None
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
-        """Return the steps of a motion; if unknown, lengths of all kinds: short, and just longer than both ramps.
+        """Return the steps of a motion; if unknown, a variety of lengths: short, and just longer than both ramps.
 
-        A part that does not slew for a few steps makes the remaining ones at its first rate.
+        A part that does not slew for a few steps only makes the remaining steps at its first rate.
         """
         if steps:
             return (steps,)
@@ -250,7 +250,7 @@ class Rates:
         return list(found.values())
 
     def _off(self, profile: Profile, steps: int) -> tuple[float, int, int]:
-        """Return the relative error of the time of a move, and the times before and after, ps."""
+        """Return the relative error in the time of a move, and the times in the source and in the target, ps."""
         assert self.source is not None and self.target is not None  # noqa: S101
         before = self.source.move_ps(profile, steps)
         after = self.target.move_ps(self.target.fit(profile).profile, steps)
@@ -259,7 +259,7 @@ class Rates:
         return abs(after - before) / before, before, after
 
     def first(self, profile: Profile) -> list[tuple[Row, int]]:
-        """Return the commands for a motion with the source's registers after a reset: nothing is set before it."""
+        """Return the commands for a motion that uses the source's reset values, because nothing is set before it."""
         if self.target is None:
             return []
         values = self.target.fit(profile).values

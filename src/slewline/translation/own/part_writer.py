@@ -52,10 +52,10 @@ class OwnWriter:
     """Writes a program in the dialect of one of our parts.
 
     Args:
-        program: its effect.
+        program: the effect of the program.
         part: the target.
-        options: include the crystal of the target.
-        source_hz: the crystal of the source; None: its usual one.
+        options: the user's options, including the crystal of the target.
+        source_hz: the crystal of the source, Hz; None: its usual crystal.
     """
 
     def __init__(self, program: Program, part: str, options: WriterOptions, source_hz: int | None = None) -> None:
@@ -100,7 +100,7 @@ class OwnWriter:
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
 
     def _refused(self, pieces: list[ResultPiece]) -> list[LineVerdict]:
-        """Return the linter's errors in the result, such as a limit of a counter; their commands become comments."""
+        """Return the linter's errors in the result, such as a counter limit; the commands concerned become comments."""
         found: list[LineVerdict] = []
         for _ in range(MOST_ROUNDS):
             layout = ResultLayout(self.sheet, pieces)
@@ -133,7 +133,7 @@ class OwnWriter:
 
     # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:
-        """Return the inputs and outputs that the program uses; a branch on all inputs uses the inputs it needs low."""
+        """Return the inputs and outputs that the program uses; a branch on all inputs uses those it requires low."""
         inputs, outputs = set(), set()
         for action in self.program.actions:
             if isinstance(action, WaitInput):
@@ -145,7 +145,7 @@ class OwnWriter:
         return {"inputs": inputs, "outputs": outputs}
 
     def _learn(self) -> None:
-        """Collect the facts about the whole program that single actions need."""
+        """Collect the facts about the whole program that the individual actions need."""
         actions = [step.action for step in self.steps if step.action is not None]
         blocks = {action.block for action in actions if action.block >= 0}
         for block in blocks:
@@ -157,7 +157,7 @@ class OwnWriter:
                 starts.add(action.name)
             body = self.program.block(block)
             own = {action.name for action in body[:1] if isinstance(action, Label)}
-            again = any(isinstance(action, SetProfile) for action in body)  # repeats the settings at the head
+            again = any(isinstance(action, SetProfile) for action in body)  # would repeat the settings at the head
             self.actions.starts[block] = starts | (set() if again and not starts else own)
             self.actions.last.add(id(inside[-1]))
             self.actions.loops |= {(block, action.to) for action in inside if isinstance(action, Loop)}
@@ -205,7 +205,7 @@ class OwnWriter:
         return found
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions of a step; before the end of a program, also its last command."""
+        """Return the instructions of a step; at the end of a program, also its last command."""
         action = step.action
         if action is None:
             return []
@@ -220,7 +220,7 @@ class OwnWriter:
         return made
 
     def _runs_out(self) -> bool:
-        """Return whether the target needs a command that ends the program, and the source has none at its end."""
+        """Return whether the target needs a command that ends the program, which the source does not have."""
         if "stop" not in self.actions.rows:
             return False
         inside = [action for action in self.program.block(self.actions.program) if not isinstance(action, Label)]
@@ -231,7 +231,7 @@ class OwnWriter:
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
     def _too_large(self, layout: ResultLayout) -> list[LineVerdict]:
-        """Return verdicts on programs that do not fit; they become comments: a part of a program is worse than none."""
+        """Return verdicts on programs that do not fit; they become comments, as half a program is worse than none."""
         found = []
         for block, size in layout.sizes.items():
             if size <= self.sheet.buffer_bytes:
@@ -249,7 +249,7 @@ class OwnWriter:
         return found
 
     def _moved(self) -> list[LineVerdict]:
-        """Return verdicts on actions that have moved."""
+        """Return verdicts on actions whose place has changed."""
         lines: dict[int, str] = {}
         for step in self.steps:
             if step.moved and step.action is not None:
@@ -271,7 +271,7 @@ class OwnWriter:
         return found
 
     def _bit(self, kind: str, number: str) -> str:
-        """Return the bit of a part whose outputs and inputs are bits."""
+        """Return the bit for an output or input of a part that selects them by bits."""
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"

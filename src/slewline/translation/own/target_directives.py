@@ -1,4 +1,4 @@
-"""A host's directives between the commands: pins by their roles, and waits until the part is ready."""
+"""A host's directives between the commands: pins, translated by role, and waits until the part is ready."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ALIKE = {"motion_complete": "moving", "moving": "motion_complete"}
 
 
 class Directives:
-    """The directives of a script, from one part to another."""
+    """The directives of a script, translated from one part to another."""
 
     def __init__(self, source: Sheet, sheet: Sheet) -> None:
         self.source, self.sheet = source, sheet
@@ -23,14 +23,14 @@ class Directives:
         return idle(self.sheet)
 
     def stop(self) -> list[str] | None:
-        """Return the directives that stop a motion by a pin; None: the part has no such pin."""
+        """Return the directives that stop a motion through a pin; None: the part has no such pin."""
         pin = self.sheet.role("abort")
         if pin is None or pin.active is None:
             return None
         return [f"@drive {pin.name}={pin.active}", self.idle(), f"@drive {pin.name}={1 - pin.active}"]
 
     def translated(self, text: str) -> list[str] | str:
-        """Return the directives for the target, or a text with the reason why there are none."""
+        """Return the directives for the target, or a text that states why there are none."""
         if self.source is self.sheet or (self.source.enter is None and self.sheet.enter is None and "=" not in text):
             return [text]  # the same host
         verb, _, rest = text.removeprefix("@").partition(" ")
@@ -49,7 +49,7 @@ class Directives:
         return self._pin(*match.groups())
 
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
-        """Return a directive about a pin of the source, or of a chip of the same bench, with the chip's name then."""
+        """Return a directive about a pin of the source, or about a named chip's pin on the same bench."""
         chip = chip or ""
         theirs = next((pin for pin in self.source.pins if pin.name == name), None)
         if theirs is None:
@@ -69,7 +69,7 @@ class Directives:
         return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
-        """Return the replacement of an abort by a pin, for a part that is stopped by a command."""
+        """Return the replacement for an abort through a pin, for a part that is stopped by a command."""
         row = next((row for row in self.sheet.commands if row.at_once == "brake"), None)
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"

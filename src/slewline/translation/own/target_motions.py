@@ -1,4 +1,4 @@
-"""Motions, and the settings of motions -> the instructions of the target."""
+"""Converts motions, and the settings of motions, to the target's instructions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class MotionWriter(ActionWriter):
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:
-        """Return the instructions that set a rate or a value of the ramp."""
+        """Return the instructions that set a rate or a ramp value."""
         commands, verdicts = self.rates.setting(action)
         self.verdicts += verdicts
         return [ResultPiece(row, (value,)) for row, value in commands]
@@ -57,7 +57,7 @@ class MotionWriter(ActionWriter):
         return [] if row is None else [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
 
     def on_setendless(self, action: SetEndless) -> list[ResultPiece]:
-        """Return the instructions that make the next motion endless; none if the run itself includes it."""
+        """Return the instructions that make the next motion endless; none if the run command itself does so."""
         if "endless" in self.rows:
             return []
         return [ResultPiece(self.row("endless_next"))]
@@ -113,7 +113,7 @@ class MotionWriter(ActionWriter):
         return found
 
     def sets(self, kind: type[Action]) -> bool:
-        """Return whether the source sets distance and direction by commands of their own."""
+        """Return whether the source sets distance and direction with separate commands."""
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
@@ -129,7 +129,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.position,))]
 
     def targeted(self, action: MoveTo) -> list[ResultPiece]:
-        """Return the instructions for a move to a position by two commands, target and motion."""
+        """Return the instructions for a move to a position that takes two commands, target and motion."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
         if action.steps == 0 and go.role == "update":  # a motion that would never be complete
@@ -158,7 +158,7 @@ class MotionWriter(ActionWriter):
         ]
 
     def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
-        """Return the instructions for a run without end, or until an input is low."""
+        """Return the instructions for an endless run, or for a run until an input is low."""
         if action.until is not None:
             row = self.row("until_input")
             self.conditions.check(action.until.number)
@@ -180,7 +180,7 @@ class MotionWriter(ActionWriter):
         return [*found, *stated, ResultPiece(self.row("move"))]
 
     def on_home(self, action: Home) -> list[ResultPiece]:
-        """Return the instructions for a homing."""
+        """Return the instructions for a homing run."""
         row = self.row("home")
         if row.args[0].sign == "alone" and action.block < 0:
             return [ResultPiece(row, (action.sign,))]
@@ -209,5 +209,5 @@ class MotionWriter(ActionWriter):
 
 
 def isinstance_target(action: MoveTo, source: Sheet) -> bool:
-    """Return whether the source sets the target by a command of its own, so that it has been set."""
+    """Return whether the source sets the target with a separate command, so that it has already been set."""
     return "target" in rows_by_role(source) and action.command != "" and not action.values

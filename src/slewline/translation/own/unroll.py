@@ -1,8 +1,8 @@
-"""Stored programs as commands of a host, for a part that stores none: a loop becomes one set of lines per pass.
+"""Stored programs as host commands, for a part that stores no program: a loop becomes one set of lines per pass.
 
-Positions are followed, since such a part moves to positions alone; a program that never sets one begins at 0.  A branch
-on an input cannot be unrolled, and neither can a program that restarts forever: they are left unchanged, and the writer
-reports them.
+Positions are tracked, since such a part makes only moves to positions; a program that never sets a position begins at
+0.  A branch on an input cannot be unrolled, and neither can a program that restarts forever; both are left unchanged,
+and the writer reports them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ENTERED = "the host sends the commands of the program where it is run"
 
 
 def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
-    """Return steps without stored programs, with at most `most` lines for each."""
+    """Return steps without stored programs; each program is unrolled to at most `most` lines."""
     blocks: dict[int, list[StreamStep]] = {}
     for step in steps:
         if step.action is not None and step.action.block >= 0:
@@ -90,13 +90,13 @@ def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
 
 
 def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
-    """Return a step as a command of a host; only the first of its lines has the comment."""
+    """Return a step as a host command; the comment is kept only on the first of its lines."""
     action: Action | None = step.action
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 
 
 def followed(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return steps in which every move is one to a position."""
+    """Return steps in which every move is a move to a position."""
     found: list[StreamStep] = []
     position: int | None = 0
     for step in steps:

@@ -1,9 +1,9 @@
-"""Comparison of two traces: events that only one of them has, and differences of times and rates.
+"""Comparison of two traces: events that only one of them contains, and differences in times and rates.
 
-Compared are moves, outputs and inputs in their order; of each move its steps, its time from the first step to the last
-one, and its greatest rate; of a stored program, also the pauses: from the last step, or the change of an output or of
-an input, to the next first step or change.  The duration of a wait for an input is not compared, and neither are pauses
-in which a host sends commands: they are the host's.
+Moves, outputs and inputs are compared in their order: for each move its steps, its time from the first step to the
+last, and its maximum rate; for a stored program, also the pauses from the last step, or from a change of an output or
+input, to the next first step or change.  The duration of a wait for an input is not compared, and neither are pauses
+in which a host sends commands, since they depend on the host.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from ...core.time.timebase import readable
 from ..target_writer import Happened, PlayedTrace
 
-SLACK = 0.01  # of a time, beyond what the report states: steps are whole, and so are clocks
+SLACK = 0.01  # fraction of a time allowed beyond the report: steps and clocks are whole numbers
 SLACK_PS = 1_000_000_000  # 1 ms
 RATE_SLACK = 0.02
 
@@ -24,13 +24,14 @@ class StatedBounds:
     """Bounds stated in a report.
 
     Attributes:
-        time, rate: allowed relative differences of times of moves and rates.
-        top: the greatest rate of the result, steps/s.
-        pause: allowed relative difference of delays.
-        command_ps: additional allowance for a pause: parts take their time for a command.
-        hosted: number of events at the start caused by commands of a host, whose pauses are its own; None: all.
-        runs: how often a host runs a stored program: the pause before each run but the first is its own.
-        long: moves of more steps reach the rate between the ramps on both sides.
+        time, rate: the allowed relative differences in move times and in rates.
+        top: the maximum rate of the result, steps/s.
+        pause: the allowed relative difference in delays.
+        command_ps: an additional allowance for a pause, ps, because parts need time for a command.
+        hosted: the number of events at the start that are caused by host commands, whose pauses are not compared;
+            None: all.
+        runs: how often a host runs a stored program; the pause before each run but the first is the host's.
+        long: moves with more steps than this reach the rate between the ramps on both sides.
     """
 
     time: float
@@ -48,13 +49,14 @@ class Compared:
     """The result of a comparison.
 
     Attributes:
-        moves, outputs, inputs: numbers of compared moves, outputs and inputs.
-        differences: differences beyond the bounds of the report, in words; empty: it is proven.
-        time_off: the greatest difference of the time of a move, as a fraction.
-        rate_off: the greatest difference of a greatest rate of a long move, as a fraction; None: there was none.
-        pause_off_ps: the greatest difference of a pause, ps; None: no pauses were compared.
-        stated: the bounds of the report.
-        cut: one of the runs had no end and was cut off: the common part was compared.
+        moves, outputs, inputs: the numbers of compared moves, outputs and inputs.
+        differences: differences beyond the bounds of the report, in words; empty: the translation is proven.
+        time_off: the greatest difference in a move time, as a fraction.
+        rate_off: the greatest difference in the maximum rate of a long move, as a fraction; None: there was no long
+            move.
+        pause_off_ps: the greatest difference in a pause, ps; None: no pauses were compared.
+        stated: the bounds stated in the report.
+        cut: whether one of the runs had no end and was cut off, so that only the common part was compared.
     """
 
     moves: int
@@ -74,7 +76,7 @@ class Compared:
 
     @property
     def text(self) -> str:
-        """Scope of the comparison, in one line."""
+        """The scope of the comparison, in one line."""
         counts = ((self.moves, "moves"), (self.outputs, "changes of outputs"), (self.inputs, "changes of inputs"))
         what = ", ".join(f"{number} {name}" for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
@@ -103,9 +105,9 @@ def compared(
     """Return the comparison of two traces.
 
     Args:
-        bounds: those of the report.
-        levels: of the outputs at the start of both, by number.
-        wired: the outputs that the result also has; others of the source are left out.
+        bounds: the bounds of the report.
+        levels: the levels of the outputs at the start of both runs, by number.
+        wired: the outputs that the result also has; the source's other outputs are left out.
     """
     theirs = [each for each in one.happened if each.kind != "output" or each.number in wired]
     every = sorted({*levels[0], *levels[1]})
@@ -172,7 +174,7 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
 
 
 def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
-    """Return the events except delays, each with the pause before it, ps; None: it is not known, or a wait."""
+    """Return the events except delays, each with the pause before it, ps; None: the pause is unknown, or a wait."""
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
     for each in happened:
@@ -193,7 +195,7 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 
 
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
-    """Return the events without the first change of some outputs, to the initial level of the other part."""
+    """Return the events without the first change of some outputs, which sets the initial level of the other part."""
     found, left = [], set(outputs)
     for each in happened:
         if each.kind == "output" and each.number in left:

@@ -13,11 +13,11 @@ MARGIN_PS = 10**9
 
 
 def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
-    """Draw both runs overlaid, each from its first motion on.
+    """Draw both runs overlaid, each starting with its first motion.
 
     Args:
         path: the file, SVG, PNG or PDF.
-        names: of source and result.
+        names: the names of source and result.
     """
     runs = [(name, run) for name, run in zip(names, (proof.source, proof.result), strict=True) if run is not None]
     tracks = [track(name, run) for name, run in runs]

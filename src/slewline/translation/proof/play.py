@@ -1,9 +1,9 @@
-"""Run of a text by one of our parts on a bench, as a trace.
+"""Runs a text with one of our parts on a bench, and returns a trace.
 
-The inputs of a program that is to be proven are not wired. So an input that the program waits for begins at the other
-level, others are open, and whenever the part has waited for longer than any delay of the program, one of the inputs
-that the program tests changes: the same inputs in the same order on both sides, so that both take the same branches. A
-script that drives them is not changed.
+The inputs of a program that is to be proven are not wired.  So an input that the program waits for begins at the
+opposite level, and other inputs are open.  Whenever the part has waited for longer than any delay of the program, one
+of the inputs that the program tests changes: the same inputs in the same order on both sides, so that both take the
+same branches.  A script that drives the inputs is unchanged.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ if TYPE_CHECKING:
 
 SLICE_PS = PS_PER_S // 2
 MOST_PS = 3600 * PS_PER_S  # virtual time
-MOST_CHANGES = 16  # of inputs
+MOST_CHANGES = 16  # maximum number of input changes
 MOST_MOVES = 200
 MOST_STEPS = 3_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Surroundings of the parts of a proof, the same on both sides.
+    """The surroundings of the parts in a proof, the same on both sides.
 
     Attributes:
         inputs: the numbers of the inputs that change when a part waits.
-        start: the levels of inputs at the start, by number; others are open.
-        quiet_ps: a part without an event for this time waits, ps.
-        moves: a run ends after this number of moves.
+        start: the levels of inputs at the start, by number; other inputs are open.
+        quiet_ps: the time without an event after which a part counts as waiting, ps.
+        moves: the number of moves after which a run ends.
     """
 
     inputs: tuple[int, ...] = ()
@@ -65,7 +65,7 @@ def play(
     """Run a text on a bench.
 
     Args:
-        wiring: pairs of the purpose of a pin, such as "output1", and its name.
+        wiring: pairs of a pin's purpose, such as "output1", and the pin's name.
 
     Raises:
         ProgramError: a line cannot be sent by a host.
@@ -92,12 +92,12 @@ def play(
 
 
 def numbered(wiring: Sequence[tuple[str, str]], kind: str) -> dict[int, str]:
-    """Return the pins of outputs, or of inputs, by number."""
+    """Return the pins of the outputs, or of the inputs, by number."""
     return {int(role[-1]): name for role, name in wiring if role.startswith(kind) and name}
 
 
 def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[list[Happened], dict[int, int]]:
-    """Return the events of a part, and the levels of its outputs at the start.
+    """Return the events of a part, and its output levels at the start.
 
     Args:
         outputs: the pins of the outputs, by number; they are recorded.
@@ -121,7 +121,7 @@ def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
-    """Let time pass until the run ends or is cut off; return the changes of inputs, and whether it was cut off."""
+    """Let time pass until the run ends or is cut off; return the input changes, and whether it was cut off."""
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
     active, after = bench.now_ps, made(chip)
@@ -150,14 +150,14 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
 
 
 def made(chip: Chip) -> tuple[int, ...]:
-    """Return the activity of a part: its steps, and the levels of its outputs."""
+    """Return the activity of a part: its steps, and its output levels."""
     outputs = (pin.name for pin in chip.sheet.pins if pin.in_out in ("out", "both") and pin.role.startswith("output"))
     steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
     return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))
 
 
 def moves(chip: Chip) -> list[Happened]:
-    """Return the motions of a part: steps, the time from the first to the last one, the greatest rate."""
+    """Return the motions of a part: steps, the time from the first step to the last, and the maximum rate."""
     found = []
     for number in range(1, chip.sheet.axes + 1):
         axis = chip.axis(number)

@@ -1,4 +1,4 @@
-"""Runs of source and result, compared with the report."""
+"""Runs source and result, and compares them with the report."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from ..translate import Translation
 
 EXTRA_PS = 2 * 10**12
-COMMAND_PS = 25 * 10**9  # time of parts for commands between two motions, and one step at a low rate
-EXCHANGE_PS = 10**12 // 4  # the same, if a host sends each command
+COMMAND_PS = 25 * 10**9  # time that parts need for commands between two motions, plus a step at a low rate
+EXCHANGE_PS = 10**12 // 4  # the same time, if a host sends each command
 LONG, LONG_BESIDES = 4, 3000  # ramps, and steps, of a move that reaches its rate on both sides
 LEAST_EVENTS, MORE_EVENTS = 100, 4
 
@@ -43,8 +43,8 @@ class Proof:
     Attributes:
         source, result: the runs; None: not run.
         compared: the differences; None: the target cannot be run here.
-        by: the interpreter of the result.
-        lint: errors of the linter in the result.
+        by: the interpreter that ran the result.
+        lint: the linter's errors in the result.
     """
 
     source: Played
@@ -64,7 +64,7 @@ def prove(done: Translation, source: Played | None = None) -> Proof:
     """Run source and result of a translation, and compare them.
 
     Args:
-        source: the run of the source, if it has been made.
+        source: the run of the source, if there has been one.
 
     Raises:
         ProgramError: a line cannot be sent by a host.
@@ -97,12 +97,12 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
 
 
 def around(scene: Scene, source: Played) -> dict[str, str]:
-    """Return the surroundings of a program that is read back: its inputs change like those of the source."""
+    """Return the surroundings of a program that is read back; its inputs change like the source's inputs."""
     found = {
         "waits": " ".join(map(str, scene.inputs)),
         "inputs": " ".join(f"{number}={level}" for number, level in scene.start),
     }
-    if source.trace.stopped:  # no more of the result is compared, delays and all
+    if source.trace.stopped:  # nothing more of the result is compared, not even delays
         found["events"] = str(LEAST_EVENTS + MORE_EVENTS * len(source.trace.happened))
     return found
 
@@ -125,7 +125,7 @@ def scene_of(program: Program) -> Scene:
 
 
 def bounds_of(program: Program, report: Report) -> StatedBounds:
-    """Return the bounds in a report: the greatest difference of the time of a motion, of a rate, and of a delay."""
+    """Return the bounds in a report: the greatest differences in a motion time, in a rate, and in a delay."""
     moving = {action.line for action in program.actions if isinstance(action, Motion)}
     rates = {action.line for action in program.actions if isinstance(action, SetProfile) and action.sets != "ramp"}
     delays = {action.line for action in program.actions if isinstance(action, Delay)}
@@ -149,7 +149,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return how many of the first events are caused by commands of a host; None: possibly all."""
+    """Return how many of the first events are caused by host commands; None: possibly all."""
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

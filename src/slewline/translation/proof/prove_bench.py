@@ -1,4 +1,4 @@
-"""Runs of a bench and its translation, in which each chip is compared; the wires are those of the files."""
+"""Runs a bench and its translation, and compares each chip; the wires are those in the files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .prove import bounds_of
 
 @dataclass(frozen=True, slots=True)
 class BenchProof:
-    """Results of a proof, by the name of the chip."""
+    """The results of a proof, by chip name."""
 
     compared: Mapping[str, Compared]
 
@@ -44,7 +44,7 @@ def prove_bench(done: BenchTranslation, result: str | PathLike[str]) -> BenchPro
     for name, each in done.programs.items():
         before, levels = record_of(one, one.chips[name], theirs[name])
         after, started = record_of(two, two.chips[name], mine[name])
-        bounds = replace(bounds_of(each.program, each.report), hosted=None)  # a pause may be that of another chip
+        bounds = replace(bounds_of(each.program, each.report), hosted=None)  # a pause may be due to another chip
         found[name] = compared(
             trace_of(each.report.part, before, one_cut),
             trace_of(done.to, after, two_cut),

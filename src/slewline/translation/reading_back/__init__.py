@@ -1,4 +1,4 @@
-"""Reading back: the results of the writers are read by parsers that share no code with them, and run on paper.
+"""Reading back: parsers that share no code with the writers read the results of the writers, and run them on paper.
 
     surroundings.py     the inputs of such a run, and its events: a trace
     linuxcnc_reader.py  O-words, parameters and expressions      rs274.py   the same text in LinuxCNC's own interpreter
@@ -6,6 +6,6 @@
     tmcl_reader.py      assembler and processor for TMCL         sketch.py  the C++ of a sketch
     script_reader.py    a host script, by Python's own parser
 
-Each of them accepts the language of its target, as far as writers use it, and refuses everything else: a line that the
-target would refuse has to be refused here.
+Each parser accepts its target's language, as far as the writers use it, and refuses everything else: a line that the
+target would refuse must be refused here.
 """

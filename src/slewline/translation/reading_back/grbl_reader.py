@@ -1,4 +1,4 @@
-"""G-code as accepted by grbl 1.1: no expressions, O-words or inputs; at most 79 characters a line without comments."""
+"""G-code as accepted by grbl 1.1: no expressions, O-words or inputs; at most 79 characters per line, comments aside."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .surroundings import RefusedLine, Surroundings
 
 LONGEST = 79  # LINE_BUFFER_SIZE is 80, with the end of the line
 AXES = "XYZ"
-GROUPS = (  # of modal words; two of one group in a line are an error
+GROUPS = (  # groups of modal words; two words of one group in a line are an error
     {"G0", "G1", "G38.2", "G38.3", "G38.4", "G38.5"},
     {"G90", "G91"},
     {"G20", "G21"},
@@ -24,7 +24,7 @@ WORD = re.compile(r"([A-Z])([-+]?\d+\.?\d*|[-+]?\.\d+)")
 
 
 def single(value: float) -> float:
-    """Return a number rounded to a 32-bit float, like all numbers of grbl."""
+    """Return a number rounded to a 32-bit float, like all numbers in grbl."""
     return float(struct.unpack("f", struct.pack("f", value))[0])
 
 
@@ -41,11 +41,11 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
 
 
 class Machine:
-    """A grbl that processes line after line; a caller may also query `status()`, like a host."""
+    """A grbl board that processes line after line; a caller may also query `status()`, like a host."""
 
     def __init__(self, options: WriterOptions) -> None:
         self.around = Surroundings(options)
-        self.at = dict.fromkeys(AXES, 0.0)  # of the machine, mm
+        self.at = dict.fromkeys(AXES, 0.0)  # position of the machine, mm
         self.offset = dict.fromkeys(AXES, 0.0)
         self.absolute, self.inches, self.feed = True, False, 0.0
         self.motion = "G0"
@@ -132,6 +132,6 @@ class Machine:
                 self.around.move(axis, steps)
 
     def status(self, pins: str = "") -> str:
-        """Return a status report, with the letters of the pins that are triggered."""
+        """Return a status report, with the letters of the triggered pins."""
         fields = ["Idle", "MPos:" + ",".join(f"{self.at[letter]:.3f}" for letter in AXES), "FS:0,0"]
         return "<" + "|".join([*fields, f"Pn:{pins}"] if pins else fields) + ">"

@@ -1,7 +1,7 @@
-"""Klipper: sections of a configuration, templates of macros, and the resulting commands.
+"""Klipper: configuration sections, macro templates, and the resulting commands.
 
-A template is evaluated as a whole before its first command runs, with the state at that time; so is the template of a
-delayed_gcode when it is due.
+A template is evaluated as a whole before its first command runs, with the state at that time; the template of a
+delayed_gcode is evaluated in the same way when it is due.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class _Klipper:
             if kind == "output_pin":
                 self.around.output(int(name.removeprefix("output")), int(values["value"]))
         self.at = 0.0  # mm
-        self.due: list[str] = []  # delayed_gcode that was set
+        self.due: list[str] = []  # the delayed_gcode that was scheduled
         self.running: list[str] = []
 
     def _read(self, text: str) -> None:
@@ -81,7 +81,7 @@ class _Klipper:
 
     # ------------------------------------------------------------------------------------------------------- templates
     def worked_out(self, lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-        """Return the commands that a template results in now."""
+        """Return the commands that a template now produces."""
         out: list[tuple[int, str]] = []
         self._template(lines, {}, out)
         return out
@@ -196,7 +196,7 @@ class _Klipper:
                 self._command(number, command)
 
     def _meet(self, lines: list[tuple[int, str]], name: str) -> None:
-        """End a wait that nothing else ends: the levels become the expected ones."""
+        """End a wait that nothing else ends, by setting the inputs to the expected levels."""
         again = any(f"ID={name} DURATION=0.02" in line for _, line in lines)
         found = re.search(r'gcode_button input(\d+)"\]\.state == "(\w+)"', lines[0][1])
         if again and found:

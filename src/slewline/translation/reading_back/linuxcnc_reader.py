@@ -1,4 +1,4 @@
-"""G-code of LinuxCNC, run on paper: words, parameters, expressions and O-words, as far as writers use them."""
+"""LinuxCNC G-code, run on paper: words, parameters, expressions and O-words, as far as the writers use them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import Enough, RefusedLine, Surroundings
 
 AXES = "XYZABCUVW"
-LONGEST = 255  # characters of a line, with its comment
+LONGEST = 255  # maximum number of characters in a line, including its comment
 O_WORD = re.compile(r"o(?:(\d+)|<(\w+)>)\s*(\w+)\s*(.*)$", re.IGNORECASE)
 TOKEN = re.compile(r"\s*(?:(\d+\.?\d*|\.\d+)|#(?:<(\w+)>|(\d+))|([A-Za-z]+)|(.))")
 LOGIC: dict[str, Callable[[float, float], float]] = {
@@ -35,7 +35,7 @@ PLAIN = {"G1", "G4", "G21", "G38.3", "G38.5", "G61.1", "G90", "G91", "G92", "G94
 class _Line(NamedTuple):
     number: int
     text: str
-    label: str  # of an O-word
+    label: str  # name of an O-word
     word: str  # "sub", "while" ...
     rest: str
 
@@ -70,8 +70,8 @@ class _OWordMachine:
         self.around = Surroundings(options)
         self.lines = list(self._lines(text))
         self.parameters: dict[str, float] = {"5399": 0.0}
-        self.at: dict[str, float] = dict.fromkeys(AXES, 0.0)  # of the machine, mm
-        self.offset: dict[str, float] = dict.fromkeys(AXES, 0.0)  # G92
+        self.at: dict[str, float] = dict.fromkeys(AXES, 0.0)  # position of the machine, mm
+        self.offset: dict[str, float] = dict.fromkeys(AXES, 0.0)  # G92 offset
         self.absolute, self.feed, self.metric = True, 0.0, False
         self.subs: dict[str, tuple[int, int]] = {}
 

@@ -1,7 +1,7 @@
-"""A program in LinuxCNC's own interpreter: `rs274` of the package linuxcnc-uspace, which prints a machine's motions.
+"""Runs a program in LinuxCNC's own interpreter, `rs274` of the package linuxcnc-uspace, which prints the motions.
 
-It has no machine: inputs have the level of parameter 5399, a search ends at its target, and there are no times.  The
-program is searched on the PATH; SLEWLINE_RS274 names another one, with any words before it, such as
+It has no machine: inputs have the level of parameter 5399, a search ends at its target, and there are no times.
+rs274 is searched for on the PATH; SLEWLINE_RS274 sets another command for it, including any words before it, such as
 "env LD_LIBRARY_PATH=/opt/linuxcnc/lib /opt/linuxcnc/bin/rs274".
 """
 
@@ -22,7 +22,7 @@ from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import MOST_EVENTS, RefusedLine, Surroundings
 
 AXES = "XYZABC"
-READ = re.compile(r"M66 P(\d+) L0")  # an input that decides a branch: a wait ends with any level
+READ = re.compile(r"M66 P(\d+) L0")  # an input that decides a branch; a wait ends at any level
 MOST_SECONDS = 5.0  # a program that waits in a loop has no end, and prints nothing
 CALL = re.compile(r"\s*\d+\s+N\S*\s+([A-Z_0-9]+)\((.*)\)")
 
@@ -37,10 +37,10 @@ def command() -> list[str] | None:
 
 
 def run(text: str, options: WriterOptions) -> PlayedTrace | None:
-    """Return the events of a program in rs274; None: it is not installed, or inputs have levels that it cannot have.
+    """Return the events of a program in rs274; None: rs274 is not installed, or does not support the input levels.
 
     Raises:
-        RefusedLine: it does not accept the program.
+        RefusedLine: rs274 does not accept the program.
     """
     words = command()
     around = Surroundings(options)
@@ -63,7 +63,7 @@ def run(text: str, options: WriterOptions) -> PlayedTrace | None:
 
 
 def _called(words: Sequence[str], folder: str, errors: IO[bytes], around: Surroundings) -> bool:
-    """Run rs274, and record its output; return whether the program has no end."""
+    """Run rs274, and record its output; return whether the program is endless."""
     process = start(words, dict(os.environ) | {"HOME": folder}, errors)
     watch = threading.Timer(MOST_SECONDS, process.kill)
     watch.start()
@@ -77,7 +77,7 @@ def _called(words: Sequence[str], folder: str, errors: IO[bytes], around: Surrou
 
 
 def _follow(lines: Iterable[str], around: Surroundings) -> bool:
-    """Record the calls that rs274 prints; return whether the program has no end."""
+    """Record the calls that rs274 prints; return whether the program is endless."""
     at = [0.0] * 9
     offset = [0.0] * 9
     for line in lines:

@@ -1,4 +1,4 @@
-"""A host script, run on paper: Python's parser reads it, its statements are followed one by one; none is executed."""
+"""A host script, run on paper: Python's parser reads it, and its statements are followed one by one, not executed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return the events of a script.
 
     Raises:
-        RefusedLine: Python, or grbl, would not accept it.
+        RefusedLine: Python, or grbl, would not accept a line.
     """
     try:
         tree = ast.parse(text)
@@ -139,7 +139,7 @@ class _Script:
         return {str(each.arg): self._value(each.value) for each in it.keywords}
 
     def _method(self, name: str, values: list[Any], named: dict[str, Any]) -> Any:
-        """Follow a method of the board, by its commands for grbl."""
+        """Follow a method of the board, through its commands to grbl."""
         spm = self.grbl.around.steps_per_mm
         letter = named.get("axis", AXES[0])
         match name:

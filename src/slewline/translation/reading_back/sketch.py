@@ -1,6 +1,6 @@
-"""A sketch, run on paper: the C++ that writers use, and the calls of Arduino and of the two libraries for steppers.
+"""A sketch, run on paper: the C++ that the writers use, and the calls to Arduino and to the two stepper libraries.
 
-A loop that repeats until an input has a level is a wait.  Times are not counted.
+A loop that repeats until an input has a level counts as a wait.  Times are not computed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BINARY: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
     "*": (6, operator.mul),
 }
 OUTPUT = re.compile(r"OUTPUT(\d+)_PIN$")
-INPUTS = 100  # numbers from here on are pins of other inputs
+INPUTS = 100  # numbers from this one up are pins of other inputs
 INPUT = re.compile(r"INPUT(\d+)_PIN$")
 
 
@@ -42,14 +42,14 @@ class _Returned(Exception):
 
 class _Function(NamedTuple):
     parameters: list[str]
-    start: int  # of its body
+    start: int  # position of its body
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return the events of a sketch in setup().
 
     Raises:
-        RefusedLine: the compiler, or a library, would not accept it.
+        RefusedLine: the compiler, or a library, would not accept a line.
     """
     machine = _SketchMachine(text, options)
     stopped = False

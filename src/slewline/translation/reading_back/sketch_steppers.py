@@ -1,4 +1,4 @@
-"""Effects of stepper libraries on a motor, as far as a sketch that is read back moves one."""
+"""The effects of stepper libraries on a motor that is moved by a sketch being read back."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SketchPin(int):
 
 
 class SketchStepper:
-    """A stepper of either library, as far as it moves."""
+    """A stepper of either library, reduced to its motion."""
 
     def __init__(self, axis: int, around: Surroundings) -> None:
         self.axis, self.around = axis, around
@@ -32,7 +32,7 @@ class SketchStepper:
         """Call a method.
 
         Raises:
-            KeyError: it does not have this method.
+            KeyError: the library does not have this method.
         """
         return getattr(self, f"_on_{name}", _unknown)(*values)
 

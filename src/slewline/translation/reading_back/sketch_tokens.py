@@ -20,7 +20,7 @@ class Token(NamedTuple):
 
 
 class SketchTokens:
-    """The words of a sketch in their order, and a position among them.
+    """The words of a sketch, in order, and a position among them.
 
     Raises:
         RefusedLine: a character sequence is not a word of a sketch.

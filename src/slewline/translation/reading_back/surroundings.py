@@ -6,12 +6,12 @@ from ..target_writer import Happened, PlayedTrace, WriterOptions
 
 MOST_EVENTS = 5_000
 MOST_STATEMENTS = 100_000
-MOST_CHANGES = 16  # of inputs
-IDLE_STATEMENTS = 250  # without an event: the program waits
+MOST_CHANGES = 16  # maximum number of input changes
+IDLE_STATEMENTS = 250  # statements without an event after which the program is waiting
 
 
 class RefusedLine(Exception):
-    """A line that the target would not accept: place and reason."""
+    """A line that the target would not accept: its place, and the reason."""
 
     def __init__(self, line: int, text: str, reason: str) -> None:
         super().__init__(f"line {line}: {text.strip()}: {reason}")
@@ -24,10 +24,10 @@ class Enough(Exception):
 class Surroundings:
     """Inputs, a counter for each axis, and the events.
 
-    `options.values["inputs"]` has the levels at the start: "1=0 3=1"; the others are high, like open inputs.
-    `options.values["waits"]` has the inputs that change, one after the other, whenever the program only waits: "1 2";
-    if empty, a wait ends immediately.  `options.values["events"]` is the number of events after which a program without
-    end is cut off.
+    `options.values["inputs"]` lists the levels at the start: "1=0 3=1"; all other inputs are high, like open inputs.
+    `options.values["waits"]` lists the inputs that change, one after another, whenever the program only waits: "1 2";
+    if empty, a wait ends immediately.  `options.values["events"]` is the number of events after which a program
+    without end is cut off.
     """
 
     def __init__(self, options: WriterOptions) -> None:
@@ -37,18 +37,18 @@ class Surroundings:
             number, _, level = pair.partition("=")
             self.levels[int(number)] = int(level)
         self.waits = [int(each) for each in options.values.get("waits", "").split()]
-        self.position: dict[int, int] = {}  # in steps since the start, without regard to presets
+        self.position: dict[int, int] = {}  # in steps since the start, regardless of presets
         self.outputs: dict[int, int] = {}
         self.happened: list[Happened] = []
         self._most = int(options.values.get("events", MOST_EVENTS))
         self._statements = self._changes = 0
-        self._active = (0, 0)  # statements and events at the last event
+        self._active = (0, 0)  # numbers of statements and events at the last event
 
     def statement(self) -> None:
         """Count a statement; after many statements without an event, let an input change.
 
         Raises:
-            Enough: there have been so many that the program has no end.
+            Enough: there have been so many statements that the program has no end.
         """
         self._statements += 1
         if self._statements > MOST_STATEMENTS or len(self.happened) >= self._most:
@@ -84,7 +84,7 @@ class Surroundings:
         self.happened.append(Happened("input", number, self.levels[number]))
 
     def run(self, axis: int, sign: int) -> None:
-        """Record a motion that is ended from outside."""
+        """Record a motion that is ended externally."""
         self.happened.append(Happened("run", axis, sign))
 
     def move(self, axis: int, steps: int, rate: float | None = None) -> None:
@@ -94,7 +94,7 @@ class Surroundings:
             self.happened.append(Happened("move", axis, steps, rate=rate))
 
     def output(self, number: int, level: int) -> None:
-        """Record an output, if it changes; the first setting of an output is its state at the start."""
+        """Record an output if it changes; the first setting of an output is its initial state."""
         if self.outputs.setdefault(number, level) != level:
             self.outputs[number] = level
             self.happened.append(Happened("output", number, level))

@@ -1,4 +1,4 @@
-"""TMCL: an assembler for its mnemonics, and the processor that runs them, as the firmware manual describes both."""
+"""TMCL: an assembler for its mnemonics, and the processor that runs them, both as the firmware manual describes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .surroundings import Enough, RefusedLine, Surroundings
 
 NUMBER = re.compile(r"-?\d+$")
 LABEL = re.compile(r"[A-Za-z]\w*$")
-# Of a command: its number, and the kinds of its operands: a word, a number, a label.
+# For each command: its number, and the kinds of its operands: a word, a number, a label.
 COMMANDS: dict[str, tuple[int, tuple[object, ...]]] = {
     "ROR": (1, (int, int)),
     "ROL": (2, (int, int)),
@@ -36,7 +36,7 @@ COMMANDS: dict[str, tuple[int, tuple[object, ...]]] = {
     "MVPA": (46, (("ABS", "REL"), int)),
     "DJNZ": (49, (int, str)),
 }
-RANGES = {  # of axis parameters
+RANGES = {  # numbers of axis parameters
     0: (-(2**31), 2**31 - 1),
     1: (-(2**31), 2**31 - 1),
     4: (0, 7_999_774),
@@ -111,7 +111,7 @@ def _linked(command: _Command, labels: dict[str, int]) -> _Command:
 
 
 def binary(text: str, address: int = 1) -> bytes:
-    """Return a program as a host sends it to a module: nine bytes a command, including their sum."""
+    """Return a program as a host sends it to a module: nine bytes per command, including a checksum."""
     out = bytearray()
     for _, _, name, operands in assemble(text):
         code, kinds = COMMANDS[name]
@@ -167,7 +167,7 @@ class _Processor:
             getattr(self, f"on_{command.name}")(command, *command.operands)
 
     def refused(self, command: _Command, reason: str) -> RefusedLine:
-        """Return the error that the module does not accept a command."""
+        """Return the error stating that the module does not accept a command."""
         return RefusedLine(command.line, command.text, reason)
 
     # ---------------------------------------------------------------------------------------------------------- motion
@@ -269,7 +269,7 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """End a wait for an input, if inputs do not change by themselves."""
+        """End a wait for an input, unless inputs change by themselves."""
         del command
         self.around.wait(self.inputs[int(self.program[to].operands[0])], int(self.program[to + 1].operands[0]))
 

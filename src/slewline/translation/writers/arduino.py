@@ -1,8 +1,9 @@
 """A sketch for an Arduino Uno, with the library AccelStepper or FastAccelStepper.
 
-Stored programs become functions; the commands of the host are in `setup()`.  Each move blocks until it has ended, like
-at the source.  AccelStepper begins at standstill and has a constant acceleration; a move without a ramp runs at a
-constant rate.  `values["library"] = "fastaccelstepper"` selects the other library: faster, and with ramps only.
+Stored programs become functions; the host's commands are in `setup()`.  Each move blocks until it has ended, as in
+the source.  AccelStepper starts from standstill with a constant acceleration; a move without a ramp runs at a
+constant rate.  `values["library"] = "fastaccelstepper"` selects the other library, which is faster but always uses
+ramps.
 """
 
 from __future__ import annotations
@@ -79,7 +80,7 @@ class SketchWriter(Structured):
         return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
-        """Return a function with the actions of the part or its host."""
+        """Return a function that performs the actions of the part or of its host."""
         self.sheet.lines = []
         self.known, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
@@ -111,7 +112,7 @@ class SketchWriter(Structured):
         super().leave(action)
 
     def calls(self, name: str) -> str:
-        """Return the call of a function."""
+        """Return a call to a function."""
         return f"{name}();"
 
     def profile(self, action: SetProfile) -> None:
@@ -136,7 +137,7 @@ class SketchWriter(Structured):
             sheet.impossible(line, f"{number(top, 0)} steps/s", limit, self.library.faster)
 
     def _prepare(self, axis: int, profile: Profile, line: int) -> None:
-        """Write the speed and the acceleration of a profile, unless they were written last."""
+        """Write the speed and the acceleration of a profile, unless they are those last written."""
         stepper = self.pins.stepper(axis)
         if profile.top != self.known.get((axis, "speed")):
             self.sheet.add(self.library.speed(stepper, profile.top), line)
@@ -182,7 +183,7 @@ class SketchWriter(Structured):
         return distance if action.sign > 0 else f"-{distance}"
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a run that an input ends."""
+        """Write a run that is ended by an input."""
         line = action.line
         if action.profile is not None:
             self._prepare(action.axis, action.profile, line)

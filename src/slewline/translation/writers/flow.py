@@ -1,10 +1,10 @@
-"""The flow of a program as a tree, for languages that have loops and branches but no jump.
+"""The flow of a program as a tree, for languages that have loops and branches but no jumps.
 
-    A:  move       Repeat 3 times          an endless loop is `Forever`, a loop that an input continues is `AsLongAs`;
+    A:  move       Repeat 3 times          an endless loop is `Forever`, a loop continued by an input is `AsLongAs`;
         L 3,A  ->      move                a jump forward on inputs is a `Fork` around the skipped actions
 
-Jumps that do not nest become `Stages`: pieces of the program, numbered, each with the piece that follows it.  A writer
-converts them to one loop around a branch for each piece.
+Jumps that do not nest become `Stages`: numbered pieces of the program, each with the piece that follows it.  A writer
+converts them to a loop around one branch per piece.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from itertools import count
 
 from ..meaning import Action, EndProgram, Input, Jump, Label, Loop, RunProgram
 
-START = ""  # the label of the beginning of a stored program, used by RunProgram
+START = ""  # the label at the start of a stored program, used by RunProgram
 
 
 @dataclass(frozen=True)
 class Repeat:
-    """Repeat `body` a number of times.  `head` and `line` are the lines of the source where it begins and ends."""
+    """Repeat `body` a number of times.  `head` and `line` are the source lines where the loop begins and ends."""
 
     passes: int
     body: tuple[Node, ...]
@@ -40,7 +40,7 @@ class Forever:
 
 @dataclass(frozen=True)
 class AsLongAs:
-    """Run `body`, and again as long as all inputs then have their levels."""
+    """Run `body`, and repeat it as long as all inputs have their levels after it."""
 
     inputs: tuple[Input, ...]
     body: tuple[Node, ...]
@@ -50,7 +50,7 @@ class AsLongAs:
 
 @dataclass(frozen=True)
 class Fork:
-    """Run `then` if all inputs have their levels, else `otherwise`; one of the two may be empty."""
+    """Run `then` if all inputs have their levels, otherwise run `otherwise`; one of the two may be empty."""
 
     inputs: tuple[Input, ...]
     then: tuple[Node, ...]
@@ -60,10 +60,10 @@ class Fork:
 
 @dataclass(frozen=True)
 class Stage:
-    """A piece of a program: its actions, and the piece that follows; -1: the program ends.
+    """A piece of a program: its actions, and the number of the piece that follows; -1: the program ends.
 
-    `inputs`: the piece `to` follows if all have their levels; `passes`: it follows until the piece has been left
-    `passes` times; else `below` follows.
+    With `inputs`, the piece `to` follows if all inputs have their levels; with `passes`, `to` follows until this
+    piece has been left `passes` times; otherwise `below` follows.
     """
 
     number: int
@@ -77,7 +77,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Stages:
-    """Pieces of a program, each of which selects the next, from the first one on."""
+    """Pieces of a program, beginning with the first; each piece selects the next one."""
 
     states: tuple[Stage, ...]
     line: int = 0
@@ -91,7 +91,7 @@ class _NotNested(Exception):
 
 
 def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
-    """Return a program as a tree: its actions without labels and jumps, loops and branches around them."""
+    """Return a program as a tree: its actions without labels and jumps, inside loops and branches."""
     items: list[Action] = [Label(name=START, line=actions[0].line if actions else 0)]
     items += [
         Jump(to=each.at, line=each.line, text=each.text) if isinstance(each, RunProgram) else each for each in actions
@@ -107,7 +107,7 @@ def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
 
 
 def _nested(items: list[Action], wanted: Counter[str]) -> tuple[Node, ...]:
-    """Return the tree of a part of a program; the jumps found in it are removed from `wanted`."""
+    """Return the tree for a part of a program; the jumps found in it are removed from `wanted`."""
     out: list[Node] = []
     place = 0
     while place < len(items):
@@ -135,11 +135,11 @@ def _leads_to(item: Action, label: str) -> bool:
 
 
 def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
-    """Return the loop of a jump back and the actions from its label, which comes first, up to the jump."""
+    """Return the loop made by a backward jump, with the actions from its label, which comes first, to the jump."""
     assert isinstance(back, Jump | Loop)  # noqa: S101
     wanted[back.to] -= 1
     head = inside[0].line
-    # Other jumps back to the same label make loops inside.
+    # Other backward jumps to the same label make inner loops.
     body = _nested(inside if any(_leads_to(each, back.to) for each in inside) else inside[1:], wanted)
     if isinstance(back, Loop):
         return Repeat(back.passes, body, head, back.line)
@@ -147,7 +147,7 @@ def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
 
 
 def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node, int]:
-    """Return the branch of a jump forward, and the index after it."""
+    """Return the branch made by a forward jump, and the index after it."""
     jump = items[place]
     assert isinstance(jump, Jump)  # noqa: S101
     target = next((at for at in range(place + 1, len(items)) if _is_label(items[at], jump.to)), None)
@@ -156,7 +156,7 @@ def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node
     wanted[jump.to] -= 1
     left_out = items[place + 1 : target]
     over = left_out[-1] if left_out else None
-    if isinstance(over, Jump) and not over.inputs:  # ... skip the target of the first one
+    if isinstance(over, Jump) and not over.inputs:  # ... skip the target of the first jump
         end = next((at for at in range(target + 1, len(items)) if _is_label(items[at], over.to)), None)
         if end is not None:
             wanted[over.to] -= 1
@@ -171,7 +171,7 @@ def _is_label(item: Action, name: str) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- pieces
 def _pieces(items: list[Action]) -> Stages:
-    """Return a program in pieces, which begin at labels that are targets of jumps and after jumps."""
+    """Return a program in pieces, which begin after jumps, and at labels that are jump targets."""
     wanted = {each.to for each in items if isinstance(each, Jump | Loop)}
     begins: list[tuple[list[Action], Action | None]] = []
     number: dict[str, int] = {}

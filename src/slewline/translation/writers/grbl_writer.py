@@ -1,7 +1,7 @@
 """G-code for grbl 1.1, which has no loops, no conditions and no inputs: loops are unrolled.
 
 Each move ends before the next line begins: `G4 P0` between two moves lets grbl stop; otherwise it would blend them.
-A wait for an input becomes `M0`: a person continues.  A host script waits by itself (host_script.py).
+A wait for an input becomes `M0`: a person must continue the program.  A host script waits by itself (host_script.py).
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from .language_writer import LanguageWriter
 from .source_sheet import FAR, PS, compare_times, digits_for, grouped, number, seconds
 
 LETTERS = "XYZ"
-FASTEST = 30_000  # steps/s: README of grbl
-DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, source of grbl
+FASTEST = 30_000  # steps/s, according to the grbl README
+DWELL_PS = 50 * 10**9  # a dwell is a multiple of 50 ms: DWELL_TIME_STEP, grbl source
 FROM_REST = "grbl starts from standstill, with $120"
 HOST = "use --to python: a host script that sends grbl each command"
 PROBED = f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5"
@@ -42,10 +42,10 @@ OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spin
 
 
 class GrblWords:
-    """Words of G-code: distances in millimetres, feeds in mm/min.
+    """G-code words: distances in millimetres, feeds in mm/min.
 
     Args:
-        options: of the user, for the target.
+        options: the user's options for the target.
         first: the index of the first axis among X, Y and Z.
     """
 
@@ -67,7 +67,7 @@ class GrblWords:
 
 
 def grbl_pins(first: int) -> list[tuple[str, str]]:
-    """Return the pins of a board with grbl, by their purpose."""
+    """Return the pins of a grbl board, by their purpose."""
     letter = LETTERS[first]
     return [
         ("step", f"pin D{2 + first}, step {letter}"),
@@ -86,7 +86,7 @@ def rate_of(action: SetProfile) -> float | None:
 
 
 def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
-    """Record the verdict on a rate or a ramp, at a board with grbl."""
+    """Record the verdict on a rate or a ramp on a grbl board."""
     sheet, line = writer.sheet, action.line
     if action.sets == "top rate" and rate is not None and rate > FASTEST:
         limit = f"{FASTEST:,} steps/s (README of grbl)"
@@ -101,13 +101,13 @@ def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> No
 
 
 def probing(action: RunEndless | Home) -> str:
-    """Return the G word that moves until an input has a level; a probe is active low."""
+    """Return the G word for a move until an input has a level; a probe is active low."""
     until = action.until if isinstance(action, RunEndless) else None
     return "G38.5" if until and until.level else "G38.3"
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has an output; record a verdict if not."""
+    """Return whether grbl has an output; if not, record a verdict."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
@@ -132,7 +132,7 @@ class GrblWriter(LanguageWriter):
         self.most_axes = len(LETTERS) - self.first
         self.words = GrblWords(options, self.first)
         self.variable_distance = self.variable_sign = False  # loops are unrolled: both are known
-        self.moved = False  # the line before this one is a move
+        self.moved = False  # the preceding line is a move
         self.ended = False  # the stored program
         repeats = options.values.get("repeats", "1")
         if not repeats.isdecimal() or not int(repeats):
@@ -152,7 +152,7 @@ class GrblWriter(LanguageWriter):
         return self.finished(out, assumed)
 
     def _not_run(self) -> list[OutLine]:
-        """Return the programs that the text enters and does not run: after M2, which ends the run."""
+        """Return the programs that the text enters but does not run; they are placed after M2, which ends the run."""
         out: list[OutLine] = []
         for block in stored(self.program):
             if block in self.runs.values():
@@ -227,7 +227,7 @@ class GrblWriter(LanguageWriter):
         self._add(f"G92 {self.words.distance(action.axis, action.position)}", action.line)
 
     def leave(self, action: EndProgram) -> None:
-        """Record the end of the stored program: later actions are not written."""
+        """Record the end of the stored program, after which no actions are written."""
         super().leave(action)
         self.ended = True
 
@@ -286,7 +286,7 @@ class GrblWriter(LanguageWriter):
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a probing."""
+        """Write a probing move."""
         line = action.line
         steps = self.words.distance(action.axis, sign * FAR)
         self._add(f"G91 {probing(action)} {steps}{self._feed(action.profile)}", line, moves=True)

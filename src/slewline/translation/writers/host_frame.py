@@ -1,8 +1,8 @@
-"""The fixed part of a host script: the board with grbl, and the communication with it."""
+"""The fixed part of a host script: the grbl board, and the communication with it."""
 
 from __future__ import annotations
 
-# {letter}, {spm}, {digits} and {port} are put in; braces of Python are doubled.
+# {letter}, {spm}, {digits} and {port} are filled in; Python's own braces are doubled.
 FRAME = '''import sys
 import time
 

@@ -1,4 +1,4 @@
-"""A host script in Python, for loops, waits and branches, which G-code cannot do; it sends grbl each command.
+"""A host script in Python, for loops, waits and branches, which G-code lacks; it sends grbl each command.
 
 Inputs are the pins that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
 """
@@ -72,7 +72,7 @@ class ScriptWriter(Structured):
         return self.finished(out, assumed)
 
     def _function(self, name: str, block: int) -> list[OutLine]:
-        """Return a function with the actions of the part or its host."""
+        """Return a function that performs the actions of the part or of its host."""
         self.sheet.lines = []
         self.sheet.depth = 1
         self.known = dict(self.ran_with.get(block, {}))
@@ -128,7 +128,7 @@ class ScriptWriter(Structured):
         super().leave(action)
 
     def calls(self, name: str) -> str:
-        """Return the call of a function."""
+        """Return a call to a function."""
         return f"{name}(grbl)"
 
     def _axis(self, action: Action) -> str:
@@ -165,7 +165,7 @@ class ScriptWriter(Structured):
         return distance if action.sign > 0 else f"-{distance}"
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a probing."""
+        """Write a probing move of the board."""
         line, code = action.line, probing(action)
         self._set_rate(action.profile.top if action.profile else None, line)
         word = "" if code == "G38.3" else f', code="{code}"'

@@ -1,8 +1,9 @@
 """A configuration for Klipper: a manual_stepper, and the program as macros.
 
-Klipper evaluates the whole text of a macro before its first command runs, so a macro can repeat, but it cannot wait.  A
-program is cut where it waits or branches: each piece is a macro that ends with M400, when all motion has ended, and a
-delayed_gcode, which is evaluated then, reads the inputs (gcode_button) and continues with the next piece.
+Klipper evaluates the whole text of a macro before its first command runs, so a macro can repeat commands, but it
+cannot wait.  A program is cut where it waits or branches: each piece is a macro that ends with M400, which waits for
+all motion to end.  Then a delayed_gcode is evaluated, which reads the inputs (gcode_button) and continues with the
+next piece.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ class KlipperWriter(LanguageWriter):
         return name if name in self.pieces.decisions else f"again_{self.macros[name].lower()}"
 
     def _to(self, name: str) -> str:
-        """Return the command that continues with a piece or a decision."""
+        """Return the command that continues with a given piece or decision."""
         if name in self.pieces.decisions:
             return f"UPDATE_DELAYED_GCODE ID={name} DURATION=0.01"
         return self.macros[name] if name else "M400"
@@ -228,7 +229,7 @@ class KlipperWriter(LanguageWriter):
         return number(value / self.options.steps_per_mm, 4)
 
     def profile(self, action: SetProfile) -> None:
-        """Write rate and acceleration, if a move has them from here on."""
+        """Write rate and acceleration, if a later move uses them."""
         if self.variable_rates and action.profile is not None:
             ramp = action.profile.acceleration if action.profile.ramped else 0.0
             self.sheet.add(f"{{% set ns.speed = {self._mm(action.profile.top)} %}}", action.line)
@@ -269,7 +270,7 @@ class KlipperWriter(LanguageWriter):
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a move that an endstop ends."""
+        """Write a move that is ended by an endstop."""
         line = action.line
         until = action.until if isinstance(action, RunEndless) else None
         kind = "try_inverted_probe" if until and until.level else "try_probe"

@@ -1,4 +1,4 @@
-"""Common base of the writers of all languages: facts about a program, and the dispatch of an action to its method."""
+"""Common base of the writers for all languages: facts about a program, and the dispatch of actions to methods."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ from .source_sheet import Draft, RegisterCache, heading, lines_of, unspoken, wir
 
 
 class LanguageWriter(ABC):
-    """A writer of one program in a language.
+    """A writer for one program in a language.
 
     A language has a method for each kind of action, and defines its needs and limits:
 
-        needs: why a value has to be known: "a call needs a number".
-        entry: why a program cannot be run from a label; empty: it can.
-        called: text of the report for a line that runs a program.
-        moves: text of the report for a setting that is written in the moves alone.
-        keeps: the non-volatile storage of a result.
-        most_axes, more_axes: the number of axes; the limit, and advice to the user.
+        needs: why a value must be known, such as "a call needs a number".
+        entry: why a program cannot be run from a label; empty: it can be.
+        called: the report text for a line that runs a program.
+        moves: the report text for a setting that is written only in the moves.
+        keeps: the non-volatile storage for a result.
+        most_axes, more_axes: the maximum number of axes; the limit, with advice to the user.
         stem: the name of the first stored program.
     """
 
@@ -63,8 +63,8 @@ class LanguageWriter(ABC):
         self.target, self.program, self.options = target, program, options
         self.sheet = Draft(target.comment, program, indent)
         self.registers = RegisterCache()
-        self.known: dict[Any, float] = {}  # rates and ramps written last, if known
-        self.ran_with: dict[int, dict[Any, float]] = {}  # the same, when the host runs a stored program
+        self.known: dict[Any, float] = {}  # the rates and ramps last written, if known
+        self.ran_with: dict[int, dict[Any, float]] = {}  # the same, at the time when the host runs a stored program
         self.runs = runs(program)
         self.names = {each: self.stem if each == 0 else f"{self.stem}{each + 1}" for each in stored(program)}
         self.outputs = {output for output, _ in outputs(program)}
@@ -77,16 +77,16 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def wires(self) -> Iterable[tuple[str, str]]:
-        """Return pairs of the purpose of a wire, and its pin at the target."""
+        """Return pairs of a wire's purpose and its pin on the target."""
 
     def finished(self, lines: Iterable[OutLine], assumed: Iterable[tuple[str, str]]) -> Written:
-        """Return the result, after the comments at the beginning of the program."""
+        """Return the result, preceded by the comments at the beginning of the program."""
         out = (*heading(self.program), *lines)
         assumed = [*assumed, *self._counted()]
         return Written(out, tuple(self.sheet.verdicts), wired(self.program, self.wires()), tuple(assumed))
 
     def _counted(self) -> list[tuple[str, str]]:
-        """Return the assumption about positions: the source's counter wraps at its limits."""
+        """Return the assumption about positions, since the source's counter wraps at its limits."""
         ends = counter_of(sheet_of(self.program.part)) if counts_positions(self.program) else None
         if ends is None:
             return []
@@ -101,10 +101,10 @@ class LanguageWriter(ABC):
         return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
 
     def first_axis(self, letters: str) -> int:
-        """Return the index of the option's axis among the letters of the language.
+        """Return the index of the user's axis among the letters of the language.
 
         Raises:
-            UsageError: it is not one of them.
+            UsageError: the axis is not one of these letters.
         """
         axis = self.options.axis.upper()
         if len(axis) != 1 or axis not in letters:
@@ -159,7 +159,7 @@ class LanguageWriter(ABC):
                 unspoken(sheet, action, self.keeps, self.target.language)
 
     def unknown(self, line: int, what: str, remedy: str = "write the command with a number") -> None:
-        """Record that a value does not follow from the text."""
+        """Record that a value cannot be determined from the text."""
         self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
@@ -183,7 +183,7 @@ class LanguageWriter(ABC):
         self.handed_over(block)
 
     def handed_over(self, block: int) -> None:
-        """Keep the values at the start of a stored program; those at its end are not known."""
+        """Keep the values at the start of a stored program; the values at its end are not known."""
         self.ran_with[block] = dict(self.known) if self.ran_with.get(block, self.known) == self.known else {}
         self.known = {}
 
@@ -201,7 +201,7 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def profile(self, action: SetProfile) -> None:
-        """Write the command that sets a rate or a value of the ramp."""
+        """Write the command that sets a rate or a ramp value."""
 
     @abstractmethod
     def preset(self, action: SetPosition) -> None:
@@ -213,7 +213,7 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a motion that an input ends."""
+        """Write a motion that is ended by an input."""
 
     @abstractmethod
     def output(self, action: SetOutput) -> None:

@@ -1,4 +1,4 @@
-"""Libraries for stepper motors that a sketch may use: includes, declarations and calls."""
+"""Stepper motor libraries that a sketch may use: includes, declarations and calls."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .source_sheet import number
 
 
 class Library(NamedTuple):
-    """A library, and the functions by which a sketch uses it.
+    """A library, and the functions through which a sketch uses it.
 
-    `helpers` are functions of the sketch, written if they are called.  `fastest` is the greatest rate on an Uno
-    according to the library's documentation, steps/s; `source` is the place, `faster` the remedy.
+    `helpers` are functions of the sketch, which are written only if called.  `fastest` is the maximum rate on an Uno
+    according to the library's documentation, steps/s; `source` is the place in it, and `faster` the remedy.
     """
 
     title: str
@@ -38,7 +38,7 @@ class Library(NamedTuple):
     rest: str
 
     def of(self, stepper: str) -> str:
-        """Return the prefix of a call of a stepper."""
+        """Return the prefix for a call to a stepper."""
         return stepper + self.calls
 
     def helper(self, name: str) -> str:
@@ -113,7 +113,7 @@ FAST = Library(
     declared="FastAccelStepperEngine engine{n};\nFastAccelStepper *{stepper} = NULL;",
     prepared="engine{n}.init();\n{stepper} = engine{n}.stepperConnectToPin(STEP_PIN{n});\n"
     "{stepper}->setDirectionPin(DIR_PIN{n});",
-    step_pins=(9, 10),  # the only ones that timer 1 drives
+    step_pins=(9, 10),  # the only pins that timer 1 can drive
     dir_pins=(5, 6),
     outputs=("2", "3", "4", "7"),
     parameter="FastAccelStepper *stepper",
@@ -150,7 +150,7 @@ FAST = Library(
 
 
 def chosen(program: Program, options: WriterOptions) -> Library:
-    """Return the library that a user selects, or the one that reaches the rates of a program."""
+    """Return the library selected by the user, or the library that reaches the rates of a program."""
     named = options.values.get("library", "")
     if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
         allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"

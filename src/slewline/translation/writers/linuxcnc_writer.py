@@ -1,8 +1,8 @@
 """G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
 
-Each move is `G91 G1` or `G90 G1` with the feed of `F`, in exact stop mode (G61.1): a move ends before the next line
-begins, like at the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are those of the
-machine: MAX_ACCELERATION of the INI file, from standstill.
+Each move is `G91 G1` or `G90 G1` with the feed set by `F`, in exact stop mode (G61.1): a move ends before the next
+line begins, as in the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are the
+machine's: MAX_ACCELERATION in the INI file, from standstill.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .source_sheet import FAR, PS, compare_times, digits_for, grouped, number
 from .structured import Structured
 
 LETTERS = "XYZABCUVW"
-INPUTS = OUTPUTS = 4  # of each kind, unless motmod is loaded with another num_dio
+INPUTS = OUTPUTS = 4  # pins of each kind, unless motmod is loaded with another num_dio
 HOMED = f"searches {grouped(FAR)} steps at most, for the switch on motion.probe-input"
 PROBED = f"ends after {grouped(FAR)} steps at the latest; the input that ends it goes to motion.probe-input"
 FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
@@ -122,7 +122,7 @@ class LinuxCncWriter(Structured):
         self.sheet.same(action.line)
 
     def calls(self, name: str) -> str:
-        """Return the call of a subroutine."""
+        """Return a call to a subroutine."""
         return f"o<{name}> call"
 
     def leave(self, action: EndProgram) -> None:
@@ -177,7 +177,7 @@ class LinuxCncWriter(Structured):
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def _product(self, action: MoveBy) -> str:
-        """Return the number of millimetres of a move by the registers."""
+        """Return the number of millimetres of a move whose values are in registers."""
         factors = []
         factors.append("#<_direction>" if action.sign is None else number(action.sign))
         factors.append("#<_steps>" if action.distance is None else number(action.distance))
@@ -185,7 +185,7 @@ class LinuxCncWriter(Structured):
         return " * ".join(factors) + (f" / {number(spm)}" if spm != 1 else "")
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a probing."""
+        """Write a probing move."""
         until = action.until if isinstance(action, RunEndless) else None
         code = "G38.5" if until and until.level == 0 else "G38.3"
         steps = self._word(action.axis, sign * FAR)

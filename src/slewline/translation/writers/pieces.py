@@ -1,7 +1,7 @@
 """A program cut into pieces at waits and branches, for a language whose macros are evaluated before they run.
 
-A piece has actions without a wait; a decision is made when all motion has ended, and selects the piece or decision that
-follows.  Empty pieces are left out.
+A piece contains actions without a wait; a decision is made when all motion has ended, and selects the piece or
+decision that follows.  Empty pieces are left out.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Portion:
 
 @dataclass(frozen=True)
 class Decision:
-    """A decision which piece or decision follows.
+    """A decision about which piece or decision follows.
 
     Attributes:
-        inputs: `to` follows if all have their levels, else `other`.
-        waits: without the levels it is repeated.
-        passes: without inputs: `to` follows this number of times, then `other`.
+        inputs: `to` follows if all these inputs have their levels, otherwise `other`.
+        waits: whether the decision is repeated until the inputs have these levels.
+        passes: for a decision without inputs, `to` follows this number of times, then `other`.
         counter: the name of the variable that counts.
         line: the line of the source.
     """
@@ -58,9 +58,9 @@ class Pieces:
     """Pieces of a program, and the decisions between them.
 
     Args:
-        tree: of the host's commands.
-        program: returns the tree of the stored program that a command runs.
-        prefix: of the names of decisions.
+        tree: the tree of the host's commands.
+        program: a function that returns the tree of the stored program that a command runs.
+        prefix: the prefix for the names of decisions.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Pieces:
         return name
 
     def _flow(self, tree: Sequence[Node], name: str, then: str, leave: str) -> None:
-        """Put nodes into a piece and those after it; `then` follows them; `leave` follows the end of a program."""
+        """Put nodes into a piece and its successors; `then` follows the nodes; `leave` follows the end of a program."""
         piece = self.pieces[name]
         for place, node in enumerate(tree):
             if simple(node):
@@ -98,7 +98,7 @@ class Pieces:
         piece.then = then
 
     def _cut(self, node: Node, after: str, leave: str) -> str:
-        """Return the piece or decision after a piece that a node ends; `after` follows the node."""
+        """Return the piece or decision that follows a piece ended by a node; `after` follows the node."""
         match node:
             case WaitInput():
                 return self._decision(to=after, inputs=(node.input,), waits=True, line=node.line)
@@ -166,7 +166,7 @@ class Pieces:
         self.decisions = {name: decision for name, decision in self.decisions.items() if name in used}
 
     def _real(self, name: str) -> str:
-        """Return the first piece or decision that is not empty, from a name on."""
+        """Return the first piece or decision that is not empty, beginning with a name."""
         seen = set()
         while name in self.pieces and not self.pieces[name].body and name not in seen:
             seen.add(name)

@@ -1,4 +1,4 @@
-"""Pins of a sketch: their names, their counterparts at the source, and their preparation in setup()."""
+"""Pins of a sketch: their names, their counterparts in the source, and their preparation in setup()."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ..program_facts import axes, outputs
 from ..translation_report import OutLine
 from .libraries import Library
 
-ENABLE = 8  # as on the shield for CNC machines
+ENABLE = 8  # as on the Arduino CNC shield
 INPUTS = ("A0", "A1", "A2", "A3")
 ABORT, HOME = "A4", "A5"
 
@@ -21,7 +21,7 @@ class SketchPins:
         self.used: dict[str, str] = {}
 
     def pin(self, name: str, pin: str) -> str:
-        """Return the name of a pin, which is then declared."""
+        """Return the name of a pin, and have it declared."""
         self.used[name] = pin
         return name
 
@@ -54,7 +54,7 @@ class SketchPins:
         return str(axis) if len(self.axes) > 1 else ""
 
     def stepper(self, axis: int) -> str:
-        """Return the name of the stepper of an axis."""
+        """Return the name of an axis's stepper."""
         return f"stepper{self._suffix(axis)}"
 
     def steppers(self) -> list[OutLine]:
@@ -82,7 +82,7 @@ class SketchPins:
         return found
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return pairs of the purpose of a wire and its pin."""
+        """Return pairs of a wire's purpose and its pin."""
         names = [("step", f"pin {self._step_pin(1)}, STEP"), ("direction", f"pin {self.library.dir_pins[0]}, DIR")]
         names += [("enable", f"pin {ENABLE}, ENABLE"), ("abort", f"pin {ABORT}"), ("home", f"pin {HOME}")]
         names += [(f"output{n}", f"pin {pin}") for n, pin in enumerate(self.library.outputs, 1)]

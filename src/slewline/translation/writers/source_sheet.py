@@ -1,4 +1,4 @@
-"""Common base of writers: collecting lines and verdicts, placing comments, numbers, times of moves."""
+"""Common base of writers: collects lines and verdicts, places comments, formats numbers, compares move times."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from ..translation_report import LineKind, LineVerdict, OutLine
 
 PS = 10**12
 MS = 10**9
-FAR = 1_000_000  # steps of a motion that an input ends, if the target has no motion without end
+FAR = 1_000_000  # steps of a motion that is ended by an input, if the target has no endless motion
 
 
 class Draft:
-    """The lines of a result under construction, and the verdicts on the lines of the source."""
+    """The lines of a result under construction, and the verdicts on the source lines."""
 
     def __init__(self, comment: Callable[[str], str], program: Program, indent: str = "  ") -> None:
         self.lines: list[OutLine] = []
@@ -80,7 +80,7 @@ def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callab
             continue
         beside = next((at for at, each in enumerate(found) if line.code and each.source == line.number), None)
         while beside is not None and beside + 1 < len(found) and found[beside + 1].source == line.number:
-            beside += 1  # the last of the lines first written for it: not the head of a loop that begins here
+            beside += 1  # the last of the lines first written for it, not the head of a loop that begins here
         if beside is not None and not found[beside].comment:
             found[beside] = replace(found[beside], comment=line.comment)
             continue
@@ -102,7 +102,7 @@ def _heading(program: Program) -> list[Line]:
 
 
 def lines_of(program: Program, block: int) -> list[Line]:
-    """Return the lines of a block except the heading; a comment on a line of its own belongs to the code after it."""
+    """Return the lines of a block without the heading; a comment on a line of its own belongs to the code after it."""
     found: list[Line] = []
     waiting: list[Line] = []
     belongs = -1
@@ -120,7 +120,7 @@ def lines_of(program: Program, block: int) -> list[Line]:
 
 # ------------------------------------------------------------------------------------------------------------- numbers
 def number(value: float, digits: int = 6) -> str:
-    """Return a number without an exponent, and without zeros at its end."""
+    """Return a number as text, without an exponent and without trailing zeros."""
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0" if text in ("-0", "") else text
@@ -140,7 +140,7 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return the number of decimals of a millimetre that resolves an eighth of a step."""
+    """Return the number of decimals of a millimetre value needed to resolve an eighth of a step."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
@@ -158,7 +158,7 @@ def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, wh
 
 # ----------------------------------------------------------------------------------------------------------- registers
 class RegisterCache:
-    """Values of the source's registers at a place of the program, as far as known."""
+    """The values of the source's registers at a place in the program, as far as known."""
 
     def __init__(self) -> None:
         self.distance: int | None = None
@@ -187,7 +187,7 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the profile after a change that the program makes under more than one condition."""
+        """Return the profile after a change that the program makes in more than one situation."""
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -211,9 +211,9 @@ class RegisterCache:
 
 
 def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
-    """Handle actions that no target needs: the host's own directives, queries, saving; return whether it was one.
+    """Handle an action that no target needs (a host directive, a query, saving); return whether it was one.
 
-    `keeps` names the non-volatile storage of the result, `language` the reference of the limits.
+    `keeps` names the non-volatile storage for the result, `language` the source of the limits.
     """
     match action:
         case HostDirective():
@@ -245,6 +245,6 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
 
 
 def wired(program: Program, names: Iterable[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
-    """Return the wires of the source and of the target; empty: the target has none."""
+    """Return the wires of the source and of the target; an empty name: the target has no such wire."""
     known = dict(names)
     return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())

@@ -1,7 +1,7 @@
 """Common base of writers whose language has loops and branches: the walk through the tree of a program (`flow.py`).
 
-A language defines how a loop or a branch is opened and closed, how a variable is set, and how a condition on inputs is
-written; the result of a single action is a method of the writer as well.
+A language defines how a loop or a branch is opened and closed, how a variable is set, and how a condition on inputs
+is written; each kind of action is also written by a method.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .language_writer import LanguageWriter
 
 
 class Structured(LanguageWriter):
-    """A writer of one program in a language with loops; `nothing` is the language's empty statement."""
+    """A writer for one program in a language with loops; `nothing` is the language's empty statement."""
 
     nothing = ""
     true = "true"
@@ -24,7 +24,7 @@ class Structured(LanguageWriter):
     def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
         super().__init__(target, program, options, indent)
         self.numbers = counters()
-        self.final: Action | None = None  # which a stored program ends with anyway
+        self.final: Action | None = None  # with which a stored program ends anyway
 
     def program_tree(self, actions: Sequence[Action]) -> None:
         """Write a stored program."""
@@ -87,7 +87,7 @@ class Structured(LanguageWriter):
         self.forget(tree)
 
     def forget(self, tree: Sequence[Node]) -> None:
-        """Drop the known register values where several paths meet: those set in the tree are unknown there."""
+        """Drop the known register values where several paths meet: the values set in the tree are unknown there."""
         if any(isinstance(each, SetProfile) for each in nodes(tree)):
             self.registers.profile, self.known = None, {}
         self.registers.position = None
@@ -129,7 +129,7 @@ class Structured(LanguageWriter):
             self.inside(node.otherwise, close, node.line)
 
     def _states(self, node: Stages) -> None:
-        """Write pieces that select each other: a loop around a branch for each."""
+        """Write pieces that select each other, as a loop around one branch per piece."""
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"
         counted = [piece.number for piece in node.states if piece.passes]

@@ -1,8 +1,8 @@
-"""TMCL, the language of Trinamic's controllers, for a module that runs a program by itself.
+"""TMCL, the language of Trinamic's controllers, for a module that runs its program by itself.
 
-It has labels, jumps and subroutines, like the parts themselves, so the flow is kept.  Rates and accelerations are in
-pulses/s and pulses/s^2 of the resolution in parameter 140; parameters 19 and 20 are the start rate.  Numbers of
-parameters, their ranges and the commands are those of the TMCM-1290 TMCL firmware manual, V1.01.
+It has labels, jumps and subroutines, like the parts themselves, so the program flow is unchanged.  Rates and
+accelerations are in pulses/s and pulses/s^2, at the resolution set by parameter 140; parameters 19 and 20 are the
+start rate.  The parameter numbers, their ranges and the commands follow the TMCM-1290 TMCL firmware manual, V1.01.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SLOWEST_STOP = 10
 MOST = {TOP: 7_999_774, ACCELERATION: 7_629_278, DECELERATION: 7_629_278, START: 249_999, STOP: 249_999}
 LEAST_ACCELERATION = 117
 NAMES = {TOP: "top rate", ACCELERATION: "acceleration", DECELERATION: "", START: "start rate", STOP: ""}
-TICK_PS = 10 * 10**9  # of WAIT TICKS
+TICK_PS = 10 * 10**9  # unit of WAIT TICKS
 LINES = 3  # GPIO0 to GPIO2, each an input or an output
 DISTANCE, DIRECTION, FIRST_LOOP = 0, 1, 2  # user variables
 
@@ -79,7 +79,7 @@ class TmclWriter(LanguageWriter):
         free = [at for at in free if at not in self.lines.values()]
         self.inputs = dict(zip(inputs(program), free, strict=False))
         self.variable = FIRST_LOOP
-        self.loops: dict[int, int] = {}  # the variable of each
+        self.loops: dict[int, int] = {}  # the variable of each register
         self.loops_again = False  # a loop may be entered more than once
         self.fresh = 0
         self.block = -1
@@ -218,7 +218,7 @@ class TmclWriter(LanguageWriter):
         self.sheet.same(action.line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write actual and target position."""
+        """Write the commands that set actual and target position."""
         self._all(action.line, "MST 0", f"SAP 1, 0, {action.position}", f"SAP 0, 0, {action.position}")
 
     def wait(self, action: WaitInput) -> None:
@@ -235,7 +235,7 @@ class TmclWriter(LanguageWriter):
         super().leave(action)
 
     def call(self, block: int, at: str, line: int) -> None:
-        """Write the call of a subroutine, or of a label of it."""
+        """Write a call to a subroutine, or to a label in it."""
         name = self.names.get(block, self.stem)
         if at:
             name = label(at) if block == 0 else f"P{block + 1}{label(at)}"
@@ -243,7 +243,7 @@ class TmclWriter(LanguageWriter):
         self.handed_over(block)
 
     def _prepare(self, profile: Profile, line: int) -> None:
-        """Write the axis parameters of a profile, unless they are set."""
+        """Write the axis parameters of a profile, unless they are already set."""
         for parameter, value in parameters(profile).items():
             rounded = round(value)
             if parameter in (ACCELERATION, DECELERATION):
@@ -281,7 +281,7 @@ class TmclWriter(LanguageWriter):
         sheet.nearly(line, description, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
     def _turn(self, position: int, line: int) -> None:
-        """Write that the direction is from now on that of a move to a position."""
+        """Write the command that sets the direction to that of a move to a position."""
         ahead = self._new("Ahead")
         self._all(line, f"SGP {DIRECTION}, 2, 1", "GAP 1, 0", f"COMP {position}", f"JC LE, {ahead}")
         self._all(line, f"SGP {DIRECTION}, 2, -1", f"{ahead}:")
@@ -303,7 +303,7 @@ class TmclWriter(LanguageWriter):
         self.sheet.add("MVPA REL, 0", line)
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a run that an input ends, or the search for the home switch."""
+        """Write a run that is ended by an input, or the search for the home switch."""
         if isinstance(action, Home):
             mode = 7 if sign > 0 else 8
             self._all(action.line, f"SAP 193, 0, {mode}", "RFS START, 0", "WAIT RFS, 0, 0")

@@ -1,1 +1,1 @@
-"""Ends of hosts on their channels: ports of a bus, UARTs of a line, shadows of registers that cannot be read."""
+"""The hosts' ends of their channels: bus ports, UARTs, and shadows of registers that cannot be read."""

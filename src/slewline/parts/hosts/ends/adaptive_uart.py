@@ -4,8 +4,8 @@ r"""The UART of a host whose chip detects the rate: two carriage returns first, 
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
-The host obeys CTS while the part uses its pin for that, according to the mode commands that the host has sent itself;
-`heed` overrides this, or makes it ignore CTS.
+The host obeys CTS while the part uses its flow pin, according to the mode commands that the host has sent itself;
+`heed` makes it always obey CTS, or ignore it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ..connection import Connection
 
 USUAL_BAUD = 9600
-RETURNS = b"\r\r"  # with which the chip detects the rate
-RESET_PS = 20 * 10**9  # pause of a host after a reset, which begins with the supply
+RETURNS = b"\r\r"  # from which the chip detects the rate
+RESET_PS = 20 * 10**9  # pause of a host after a reset; a reset begins when the supply comes up
 
 
 class Found(NamedTuple):
@@ -36,12 +36,12 @@ class Found(NamedTuple):
     set_by: str
 
     def instead(self, _baud: int | str) -> str:
-        """Return the remedy for another rate, in words."""
+        """Return, in words, how to use another rate."""
         return "two carriage returns after a reset"
 
 
 class AdaptiveUart(HostUart):
-    """A UART that begins with two carriage returns as long as the chip does not know the rate, and obeys CTS.
+    """A UART that first sends two carriage returns as long as the chip does not know the rate, and obeys CTS.
 
     Args:
         baud: its rate.
@@ -62,8 +62,8 @@ class AdaptiveUart(HostUart):
         self.news = self.control.news
         self.adapted = self.was_reset = False
         self.fixed_baud: int | str | None = baud
-        self.returns = 0  # carriage returns one after the other, while no rate is known
-        self.listens_ps = chip.up_ps + POWER_UP_PS  # the chip receives from then on
+        self.returns = 0  # consecutive carriage returns, while no rate is known
+        self.listens_ps = chip.up_ps + POWER_UP_PS  # the instant from which the chip receives
         self._forget()
         reset = sheet.role("reset")
         if reset is not None:
@@ -71,7 +71,7 @@ class AdaptiveUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- state of the chip
     def switched_on(self) -> None:
-        """Record that the chip starts again, at this instant."""
+        """Record that the chip restarts at this instant."""
         self.shadow.reset()
         self.gone.reset()
         self.adapted, self.returns, self.far.compared = False, 0, False
@@ -84,7 +84,7 @@ class AdaptiveUart(HostUart):
         self._forget()
 
     def _forget(self) -> None:
-        """Record that the chip has no rate any more, or that of its option."""
+        """Record that the chip no longer has a detected rate: it has none, or the rate set by its option."""
         self.far.receivers.clear()
         if self.strapped is not None:
             self._found(self.strapped, "fixed by an option")
@@ -104,7 +104,7 @@ class AdaptiveUart(HostUart):
         return self.control.heeds and self.cts.level != 0
 
     async def before_burst(self) -> None:
-        """Wait until the chip can receive, and for CTS, if the host obeys it."""
+        """Wait until the chip can receive, and, if the host obeys CTS, until CTS permits sending."""
         await until(self.kernel, self.listens_ps)
         while self.waits_for_rate:
             await first_of(self.kernel, None, (self.cts, 0), (self.news.net, None))
@@ -124,7 +124,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters unchanged, as an input; they are sent one after the other."""
+        """Queue characters unchanged, as an input; they are sent one after another."""
         data = as_bytes(self.name, data)
         super().write(data, fault)
         for byte in data:
@@ -140,7 +140,7 @@ class AdaptiveUart(HostUart):
         """Queue characters, after two carriage returns if the chip does not know the rate.
 
         Raises:
-            UsageError: the text is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or the data are neither text nor bytes.
         """
         if not self.adapted:
             self.write(RETURNS, "late" if self.was_reset else "")
@@ -148,12 +148,12 @@ class AdaptiveUart(HostUart):
         self.write(data)
 
     def opened_at(self, baud: int) -> None:
-        """Accept a rate without a report: the chip would have detected it."""
+        """Accept a rate without a report, because the chip would have detected it."""
 
     async def exchange(self, command: str) -> str | bytes | None:
-        """Send a command in a task, and wait until it has been sent; return the answer to a query.
+        """Send a command in a task, and wait until it has been sent; for a query, return the answer.
 
-        Return None if there is none: the line is silent for longer than any answer takes.
+        Return None if there is no answer: the line has been silent for longer than any answer takes.
         """
         asks = command.startswith(self.shadow.dialect.query)
         query = self.shadow.query(self.name, command) if asks else None
@@ -168,7 +168,7 @@ class AdaptiveUart(HostUart):
         return None if query is None else query.answered(self.received, self.recent.place(since))
 
     def rest(self) -> None:
-        """Drop the queue, and set the line to mark."""
+        """Drop all queued characters, and set the line to mark."""
         super().rest()
         self.shadow.decoder.reset()
         self.gone.decoder.reset()

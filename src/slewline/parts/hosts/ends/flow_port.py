@@ -1,13 +1,13 @@
-r"""Port of a host on a bidirectional bus: commands out, messages in, a handshake per byte; FPL shows the direction.
+r"""A host's port on a bidirectional bus: commands out, messages in, one handshake per byte; FPL shows the direction.
 
-    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high, so the part receives; IO_REQUEST high
+    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high if the part receives; IO_REQUEST high
                 then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low, wait BUSY low, IO_REQUEST high
     message     FPL low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high, wait BUSY high, while it is low
 
-A part whose program may be running needs the empty handshake before a command, and otherwise ignores it.  A host that
-finds FPL low in it reads the message first (ch. 16, Immediate Commands).  So does a host with its letter on the bus: it
-releases the bus, since the part may be answering its serial side.  The host follows FPL while it is in use, according
-to the mode commands that it has sent itself; `heed` overrides this.
+A part whose program may be running needs the empty handshake before a command; otherwise it ignores the handshake.  A
+host that finds FPL low during this handshake reads the message first (ch. 16, Immediate Commands).  A host with its
+letter on the bus does the same: it releases the bus, since the part may be answering its serial side.  The host
+follows FPL while it is in use, according to the mode commands that it has sent itself; `heed` overrides this.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ EMPTY = 0xFF
 
 
 class FlowPort:
-    """Port of a host on the bus of its chip: drivers, the nets that it reads, and a task that reads messages.
+    """A host's port on the bus of its chip: drivers, the nets that it reads, and a task that reads messages.
 
     Args:
-        host: reports the findings.
-        queue: of the host; the port sends in its requests.
+        host: the host, which reports the findings.
+        queue: the host's request queue; the port sends within its requests.
         delay_ps: time that the host's program takes before each byte.
     """
 
@@ -71,11 +71,11 @@ class FlowPort:
 
     def switched_on(self) -> None:
         """Record that the part has been reset, or switched on, at this instant."""
-        self.bytes.leave()  # the bytes before have decided the next one
+        self.bytes.leave()  # the preceding bytes have determined the next byte
         self.shadow.reset()
 
     def listen(self) -> None:
-        """Start to receive, again."""
+        """Start to receive again."""
         if self.listener is not None:
             self.listener.kill()
         self.taken = False
@@ -87,7 +87,7 @@ class FlowPort:
         return self.control.heeds and self.flow.level == 0
 
     def rest(self) -> None:
-        """Release the bus, make no request, and receive again: an exchange under way is cut short."""
+        """Release the bus, end any request, and receive again; an exchange under way is cut short."""
         self.request.drive(1)
         self.bus.drive(None)
         self.shadow.decoder.reset()
@@ -95,18 +95,18 @@ class FlowPort:
 
     @property
     def all_sent(self) -> int:
-        """The number of bytes sent by now, empty handshakes not counted."""
+        """The number of bytes sent so far, empty handshakes not counted."""
         self.catch_up()
         return self.sent
 
     def catch_up(self) -> None:
-        """Record the bytes sent so far, before a query."""
+        """Record the bytes sent so far, before their number is queried."""
         if (exchange := self.bytes.exchange) is not None and exchange.in_flight:
             self.queue.begun = True
             self.bytes.feed(exchange.in_flight)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the levels that it waits for at a byte being sent (handshake.py)."""
+        """Return the levels that the port waits for while it sends a byte (handshake.py)."""
         self.queue.begun |= number > 0
         self.bytes.feed(number)
         self.bytes.begins = self.shadow.at_letter
@@ -123,7 +123,7 @@ class FlowPort:
         self.turn.set()
 
     async def _free(self) -> None:
-        """Wait until the part accepts a byte; messages are read before."""
+        """Wait until the part accepts a byte; its messages are read first."""
         while True:
             if self.offered:
                 await level(self.busy, 1)
@@ -138,7 +138,7 @@ class FlowPort:
         return ((self.flow, 0),) if self.control.heeds else ()
 
     async def _message(self, asked: bool = False) -> None:
-        """Read until FPL is high; `asked`: IO_REQUEST is low already."""
+        """Read a message until FPL is high; `asked`: IO_REQUEST is low already."""
         while asked or self.offered:
             self.request.drive(0)
             await level(self.busy, 0)
@@ -152,7 +152,7 @@ class FlowPort:
             asked = False
 
     def _no_message(self) -> None:
-        """Stop sampling FPL: its pin was low, and nothing drives the bus."""
+        """Stop sampling FPL, because its pin was low but nothing drives the bus."""
         self.control.heeding = False
         self.finding(
             "no-message",
@@ -161,7 +161,7 @@ class FlowPort:
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:
-        """Request without a byte until the part receives; its messages come first; `asked`: IO_REQUEST is low."""
+        """Make a request without a byte until the part receives; messages come first; `asked`: IO_REQUEST is low."""
         while True:
             if not asked:
                 await self._free()
@@ -193,7 +193,7 @@ class FlowPort:
         await self._take_turn()
         try:
             at, exchange = 0, None if self.delay_ps else self.bytes.possible()
-            begins: bool | None = None  # a command begins with the next byte: so it was when the wait for BUSY began
+            begins: bool | None = None  # whether the next byte is the first of a command, when the wait for BUSY began
             while at < len(data):
                 begins, byte = self.shadow.at_letter if begins is None else begins, data[at]
                 empty = begins and (self.empty_first or byte == EMPTY)
@@ -234,7 +234,7 @@ class FlowPort:
             self.control.news.set()
 
     async def _byte(self, byte: int, begins: bool, asked: bool) -> None:
-        """Offer a byte until the part accepts it; the answer to another host may come before a letter.
+        """Offer a byte until the part accepts it; before a letter, an answer to another host may have to be read.
 
         `asked`: the byte is on the bus, and IO_REQUEST is low.
         """
@@ -289,9 +289,9 @@ class FlowSender(Leader[Handshakes]):
     """Bytes that a host sends to a chip as a value, if possible.
 
     Attributes:
-        empty: an empty handshake goes before them.
+        empty: an empty handshake precedes the bytes.
         fed: number of bytes recorded by the host.
-        begins: when they were withdrawn, a command began with the next byte.
+        begins: when the bytes were withdrawn, the next byte was the first of a command.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -309,7 +309,7 @@ class FlowSender(Leader[Handshakes]):
         port, exchange = self.port, self.exchange
         if exchange is None or data[at] == EMPTY or port.offered or exchange.chip.at_letter is not begins:
             return False
-        shadow = port.shadow  # which may find the end of a command at another byte than the chip does
+        shadow = port.shadow  # the host may take another byte than the chip for the end of a command
         ends = 0 if shadow.entry is not None else shadow.decoder.kept(data, at, shadow.ascii) + 1
         if not (number := min(exchange.chip.takes(data, at), ends)):
             return False
@@ -327,7 +327,7 @@ class FlowSender(Leader[Handshakes]):
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip whose IO_REQUEST this is; None: no chip, or more than one."""
+        """Return the handshakes with the chip on this IO_REQUEST; None: no chip is wired to it, or more than one."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -1,8 +1,8 @@
-"""Port of a host on the command port of one chip: handshake, read-outs, live commands, requests on the fly.
+"""A host's port on the command port of one chip: handshake, read-outs, live commands, on-the-fly requests.
 
     wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
 
-A host has no delay unless it is set: `delay_ps` is the time that its program takes before each byte.
+A host has no delay unless `delay_ps` is set, the time that its program takes before each byte.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ SETTLED_US = 100  # READY high for longer than any instruction takes to begin: t
 
 
 class CommandPort:
-    """Port of a host on one chip: drivers on its command port, and the nets that it reads.
+    """A host's port on one chip: drivers on the chip's command port, and the nets that the host reads.
 
     Args:
-        queue: of the host; the port is used in its requests.
-        received: bytes of read-outs of all its chips.
-        delay_ps: time that its program takes before each byte.
+        queue: the host's request queue; the port is used within its requests.
+        received: the bytes read out from all chips of the host.
+        delay_ps: the time that the host's program takes before each byte, ps.
     """
 
     def __init__(self, chip: Connection, queue: RequestQueue, received: bytearray, delay_ps: int) -> None:
@@ -45,10 +45,10 @@ class CommandPort:
         )
         self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
         self.verify_bytes = chip.sheet.through(BusHandshake).verify_bytes
-        self.sent = 0  # without those under way as a value
+        self.sent = 0  # without the bytes being sent as a value
 
         def line(role: str) -> Net:
-            """Return the net of the pin with a role; if the part lacks it, an unconnected net."""
+            """Return the net of the pin with a role; if the part has no such pin, an unconnected net."""
             row = chip.sheet.role(role)
             return Net(self.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
 
@@ -72,18 +72,18 @@ class CommandPort:
         return self.sent + (0 if exchange is None else exchange.in_flight)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the levels that it waits for at a byte being sent (handshake.py)."""
+        """Return the levels that the port waits for while it sends a byte (handshake.py)."""
         return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
-        """Release the bus and PROG/LIVE, and make no request."""
+        """Release the bus and PROG/LIVE, and end any request."""
         self.request.drive(1)
         self.select.drive(0)
         self.prog.drive(None)
         self.bus.drive(None)
 
     def ps(self, us: int) -> int:
-        """Return a time of the sheet in picoseconds, scaled to the crystal of the chip."""
+        """Return a data-sheet time in picoseconds, scaled to the chip's crystal frequency."""
         return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
@@ -104,11 +104,11 @@ class CommandPort:
         raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
 
     def group_size(self, group: int) -> int:
-        """Return the bytes of a verify group in the present mode: position 5 digits, or 2 bytes in binary mode."""
+        """Return the number of bytes in a verify group in the present mode: 5 position digits, or 2 bytes if binary."""
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """Return the verify group that a command selects; None: it selects none, or the group does not exist."""
+        """Return the verify group that a command selects; None: it selects no group, or the group does not exist."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
             if match and int(match[1]) in self.verify_bytes:
@@ -122,7 +122,7 @@ class CommandPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def send(self, data: bytes) -> None:
-        """Send bytes by the two-line handshake; the last one leaves the bus when it has been accepted."""
+        """Send bytes with the two-line handshake; the last byte is removed from the bus once it has been accepted."""
         kernel, queue, ready, drive_bus, request = (
             self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
         )  # fmt: skip
@@ -145,7 +145,7 @@ class CommandPort:
             else:
                 drive_bus((0xFF, data[at]))
                 request(0)
-                if ready.level == 0:  # another driver has pulled it low: the request has been received, and ends
+                if ready.level == 0:  # another driver has pulled READY low: the request has been received, and ends
                     await next_round(kernel)
                 await level(ready, 0)
             request(1)
@@ -182,19 +182,19 @@ class CommandPort:
         """Wait until a byte may be sent.
 
         Raises:
-            UsageError: a program is running, which accepts none.
+            UsageError: a program is running, during which the chip accepts no byte.
         """
         await level(self.ready, 1)
         if self.running.level == 0:
             raise UsageError(f"{self.queue.name}: {self.chip} takes no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Send commands through PROG/LIVE, read out the groups they select; return (group, bytes) of each read-out."""
+        """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) per read-out."""
         self.prog.drive(0)
         await self._between_instructions()
         last, found = commands[-1], []
         if self.group_of(last) is None:
-            commands = commands[:-1]  # else twice: one more command leaves the chip, and this one changes nothing
+            commands = commands[:-1]  # else twice: the repeated command has no effect
         for command in commands:
             await self.send(self.text(command))
             group = self.group_of(command)
@@ -209,14 +209,14 @@ class CommandPort:
         return found
 
     async def _between_instructions(self) -> None:
-        """Wait between two instructions; READY high alone is not enough, since a motion may be about to begin."""
+        """Wait for a gap between two instructions; READY high is not enough, as a motion may be about to begin."""
         while True:
             await level(self.ready, 1)
             if await first_of(self.kernel, self.kernel.now + self.ps(SETTLED_US), (self.ready, 0)) is None:
                 return
 
     async def verify(self, group: int, number: int | None = None, live: bool | None = False) -> bytes:
-        """Select a group and read it; `live` as for `verify`."""
+        """Select a group and read it; `live` is as in `BusHost.verify`."""
         if live is None:
             await level(self.ready, 1)
             live = self.running.level == 0
@@ -273,7 +273,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip whose I/O REQUEST this is; None: no chip, or more than one."""
+        """Return the handshakes with the chip on this I/O REQUEST; None: no chip is wired to it, or more than one."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -1,4 +1,4 @@
-r"""Port of a host on the host port of a chipset, and the strobes for its bytes.
+r"""A host's port on the host port of a chipset, and the strobes for its bytes.
 
 HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 µs ___/‾‾   checked before each operation
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
@@ -40,13 +40,13 @@ class Packet(NamedTuple):
     checked: bool = True
 
     def spelled(self, sheet: Sheet) -> str:
-        """Return the packet as readable text: SET_POS (10 0000 3039)."""
+        """Return the packet as readable text, such as SET_POS (10 0000 3039)."""
         row = sheet.commands.by_code.get(self.code)
         sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
     def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
-        """Return the error in the checksum that a chip sent after the words read; "": none."""
+        """Return the error in the checksum that a chip has sent after its words; "": the checksum is correct."""
         expected = packets.checksum(self.code, (*self.words, *found))
         if checksum == expected:
             return ""
@@ -56,16 +56,16 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """Port of a host on one chipset: drivers on its host port, and the known state of the current axis.
+    """A host's port on one chipset: drivers on its host port, and what is known of the current axis.
 
     Args:
-        queue: of the host; the port is used in its requests.
-        received: all words read, of all its chipsets.
-        finding: reports a finding.
-        delay_ps: time that its program takes before each operation.
+        queue: the host's request queue; the port is used within its requests.
+        received: all words read from all chipsets of the host.
+        finding: a function that reports a finding.
+        delay_ps: the time that the host's program takes before each operation, ps.
 
     Attributes:
-        sparse: a wait omits the status queries whose answers cannot differ because no event is due.
+        sparse: whether a wait omits status queries whose answers cannot differ because no event is due.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class PacketPort:
         host, self.kernel, self.chip, self.delay_ps = queue.name, queue.kernel, chip.name, delay_ps
         self.queue, self.received, self.finding = queue, received, finding
         self.sheet, self.rows = chip.sheet, chip.sheet.rows(PacketRow).by_code
-        self.crystal_hz = chip.crystal_hz  # of the board: base of rates per second and of cycles
+        self.crystal_hz = chip.crystal_hz  # clock of the board, the base for rates per second and for cycles
         self.pins = pins = chip.pins
         self.select, self.reading, self.writing, self.command = (
             Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
@@ -96,12 +96,12 @@ class PacketPort:
         self.rest()
 
     def _restarts(self, _net: Net | None = None) -> None:
-        """Handle a restart: RESET changes or is sent, or an output floats because the supply is off."""
+        """Handle a restart: RESET changes, a reset command is sent, or an output floats because the supply is off."""
         self.axis = 1
         self.pending.clear()
 
     def rest(self) -> None:
-        """Select nothing, and release the bus."""
+        """Deselect the chipset, and release the bus."""
         for driver in (self.select, self.reading, self.writing):
             driver.drive(1)
         self.command.drive(0)
@@ -123,7 +123,7 @@ class PacketPort:
         await until(self.kernel, strobed.end)
 
     async def read(self, number: int, how: Strobes) -> bytes:
-        """Read the bytes of a word, each at the end of its strobe, as one operation."""
+        """Read the bytes of a word as one operation, each byte at the end of its strobe."""
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, number, how)
@@ -144,7 +144,7 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
-        """Record when an update just accepted will have taken effect, and the commands that wait for one."""
+        """Record when an update just accepted will take effect, and which commands wait for an update."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
@@ -152,7 +152,7 @@ class PacketPort:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
-        """Record the current axis after a packet, given the words read."""
+        """Record the current axis after a packet, given the words that were read."""
         row = self.rows.get(code)
         if row is None:
             return
@@ -166,7 +166,7 @@ class PacketPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def begin(self, how: Strobes) -> None:
-        """Wait until a byte may be sent; the operation is then completed."""
+        """Wait until a byte may be sent; once begun, the operation is completed."""
         if how.ready:
             await self.ready()
         self.queue.begun = True
@@ -197,7 +197,7 @@ class PacketPort:
             raise ChecksumError(f"{self.queue.name}: {wrong}")
 
     async def take(self, number: int, how: Strobes) -> bytes:
-        """Read immediately; keep the word."""
+        """Read a word immediately, and keep it."""
         data = await self.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))
@@ -210,12 +210,13 @@ class PacketPort:
         axis: int = UNKNOWN,
         never: Callable[[], bool] = lambda: False,
     ) -> int:
-        """Poll the status word, immediately, until a bit has the wanted level.
+        """Poll the status word immediately, until a bit has the wanted level.
 
-        An axis is in motion from the cycle on in which its update takes effect: !in_motion is polled from then on.
+        An axis is in motion after the cycle in which its update takes effect, so !in_motion is polled only after that
+        cycle.
 
         Raises:
-            Timeout: `never` returns True twice running: the level can no longer occur.
+            Timeout: `never` returns True twice in a row, because the level can no longer occur.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         question = packet_of(packets.row(self.sheet, "GET_STATUS"))
@@ -234,10 +235,10 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + omitted_ps + every_ps)
 
     def _omitted(self, due_ps: int | None, period_ps: int) -> int:
-        """Return the time of the status queries, one per period, that end before the next event (ps).
+        """Return the total time (ps) of the status queries, one per period, that end before the next event.
 
         Args:
-            due_ps: the next event when the last query began; it may be during that query.
+            due_ps: the next event, as known when the last query began; it may occur during that query.
         """
         horizon_ps = self.kernel.horizon
         end_ps = horizon_ps if due_ps is None else min(due_ps, horizon_ps)
@@ -255,13 +256,13 @@ def packet_of(row: PacketRow, values: Sequence[int] = ()) -> Packet:
 
 
 def updates(sheet: Sheet, code: int) -> bool:
-    """Return whether this is the code of an update, which takes effect in the next cycle."""
+    """Return whether this is the code of an update command, which takes effect in the next cycle."""
     row = sheet.commands.by_code.get(code)
     return row is not None and row.name in UPDATES
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the write operations for some bytes, and whether each is a command: the first byte is; words follow it."""
+    """Yield the write operations for some bytes, and whether each is a command: the first byte is one; words follow."""
     yield data[:1], True
     for at in range(1, len(data), 2):
         yield data[at : at + 2], False

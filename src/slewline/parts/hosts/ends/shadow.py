@@ -1,7 +1,7 @@
-"""Shadow registers: a host's knowledge of a part from the bytes it has sent, such as mode register and program entry.
+"""Shadow registers: what a host knows of a part from the bytes it has sent, such as the mode register.
 
-A part that stores its program unchanged has no pin that shows its mode, so a host remembers it.  A host does not see
-the commands of another program on the part's other side, nor the effects of a stored program.
+A part that stores its program unchanged has no pin that shows its mode, so the host keeps track of it.  A host does
+not see the commands of another program on the part's other side, nor the effects of a stored program.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from ...base.part import Part
     from ..connection import Connection
 
-TEXT = 0x80  # in the mode register: commands in ASCII
+TEXT = 0x80  # bit of the mode register: commands in ASCII
 MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
 class Shadow:
-    """Follows the bytes sent to a part.  `mode` is its mode register, as far as the host knows."""
+    """Follows the bytes sent to a part; `mode` is the part's mode register, as far as the host knows."""
 
     def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
         self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
@@ -48,7 +48,7 @@ class Shadow:
 
     @property
     def at_letter(self) -> bool:
-        """Whether the next byte is the first one of a command, outside program entry."""
+        """Whether the next byte is the first byte of a command, outside program entry."""
         return self.entry is None and self.decoder.at_letter
 
     def take(self, data: bytes) -> None:
@@ -89,12 +89,12 @@ class Shadow:
         """Return the bytes of a command in the present mode.
 
         Raises:
-            UsageError: the text is not a command, or binary mode does not have it.
+            UsageError: the text is not a command, or the command does not exist in binary mode.
         """
         return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
 
     def query(self, who: str, command: str) -> Query:
-        """Return the query of a command such as "? P".
+        """Return the `Query` for a command such as "? P".
 
         Raises:
             UsageError: the command has no answer.
@@ -110,7 +110,7 @@ class Shadow:
 
 
 class Query:
-    """A query, and the form of its answer among the received bytes."""
+    """A query, and the form in which its answer is received."""
 
     def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
         self.ascii = ascii
@@ -124,7 +124,7 @@ class Query:
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
         """Return the answer after the first `since` bytes, as text without its last carriage return; None: none yet.
 
-        In binary mode it is bytes: letter, equals sign, and the value.
+        In binary mode the answer is bytes: letter, equals sign, and the value.
         """
         match = re.compile(self.pattern, re.DOTALL).search(data, since)
         if match is None:
@@ -133,10 +133,10 @@ class Query:
 
 
 class FlowControl:
-    """Decides whether a host obeys the flow line of its chip, FPL or CTS: while the mode register enables this use.
+    """Decides whether a host obeys the flow line of its chip, FPL or CTS: only while the mode register enables it.
 
-    `gone` processes bytes while they are sent; `news` is notified of each of them, and when the host starts or stops
-    obeying the line; `heeding` is the last setting; None: the host follows its own mode commands.
+    `gone` processes the bytes being sent; `news` is notified of each byte, and when the host starts or stops obeying
+    the line; `heeding` is the last setting, or None if the host follows its own mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:
@@ -156,7 +156,7 @@ class FlowControl:
         """Obey the line from now on (True), ignore it (False), or follow the mode commands (None), as an input.
 
         Raises:
-            UsageError: the value is none of the three.
+            UsageError: `on` is not True, False or None.
         """
         if on is not None and not isinstance(on, bool):
             raise UsageError(f"{self.owner}: heed({on!r}); allowed True, False, None")
@@ -166,7 +166,7 @@ class FlowControl:
         part.kernel.settle()
 
     def why_silent(self) -> str:
-        """Return a possible reason for a missing answer, as far as the host knows, and the remedy; empty: unknown."""
+        """Return a possible reason for a missing answer, as far as the host knows it, and the remedy; or empty."""
         sheet, mode = self.sheet, self.gone.mode
         mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)

@@ -1,4 +1,4 @@
-"""The UART of a host that sends lines to the modules on a serial line, by the settings of their straps."""
+"""The UART of a host that sends commands to the modules on a serial line as their straps are set."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 class StrappedUart(HostUart):
-    """A UART that follows the straps of a module: rate, checksum, address.  `answers` are those since `begin`.
+    """A UART that follows the straps of a module: rate, checksum, address.  `answers` holds the answers since `begin`.
 
     Args:
-        spoken_to: returns the selected module.
-        baud: a rate other than the module's.
+        spoken_to: a function that returns the selected module.
+        baud: a rate that differs from the module's rate.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class StrappedUart(HostUart):
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
     def switched_on(self) -> None:
-        """Record that a module has been switched on, at this instant, and reads its straps."""
+        """Record that a module has been switched on at this instant, and reads its straps."""
         self.up_ps, self.far.compared = self.kernel.now, False
 
     async def before_sending(self) -> None:
@@ -67,12 +67,12 @@ class StrappedUart(HostUart):
             self.set_line(baud, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Use another rate or format, as an input, without regard to the straps."""
+        """Use another rate or format, as an input, regardless of the straps."""
         super().change_line(baud, bits, parity, stop)
         self.fixed_baud = baud
 
     def lent(self) -> Callable[[], object]:
-        """Return a function that restores rate and format, and the source of the rate."""
+        """Return a function that restores the rate, its source, and the format."""
         restore, fixed = super().lent(), self.fixed_baud
 
         def restored() -> None:
@@ -102,7 +102,7 @@ class StrappedUart(HostUart):
         """Return the bytes of a command, with address, checksum and carriage return.
 
         Raises:
-            UsageError: the text is empty, or more than one command.
+            UsageError: the text is empty, or contains more than one command.
         """
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
@@ -135,10 +135,10 @@ class StrappedUart(HostUart):
         if row is None or row.role != "list":
             return True
         last = self.answers[-1][:-1] if self.straps.checked else self.answers[-1]
-        return last in spoken_as(sheet, Lines).answers  # a line of the program is not an answer
+        return last in spoken_as(sheet, Lines).answers  # a program line is not an answer
 
     async def exchange(self, command: str | bytes) -> list[str]:
-        """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.
+        """Send a command in a task; return its answers, or none if the line is silent for longer than any answer takes.
 
         Args:
             command: text is framed; bytes are sent unchanged.
@@ -195,7 +195,7 @@ def straps_of(chip: Connection) -> Straps:
     """Return the straps of a module.
 
     Raises:
-        UsageError: it has none; the bench connects only modules to a host on a line.
+        UsageError: the chip has no straps; the bench connects only modules to a host on a serial line.
     """
     if chip.straps is None:
         raise UsageError(f"{chip.name}: has no straps; a host on a line works with chips that have a SerialLine")
