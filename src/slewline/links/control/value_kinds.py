@@ -33,12 +33,12 @@ def array(of: Data, most: int | None = None) -> Data:
 
 
 def one_of(*forms: Data) -> Data:
-    """Return the schema of an object that has one of some forms, each with its own keys and no others."""
+    """Return the schema of an object that takes one of several forms, each with its own keys and no others."""
     return {"oneOf": [form | {"additionalProperties": False} for form in forms]}
 
 
 def mapping(of: Data) -> Data:
-    """Return the schema of an object whose keys depend on the bench, with values of a kind."""
+    """Return the schema of an object whose keys depend on the bench and whose values are of one kind."""
     return {"type": "object", "additionalProperties": of}
 
 
@@ -86,7 +86,7 @@ class Key:
 
 @dataclass(frozen=True)
 class RequestSpec:
-    """A request; one that has two forms, such as `until`, has two rows."""
+    """A request; a request with two forms, such as `until`, has two rows."""
 
     do: str
     description: str

@@ -59,7 +59,7 @@ def last(findings: list[Finding]) -> list[dict[str, Any]]:
 
 
 def axis_status(axis: OneAxis) -> dict[str, Any]:
-    """Return the state of an axis; for a chip as a whole, that of its first one."""
+    """Return the state of an axis; for a chip as a whole, the state of its first axis."""
     return {"position": axis.position, "registers": dict(axis.registers)}
 
 
