@@ -200,7 +200,7 @@ class Server(Closing):
         return port
 
     def control(self, address: str | Path, token: str | None = None) -> OpenPort:
-        """Open a control port, HOST:PORT; with a token, which clients must then know, other machines may reach it, too."""
+        """Open a control port, HOST:PORT; other machines may reach it if it has a token, which clients must know."""
         from .control.control import Control
 
         port = self._opened(Control(self, address, token))

@@ -5,7 +5,7 @@ r"""The raw characters on a line, in a file: the answers of a module are kept, h
             1042 > V2\r
            18231 < V70\r\n
 
-A line is written as soon as it has come.  Without received characters there is no file.
+A line is written as soon as it has arrived.  Without received characters there is no file.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class RawRecord:
 
     Attributes:
         path, failed: the arguments.
-        is_kept: there is a file.
+        is_kept: whether there is a file.
     """
 
     def __init__(self, path: str | PathLike[str], failed: Callable[[str], object] = lambda _text: None) -> None:
@@ -58,7 +58,7 @@ class RawRecord:
             self._line(ns, "<", _shown(data))
 
     def note(self, text: str) -> None:
-        """Record the line settings from now on."""
+        """Record new line settings."""
         self._line(monotonic_ns(), "=", text)
 
     def close(self) -> None:
@@ -110,5 +110,5 @@ class RawRecord:
 
 
 def _shown(data: bytes) -> str:
-    r"""Return bytes as ASCII: a carriage return as \r, other control codes and bytes above ASCII as \xNN."""
+    r"""Return bytes as ASCII: a carriage return as \r, other control codes and non-ASCII bytes as \xNN."""
     return data.decode("latin-1").encode("unicode_escape").decode("ascii")

@@ -84,7 +84,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """Return two connected sockets that send every byte immediately; on Windows they are TCP sockets without buffering."""
+    """Return two connected sockets that send every byte immediately; TCP sockets, as on Windows, would buffer."""
     ends = socket.socketpair()
     for end in ends:
         if end.family in (socket.AF_INET, socket.AF_INET6):
