@@ -280,8 +280,8 @@ class Drive:
     def close(self) -> None:
         """Bring the motor to rest, take its count over, switch the driver off as `enable_off` says, close the port.
 
-        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if the motor does not
-        come to rest, or this is interrupted, the board stops it, and switches the driver off by itself.
+        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if it does not come
+        to rest, or this is interrupted, the board stops it, and switches the driver off by itself.
         """
         try:
             self._live.close()

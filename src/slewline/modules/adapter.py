@@ -116,7 +116,7 @@ class FramedSpeech(Speech):
         return not self.answers(command) and super().moves(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a line with one command; None if the line has no command, or several, or is for the adapter."""
+        """Return the row of a line with one command; None if it has none, or several, or is for the adapter."""
         if self.answers(command):
             return None
         decoder = self.dialect.decoder(self.sheet)

@@ -79,7 +79,7 @@ class ShadowModel:
         self.began_s, self.began_ps = self.clock(), self.line.kernel.now
 
     def take(self, data: bytes) -> tuple[list[str], list[str]]:
-        """Send the data sent to the module to the model; return the findings since the previous line, and about this one."""
+        """Pass data sent to the module to the model; return findings since the previous line, and about this one."""
         self.catch_up()
         since = self._found()
         line_ps = round((len(data) + 4) * self.line.speech.character_s * PS_PER_S)

@@ -1,4 +1,4 @@
-"""The dialogue on two recorded wires: the characters of a host and a module, from the edges in a logic analyser recording."""
+"""The dialogue on two recorded wires: the characters of a host and a module, from a logic analyser recording."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class _Wire:
 
 
 def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
-    """Return the misfit of a rate: the fraction of damaged characters, then the error relative to the shortest pulse."""
+    """Return the misfit of a rate: the fraction of damaged characters, then the error against the shortest pulse."""
     found = [each for wire in wires.values() for each in wire.characters(baud, word)]
     shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
     bit = Clock(round(baud * OVERSAMPLING)).ps(OVERSAMPLING)

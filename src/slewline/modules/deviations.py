@@ -43,7 +43,7 @@ class Mend(NamedTuple):
 
 
 def deviations(speech: Speech, command: str, received: bytes) -> str:
-    """Return a text with the deviations of an answer from the sheet; empty if there are none, or none of a known kind."""
+    """Return the deviations of an answer from the sheet as text; empty if there are none, or none of a known kind."""
     question = ModuleQuery(speech, command)
     if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
         return ""

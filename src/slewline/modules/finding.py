@@ -53,7 +53,7 @@ def find(
         baud: the rate; None: search for it, if straps set it.
         checked: lines have checksums; None: find out.
         address: the address of the module on a shared line; None: no address.
-        transcript, may_move, say: as for `Module`.
+        transcript, may_move, report: as for `Module`.
         echo: the line echoes all sent characters.
         raw: records all characters on the line.
 

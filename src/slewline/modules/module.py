@@ -48,8 +48,8 @@ class NoRecord:
 class ModuleAnswer(NamedTuple):
     """An answer, without checksums, and its instants (ns of `time.monotonic_ns`).
 
-    `lines` is empty if a command is not answered; `sent_ns` is the instant of sending, `first_ns` and `last_ns` are those
-    of the first and the last character of the answer.
+    `lines` is empty if a command is not answered; `sent_ns` is the instant of sending, `first_ns` and `last_ns` are
+    those of the first and the last character of the answer.
     """
 
     lines: tuple[str, ...]
@@ -100,7 +100,8 @@ class Module:
     def ask(self, command: str) -> ModuleAnswer:
         """Send a command; return its answer.
 
-        A command that arrived damaged is sent again; so is a query that is refused, or whose answer is damaged or missing.
+        A command that arrived damaged is sent again; so is a query that is refused, or whose answer is damaged or
+        missing.
 
         Raises:
             MotionRefused: the command may step the motor, which is not allowed.

@@ -21,7 +21,7 @@ MARKED = json.dumps({"id": MARK})[:-1].encode()
 
 
 class Beyond:
-    """A relay that forwards a client's requests to the process of a branch, and its replies and events to the client.
+    """A relay for one client: it forwards requests to the process of a branch, and sends replies and events back.
 
     Raises:
         OSError: the branch does not answer.

@@ -111,7 +111,7 @@ class ModelLine:
         self.kernel.run(max(ps, self.kernel.now))
 
     def wake(self) -> None:
-        """Send the characters, if any, that a module needs before its first command, and wait until they have been sent."""
+        """Send the characters, if any, that a module needs before its first command, and wait for their end."""
         if self.speech.wake:
             self.port.write(self.speech.wake)
             self.run(self.kernel.now + PAUSE_PS)

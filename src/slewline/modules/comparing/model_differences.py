@@ -91,9 +91,9 @@ class Differences:
 
     `is_timed` is whether times are compared; `moments` counts answers that agree within the tolerance of the instant of
     their query; `delays_us` are the delays of the module minus those of the model, for all answers that both have sent.
-    `deviations` are the module's deviations from the sheet, each with its exchanges; `from_before` are queries for values
-    that the module may have held since before the dialogue; `shown` counts the bytes of memory loaded into the model
-    because the dialogue lists them.
+    `deviations` are the module's deviations from the sheet, each with its exchanges; `from_before` are queries for
+    values that the module may have held since before the dialogue; `shown` counts the bytes of memory loaded into the
+    model because the dialogue lists them.
     """
 
     part: str
@@ -219,7 +219,7 @@ class DialogueComparison:
         return found
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
-        """Return the model's answers to the first `count` lines of the dialogue; the last line may be shifted in time."""
+        """Return the model's answers to the first `count` lines of the dialogue; the last line may be shifted."""
         replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
         replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)

@@ -1,4 +1,4 @@
-"""Files of a module: its content is saved before any other action, and a program is replaced only after it has been saved.
+"""Files of a module: its content is saved before any other action, and only a saved program is ever replaced.
 
 A file is written completely or not at all, and no file is replaced unless that is requested.
 """
@@ -28,7 +28,7 @@ IMAGE = ".ihx"
 
 
 class Unfinished(ModuleFailure):
-    """An error in the middle of a task; the message describes the present content of the module, and how to continue."""
+    """An error in the middle of a task; the message states the present content of the module, and how to continue."""
 
 
 # ---------------------------------------------------------------------------------------------------------------- pull

@@ -21,7 +21,7 @@ STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms un
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program text in the order in which it is sent: a program, and commands before and after it that set registers."""
+    """A program text in the order of sending: a program, and the commands before and after it that set registers."""
 
     sheet: Sheet
     before: tuple[Statement, ...]

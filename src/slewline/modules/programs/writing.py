@@ -63,7 +63,7 @@ def _enter(restore: Restore) -> None:
 
 
 def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
-    """Send a line; if its answer is lost, check in the listing whether the line was accepted, and if not, send it again."""
+    """Send a line; if its answer is lost, check in the listing whether it was accepted, and if not, send it again."""
     for left in reversed(range(3)):
         try:
             restore.module.ask(text)
@@ -125,12 +125,12 @@ def _leave(restore: Restore) -> None:
 
 # ------------------------------------------------------------------------------------------------- into a memory
 class MemoryWriter:
-    """A writer of a program into a memory with addresses, in groups that begin with an instruction that may step the motor.
+    """A writer of a program into a memory with addresses, in groups, each beginning where the motor may step.
 
-    If program entry were not open, the instructions would be executed.  So two queries are sent before such an
-    instruction.  If entry is not open, they are answered; if it is open, they are stored over the end of the previous
-    group, which is written later, because groups are written last to first.  Before the first group the queries go to the
-    end of the memory, if that is erased.
+    If program entry were not open, the instructions would be executed.  So two queries are sent before an instruction
+    that may step the motor.  If entry is not open, they are answered; if it is open, they are stored over the end of
+    the previous group, which is written later, because groups are written last to first.  Before the first group the
+    queries go to the end of the memory, if that is erased.
     """
 
     def __init__(self, restore: Restore) -> None:
