@@ -92,7 +92,7 @@ def called_as() -> str:
     found = None if "UV_RUN_RECURSION_DEPTH" in os.environ else shutil.which("slewline")
     if found and os.path.samefile(found, own):
         return "slewline"
-    script = Path(own).with_suffix("")  # as typed, without .exe
+    script = Path(own).with_suffix("")  # the name as typed, without .exe
     return word(script.relative_to(Path.cwd()) if script.is_relative_to(Path.cwd()) else script)
 
 

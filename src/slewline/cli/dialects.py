@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 FORM = {"unknown-command", "bad-argument", "bad-number", "extra-argument", "missing-argument", "too-long"}
 MOST_NAMED = 3  # chips that a program may be for
-FEW = 4  # a program may be for a chip if at most every fourth line is unknown to it
+FEW = 4  # a program may be for a chip if the chip knows at least three of every four lines
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:

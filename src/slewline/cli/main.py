@@ -159,7 +159,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     from ..extras import needs
 
     try:
-        # None: colours on a terminal (https://no-color.org)
+        # None: use colours on a terminal (https://no-color.org)
         colours = False if os.environ.get("NO_COLOR") else None
         return int(cli.main(list(arguments), prog_name="slewline", standalone_mode=False, color=colours) or 0)
     except click.ClickException as error:

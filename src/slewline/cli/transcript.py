@@ -25,7 +25,7 @@ from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.hosts.host import Host
 
 STAYS_PS = 20 * 10**9  # a display must be unchanged for this time
-MOST = 100  # lines about the same pin; the report of an endless program would never end
+MOST = 100  # maximum number of lines about a pin; the report of an endless program would never end
 
 Emit = Callable[[int, str, str, str], object]  # picoseconds, source, kind of event, text
 
@@ -140,7 +140,7 @@ class MotionReports:
         self.step = None if chip.sheet.role("moving", number) else chip.sheet.role("step", number)
         self.first: Task | None = None  # waits for the first step
         self.begun: int | None = None  # start of the motion; None: at rest
-        self.steps = 0  # of the motions replaced so far
+        self.steps = 0  # steps of the motions replaced so far
 
     def attach(self) -> None:
         """Start to observe the axis."""
@@ -151,7 +151,7 @@ class MotionReports:
         """Print that a motion begins."""
         if self.begun is not None:
             return
-        if self.step is None or self.step.sense is None:  # no edge says when the first step begins
+        if self.step is None or self.step.sense is None:  # no edge marks the start of the first step
             self.moves("moves", motion)
         else:
             net = self.chip.pins[self.step.name].net

@@ -26,7 +26,7 @@ from ..gate import from_json, lines_of, opened, read_file
 if TYPE_CHECKING:
     from .board.board_port import BoardPort
 
-MOST_BYTES = 8 << 20  # size of each file of the line
+MOST_BYTES = 8 << 20  # size of each line file
 KEPT_SESSIONS = 20
 JOURNAL = "journal.jsonl"
 LINES = ("line.0.jsonl", "line.1.jsonl")

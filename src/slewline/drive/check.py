@@ -24,8 +24,8 @@ LOADS, LOAD_RECORDS, LOAD_S = 10, 20, 5.0  # simulated starts of a motion: recor
 
 NAP_S = 0.002
 HORIZONS_MS = (20, 50, 100, 250, 500, 1000, 2000)
-LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred a second
-LATE_SAFETY, LOAD_SAFETY = 3, 2  # factors on the worst of some seconds: a day has worse, a ramp more records
+LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred per second
+LATE_SAFETY, LOAD_SAFETY = 3, 2  # factors on the worst of a few seconds: a day has worse delays, a ramp more records
 
 
 class WakingDelays(NamedTuple):
@@ -177,7 +177,7 @@ class Check:
             tell: called with progress messages.
         """
         tell(f"slewline: measuring for {seconds:g} s")
-        self.clock.worst_round_trip_ns = 0  # a board that is being opened answers late
+        self.clock.worst_round_trip_ns = 0  # a board answers late while it is being opened
         late = measured(seconds, self.wall, self.talk.nap, self.turn)
         _, worst_ns, median_ns = self.clock.round_trip_ns
         load_ms = self.under_load()

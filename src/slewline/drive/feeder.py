@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ..core.time.kernel import Kernel
     from .ticks import TickMap
 
-TOLERANCE_TICKS = 8  # of every step
+TOLERANCE_TICKS = 8  # the timing tolerance of every step
 LEAST_PAUSE = SOONEST_TICKS << 16  # also from a pause to a step
 REST_TICKS = SOONEST_TICKS  # from the last step to the instant at which the motor may stop
 SLACK_TICKS = 32  # beyond the shortest interval, between a pause and an unknown step
@@ -105,10 +105,10 @@ class Feeder:
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # there are queued steps after which the board has not come to rest
         self.stopped = False  # steps are not queued: the board is in HALT, or the position of the motor is unknown
-        self.lost = 0  # net steps of the model since the count of the board was last taken over
+        self.lost = 0  # net steps of the model since the board's count was last taken over
         self.steps = self.records = 0  # queued so far
         self.net = 0  # steps up minus steps down queued so far
-        self.first_interval16 = 0  # of the last motion queued: from its first step to the second one
+        self.first_interval16 = 0  # for the last motion queued: from its first step to its second
         self._changes: list[tuple[int, int, int]] = []
         self._forget()
 
@@ -380,7 +380,7 @@ class Feeder:
         """Push a record that fits steps."""
         if self._ramp_left < 0:
             self._batch.append(record)
-        else:  # at fast steps a brake makes one more of them, so the ramp is one shorter
+        else:  # at fast steps a brake makes one more step, so the ramp is one step shorter
             more = 1 + self._slope if record.interval < FAST_TICKS else 0
             self._batch.append(record.with_ramp_left(max(self._ramp_left - more, 0), self._slope))
             self._ramp_left += self._slope * record.count

@@ -93,7 +93,7 @@ class Following:
         self._wake = wake
         bench = state.bench  # a chip may move once it has received an input
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
-        self.to_stop = False  # ordered by the user, and not yet stopped by the board
+        self.to_stop = False  # a stop that the user has ordered, and the board has not made yet
 
     # ----------------------------------------------------------------------------------------------------- on a bench
     def attach(self) -> None:

@@ -121,7 +121,7 @@ class Live:
             goal = min(max(self.alignment.present_ps(), state.kernel.now), until)
             met = self._pass(goal, wait)
             self.turn()
-            met = met or (wait is not None and wait.met())  # by an answer of the board
+            met = met or (wait is not None and wait.met())  # the condition was met by an answer from the board
             if met or state.kernel.now >= until:
                 return met
             self.talk.wait(min(self.due(), max((until - state.kernel.now) / PS_PER_S, LEAST_WAIT_S)))

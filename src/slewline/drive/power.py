@@ -83,7 +83,7 @@ class Power:
             self._homed_from = axis.homing, offset
         elif not self.cable.in_progress and not axis.moving:
             seen = self._seen()
-            if axis.position == 0 if homing else seen[1] != offset:  # a register need not count a homing
+            if axis.position == 0 if homing else seen[1] != offset:  # a register need not count a homing run
                 self.state.trust()
                 self.link.reset(None, known=True)
             self._homed_from = seen

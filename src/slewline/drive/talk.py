@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
 UNANSWERED = "; check the port, and the firmware of the board (make boards builds it, avrdude writes it)"
-RAMP_DOWN_S = 20.0  # for a motion whose host is gone
+RAMP_DOWN_S = 20.0  # time allowed for a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is trusted
 SILENT_NS = 500_000_000
-HELLO_NS = 250_000_000  # between attempts to identify a board: its boot loader takes 1.6 s
+HELLO_NS = 250_000_000  # time between attempts to identify a board: its boot loader takes 1.6 s
 
 
 class Talk:

@@ -359,7 +359,7 @@ class Server(Closing):
         self.report(text)
 
     def _trouble(self, text: str) -> None:
-        if text not in self.troubles:  # a retry of a host is not reported again
+        if text not in self.troubles:  # a host's retry is not reported again
             self.troubles.append(text)
             self.say("server", text)
 

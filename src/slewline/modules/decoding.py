@@ -16,7 +16,7 @@ from .dialogue import DialogueEntry, DialogueHeader, Gathered, RecordedDialogue,
 from .speech import speech_of
 
 PS_PER_US = 10**6
-MOST_DAMAGED = 0.2  # of the characters: beyond that it is another rate, or another signal
+MOST_DAMAGED = 0.2  # fraction of damaged characters: beyond that it is another rate, or another signal
 
 
 class DamagedCharacter(NamedTuple):

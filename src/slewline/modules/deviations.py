@@ -17,8 +17,8 @@ from .failures import DamagedAnswer
 from .speech import LineSpeech, QuerySpeech
 from .spoken import CR, Speech
 
-MOST = 2  # greatest number of deviations searched for together
-LONGEST = 4096  # characters of an answer that is searched
+MOST = 2  # maximum number of deviations searched for together
+LONGEST = 4096  # maximum length of an answer that is searched, in characters
 BLANKS = b" \t"
 
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 END = 0x0D  # end of a line
 LATE_S = 0.5  # longest delay of an echo after the time of its characters
-ENOUGH = 2  # number of returned lines: a single one might be an answer
-SHORTEST = 2  # least length of a returned line that counts
+ENOUGH = 2  # number of returned lines: a single line might be an answer
+SHORTEST = 2  # minimum length of a returned line that counts
 
 
 class EchoFilter:

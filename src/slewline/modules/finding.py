@@ -29,7 +29,7 @@ LOOK_S = 0.35  # silence at a rate, after which the next one is tried
 FOLLOWS_S = 0.05  # silence after which an answer counts as complete
 MOST_RECEIVED = 1024  # characters of an answer that are read
 LOOKS = 2  # attempts at a rate: the first line may only end an earlier, incomplete one
-START_S = 3.0  # after its port was opened, which raises DTR, a module may still be starting
+START_S = 3.0  # a module may still be starting after its port was opened, which raises DTR
 
 
 def find(

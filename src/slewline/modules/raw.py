@@ -19,7 +19,7 @@ from time import gmtime, monotonic_ns, strftime
 from typing import BinaryIO
 
 LARGEST = 16_000_000  # bytes of a file
-KEPT_LINES = 1000  # bytes kept of data sent before the first character came
+KEPT_LINES = 1000  # bytes kept of the data sent before the first character arrived
 HEAD = r"; slewline raw 1: us since {}, > to the module or < from it, characters (\r, \n, \\ and \xNN)"
 FULL = f"; {LARGEST // 1_000_000} MB: the rest is not recorded"
 

@@ -279,7 +279,7 @@ class Proxy:
             if not data:
                 return
         (self.module if end is self.host else self.host).put(data)
-        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that wakes the loop
+        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that woke the loop
 
     def _answers(self, data: bytes, now_ns: int) -> bytes:
         """Return the characters sent by the module, without the echo of the line if it is to be dropped."""

@@ -16,9 +16,9 @@ from .failures import DamagedAnswer
 CR = b"\r"
 FAULTY = 0  # replacement for a character with a parity or framing fault
 ANSWER_S = 1.0  # silence after which no answer is expected; no sheet states a time
-STORED_S = 15.0  # the same, of a command that writes an EEPROM
-LONGEST = 80  # characters of an answer that is not a listing
-SLACK_S = 5.0  # for an exchange, in addition to twice the time of its characters
+STORED_S = 15.0  # the same for a command that writes an EEPROM
+LONGEST = 80  # maximum length of an answer that is not a listing, in characters
+SLACK_S = 5.0  # time for an exchange, in addition to twice the time of its characters
 
 
 class Speech:

@@ -70,7 +70,7 @@ class Access:
 
     host: str
     port: int
-    token: str  # of the page
+    token: str  # the page's token
     control_token: str | None = None
     read_only: bool = False
     token_needed: bool = False  # required for reading, too
@@ -257,7 +257,7 @@ class Relay:
         except Hangup as error:
             await self.send(NotAllowed(error.why, number).reply)
         except (OSError, WebSocketDisconnect, RuntimeError):
-            pass  # the page or the server has disconnected, which the other two tasks detect
+            pass  # the page or the server has disconnected; the other two tasks detect that
         finally:
             writer.transport.abort()
 

@@ -197,7 +197,7 @@ class PanelServer:
     def run(self) -> None:
         """Serve until `stop`, SIGINT or SIGTERM."""
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: None)  # the server raises it again when it has ended
+            signal.signal(number, lambda *_: None)  # the server raises the signal again when it has ended
         asyncio.run(self.server.serve([self.socket]))
 
     def stop(self) -> None:

@@ -29,7 +29,7 @@ from ..files import Outputs, read_options
 from ..programs import print_json
 from .own import motor_value
 
-MOST_ROWS = 60  # of a map, as text
+MOST_ROWS = 60  # moves of a map shown as text
 
 
 def tune(

@@ -34,9 +34,9 @@ HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none, but its clock is che
 REFILL = 5 * MS  # while records wait for slots
 SILENCE, LONGEST_SILENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
-REPEAT_NS = 5 * MS  # a repeated event follows the answer within this time, or it was lost again
-RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
-SMALL = 7  # bytes of one of these
+REPEAT_NS = 5 * MS  # a repeated event follows the answer within this time, or was lost again
+RESERVE = 11  # bytes of the room reserved for STOP, ASK and REPEAT
+SMALL = 7  # bytes of one such frame
 ASKS_KEPT = 8
 HOST_ROOM = 127
 
@@ -167,7 +167,7 @@ class Link(Outbox):
             if self._opening:
                 self._flight.clear()
             else:
-                out += self._send_ask()  # despite unanswered frames: lost, or ignored by the board
+                out += self._send_ask()  # despite unanswered frames: they were lost, or the board ignored them
         if self._opening:
             if not self._flight:
                 out += self._send(FrameKind.HELLO)

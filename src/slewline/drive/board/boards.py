@@ -19,7 +19,7 @@ from .wire import VERSION, Ident
 BAUD = 500_000  # common to all boards: the port is opened before the board is known
 
 FAST_TICKS = 640  # between steps: faster ones leave a board no time to brake at the next one
-SOONEST_TICKS = 1200  # from an edge, or a pause, to a step: time for all work that may come first
+SOONEST_TICKS = 1200  # from an edge, or a pause, to a step: time for all the work that may come first
 START_LEAD_TICKS, START_MOST_TICKS = 1600, 2**28  # from START to the first step; greatest distance of a start
 LEAST_CHECK = 256  # ticks between the pulses of a self-test
 

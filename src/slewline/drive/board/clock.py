@@ -20,7 +20,7 @@ EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # least distance of bounds, ns
 SOON = 6_000_000_000  # ns; before that they are closer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
-JUMP_S = 1.0  # a board is never further off, except for the error of a crystal since the last round trip
+JUMP_S = 1.0  # a board is never further off, except for the crystal error since the last round trip
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class BoardClock:
     def _forget(self) -> None:
         self.known = False
         self._bounds.clear()
-        self._origin = 0  # of the line: an instant of the host, its tick, and the uncertainty
+        self._origin = 0  # origin of the line: an instant of the host, its tick, and the uncertainty
         self._tick = self._doubt = 0.0
         self._newest = self._first = self._last = 0
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from .outbox import BoardCommand
 from .wire import BoardEvent
 
-KEPT_EVENTS = 8  # events that a board can repeat
+KEPT_EVENTS = 8  # maximum number of events that a board can repeat
 
 
 @dataclass(slots=True)
@@ -21,7 +21,7 @@ class SentFrame:
     sent_ns: int
     command: BoardCommand | None = None
     copy: int = 0
-    event: int | None = None  # event to be repeated
+    event: int | None = None  # number of the event to be repeated
 
 
 class EventOrder:
@@ -44,7 +44,7 @@ class EventOrder:
 
     def counted(self, number: int) -> None:
         """Record the number of the board's next event, as an answer reports it."""
-        self._known = number  # however many were lost: answers keep their order
+        self._known = number  # however many were lost, because answers keep their order
         while (self._known - self._next) % 256 > KEPT_EVENTS and self._next not in self._early:
             self.lost += 1
             self._go_on()

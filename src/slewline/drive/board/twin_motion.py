@@ -53,7 +53,7 @@ class MovingTwin:
         self.outputs: list[tuple[int, int]] = []
         self.enable: list[tuple[int, int | None]] = []
         self.sent = bytearray()
-        self.inputs = 0x3F  # levels; open ones are high
+        self.inputs = 0x3F  # levels; open inputs are high
         self.power_up()
 
     def power_up(self, tick: int = 0) -> None:
@@ -74,7 +74,7 @@ class MovingTwin:
 
     def _forget_the_run(self) -> None:
         self.queue.clear()
-        self.record: Record | None = None  # the present one, or the last one before a tail
+        self.record: Record | None = None  # the present record, or the last one before a tail
         self.left = 0  # its remaining steps
         self.time = self.interval = 0  # 1/65536 tick: last instant, and interval to the next one
         self.last_step: int | None = None  # of this run
@@ -187,7 +187,7 @@ class MovingTwin:
             self.state = BRAKE  # the step that is scheduled is made, then the tail begins
             self.one_more = self._following() < FAST_TICKS
         elif self.last_step is not None:
-            # after the last step of a record the first step of the tail may be near; in and after a pause it may not
+            # after the last step of a record, the first step of the tail may be near; in and after a pause it may not
             earliest = tick + SOONEST_TICKS if self.record.flags & PAUSE else tick
             self._begin_tail(self.last_step, earliest)
             self.state = BRAKE

@@ -33,7 +33,7 @@ class TwinPower:
     def __init__(self, switch: Callable[[bool, int], object]) -> None:
         self._switch = switch
         self.on = self.unsure = False
-        self.locked = True  # RESET must unlock it after power-up as well
+        self.locked = True  # RESET must also unlock it after power-up
         self._seen = self._resting = 0
 
     def flags(self, estop: bool) -> int:

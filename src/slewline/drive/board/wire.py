@@ -42,7 +42,7 @@ class FrameKind(IntEnum):
     EVENT = 0x82
 
 
-# Taken in their order only; the others carry any number, a token that comes back with the answer.
+# Taken only in order; other frames carry any number, a token that comes back with the answer.
 NUMBERED = frozenset(
     (
         FrameKind.PUSH,
@@ -191,7 +191,7 @@ class Ident(NamedTuple):
 _ANSWER, _EVENT, _IDENT = Struct("<BBBBBBBBiI"), Struct("<BBBBiI"), Struct("<BBBBBHI")
 _START, _RESET, _OUTPUTS, _CHECK, _ENTRY = Struct("<I"), Struct("<Bi"), Struct("<BB"), Struct("<HH"), Struct("<IH")
 _CONFIG = Struct("<IIBBBBBHBB6s8sB")
-SIZES = {  # of the payloads that have one size
+SIZES = {  # sizes of the payloads that have a fixed size
     FrameKind.HELLO: 0,
     FrameKind.START: _START.size,
     FrameKind.STOP: 1,

@@ -42,8 +42,8 @@ REST_PS = 5 * 10**12  # time for a chip to come to rest
 SLICE_PS = 10**10
 FOLLOW_PS = 2 * 10**11  # at rest: following more often would keep an idle drive busy
 MOST_NS = 10_000_000  # time per turn for following the past
-LINE_MS = 40  # greatest delay of a line and a board, from a command to its answer
-MEASURED = 10  # entries for measuring the cost of one
+LINE_MS = 40  # longest delay of a line and a board, from a command to its answer
+MEASURED = 10  # number of entries over which the cost per entry is measured
 LOOK_BACK_PS = 10**12  # range of the search for the step at which the board has stopped
 ALLOWED_S = 0.25  # time that going back may take on a usual machine
 WRITES = ("write", "send")  # journal entries with bytes of a host
@@ -362,7 +362,7 @@ class Rewind:
         times, travel, _ = travelled(state.axis, found.rest_ps, state.kernel.now)
         self.motor.resume(travel[0] if times else state.axis.travel, found.rest_ps)
         if (answer := self.link.answer) is not None:
-            self._see(answer.inputs)  # changes while the board was reopened have no event
+            self._see(answer.inputs)  # changes made while the board was being reopened have no event
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
 QUEUE_LEVELS = 40  # levels that every board can queue
-LEVEL_PS = 1_250_000_000  # least time per level of a longer ramp: some 800 records a second
-FAST_STEPS = 3  # least steps of an entry with fast steps: a board needs that long to load an entry
+LEVEL_PS = 1_250_000_000  # minimum time per level of a longer ramp: some 800 records per second
+FAST_STEPS = 3  # minimum number of fast steps per entry: a board needs that long to load one
 Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
@@ -96,7 +96,7 @@ def fast(leg: Leg, step: int, slow: int) -> int:
 def _add(found: list[RampPiece], piece: RampPiece) -> None:
     """Append a piece; the length of a stop ramp is never negative."""
     first, end, ramp_left, slope = piece
-    if slope < 0 and end > first + ramp_left + 1:  # the last ones would be below 0
+    if slope < 0 and end > first + ramp_left + 1:  # the last values would be below 0
         zero = max(first + ramp_left + 1, first)
         if zero > first:
             _add(found, RampPiece(first, zero, ramp_left, slope))

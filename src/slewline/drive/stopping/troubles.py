@@ -207,7 +207,7 @@ class Troubles:
         if state.phase != "halted" or state.final:
             self._before_halt = None
         elif answer.state == BoardState.RUN and self.link.idle:
-            self.link.stop(1)  # a START that was lost, and came after the stop
+            self.link.stop(1)  # a START that was lost, and arrived after the stop
         elif answer.state not in MOVING and self.link.idle:
             self._before_halt = None
             state.finish()

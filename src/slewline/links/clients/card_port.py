@@ -17,13 +17,13 @@ import re
 from .chipset_port import DATA, IN, OUT, READY, STATUS, ChipsetPort
 
 CONTROL = 2
-REQUEST, DRIVE = 0x01, 0x02  # bits of the control register
-IS_READY, IS_FREE = 0x80, 0x40  # bits of the status: BUSY high, FPL high
+REQUEST, DRIVE = 0x01, 0x02  # control register bits
+IS_READY, IS_FREE = 0x80, 0x40  # status bits: BUSY high, FPL high
 ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait for BUSY low, for FPL low
 STEP_MS = 200  # longest wait of one request
 MODE = re.compile(r"O ?([0-9][0-9A-F]*)(H?)")
-LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of memory, after the pointer
-ON_BUS = (0x05, 0x01)  # of the mode register: mask, and value while messages are sent over the bus
+LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # memory lines, after the pointer
+ON_BUS = (0x05, 0x01)  # mode register: mask, and value while messages are sent over the bus
 
 
 class CardPort(ChipsetPort):

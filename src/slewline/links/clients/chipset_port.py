@@ -25,7 +25,7 @@ import socket
 from collections.abc import Iterable
 
 DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets of the registers, on the board of the application note
-HOSTRDY = 0x80  # in the status
+HOSTRDY = 0x80  # in the status register
 IN, OUT, READY, POLL, HELLO, SERIES, ON = 0x00, 0x10, 0x24, 0x54, 0x90, 0xC0, 0xC1
 VERSION, LOCKSTEP, OLDER = 2, 0x80, 0xFF  # in the answer to HELLO
 LONGEST = 255  # requests of a series
@@ -53,16 +53,16 @@ class ChipsetPort:
         TimeoutError: no answer; every call may raise it.
     """
 
-    can_foresee = True  # the next poll is known from the accesses
+    can_foresee = True  # the accesses predict the next poll
 
     def __init__(self, host: str, port: int, timeout: float = 10.0, plain: bool = False) -> None:
         self.where = f"{host}:{port}"
         self.hello: int | None = OLDER if plain else None  # the server's answer to HELLO; None: not sent yet
         self.sent: list[tuple[int, int]] = []  # requests whose answers have not been read
-        self.stays_low = False  # requests are kept, and the first one is a poll: HostRdy has stayed low
+        self.stays_low = False  # requests are kept, the first of which is a poll: HostRdy has stayed low
         self.foreseen: list[int] = []  # predicted results of the next polls
         self.high = False  # HostRdy, as the last poll found it
-        self.halves: set[int] | None = None  # half-transferred word; None: unknown
+        self.halves: set[int] | None = None  # whether a word is half transferred; None: unknown
         self.socket = socket.create_connection((host, port), timeout)
         try:
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -307,7 +307,7 @@ class ChipsetPort:
         """Close the connection; the chipset keeps running."""
         try:
             if self.sent and not self.stays_low and self.socket.fileno() >= 0:
-                self._read(len(self.sent))  # unread bytes may cause the loss of sent ones when a socket is closed
+                self._read(len(self.sent))  # unread bytes may cause the loss of sent bytes when a socket is closed
         except OSError:
             pass
         finally:

@@ -57,7 +57,7 @@ class ControlClient:
         self._reader, self._writer, self._token = reader, writer, token
         self._owed: dict[int, asyncio.Future[Data]] = {}  # by request number
         self._number = 0
-        self._anew = False  # the next view is a complete one
+        self._anew = False  # the next view is complete
         self._task = asyncio.create_task(self._read())
 
     @classmethod

@@ -55,7 +55,7 @@ SHORTEST_TOKEN = 8  # characters
 OFTENEST_S = 0.005  # events of a client
 OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema", "unplug", "plug")  # requests that are answered here
 GATHER_S = 0.0003  # time for comparing a view per turn of the loop
-CLOCK_S = 0.1  # between two events with nothing but the time
+CLOCK_S = 0.1  # between two events that only report the time
 
 
 class Requests(PinVerbs, TimeVerbs, ViewVerbs):
@@ -114,7 +114,7 @@ class Client:
         self.known = self.refused = False  # set by the first line
         self.beginning = Preamble(CONTROL)
         self.postponed = False  # requests wait for the next turn of the loop
-        self.every_s = 0.0  # between two events, of a client that has subscribed
+        self.every_s = 0.0  # between two events, for a subscribed client
         self.seen: Data = {}  # the view that the client has
         self.sent = (0, 0, 0.0)  # entries sent so far, and the time of the last event
         self.watching = 0  # the number of its subscription

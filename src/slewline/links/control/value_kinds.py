@@ -81,7 +81,7 @@ class Key:
     name: str
     kind: Data
     description: str
-    default: str = ""  # of a key that may be left out
+    default: str = ""  # for a key that may be left out
 
 
 @dataclass(frozen=True)

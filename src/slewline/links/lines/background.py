@@ -131,7 +131,7 @@ class BackgroundStore:
         while (job := self._next()) is not None:
             try:
                 job()
-            except Exception as refusal:  # whatever the cause, the module must not wait for ever
+            except Exception as refusal:  # whatever the cause, the module must not wait forever
                 self._refusal = StoreError(str(refusal))
 
     def _next(self) -> Callable[[], None] | None:

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from ...parts.hosts.ends.handshake_port import CommandPort
 
 LONGEST = 256  # characters of a line
-BACKLOG = 4096  # lines that may wait for the chip
+BACKLOG = 4096  # maximum number of lines that may wait for the chip
 SHARE = 256  # bytes in a turn of the loop
 
 

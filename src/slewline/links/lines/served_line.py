@@ -74,7 +74,7 @@ class HostLine:
         self.detour: Detour | None = None  # alternative destination of the host's bytes
         self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # incomplete lines at the last check
-        self.concludes = True  # a host that leaves may leave an incomplete line, unless it looks at another branch
+        self.concludes = True  # a departing host may leave an incomplete line, unless it looks at another branch
         self.outlet = Outlet(self._deliver)
         self.acts: Acts | None = None  # actions on its part besides inputs, if another bench is to repeat them
 

@@ -70,7 +70,7 @@ class Threads:
         """End both threads when one ends, and close the socket."""
         try:
             yield
-        except Exception as error:  # a port closed during a read fails in many ways
+        except Exception as error:  # a port that is closed during a read fails in many ways
             self.why = str(error)
         with suppress(OSError):
             self.theirs.shutdown(socket.SHUT_RDWR)

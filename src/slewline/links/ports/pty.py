@@ -100,7 +100,7 @@ class PtyPort(Closing):
             self._hang_up()
             raise
         self.ours: list[object] = []  # the settings as set here
-        self.turn = 0  # of the markers
+        self.turn = 0  # index of the next marker
         self._be_raw()
         end = system.Descriptor(self.master)
         if system.EXTPROC is None:
@@ -124,7 +124,7 @@ class PtyPort(Closing):
         settings[0] = settings[1] = 0
         for code, baud in system.bauds().items():
             if baud == self.line.baud:
-                settings[ISPEED] = settings[OSPEED] = code  # a program that sets no rate has that of the line
+                settings[ISPEED] = settings[OSPEED] = code  # a program that sets no rate gets that of the line
         settings[LFLAG] = system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         if system.EXTPROC is not None:

@@ -102,7 +102,7 @@ class RegisterLine(RequestLine):
     def feed(self, data: bytes) -> None:
         """Receive bytes from the host: register accesses."""
         data = self.half + data
-        at, steps, on = 0, b"", False  # `steps`: of a series, which may continue
+        at, steps, on = 0, b"", False  # `steps`: the steps of a series, which may continue
         while len(data) >= at + 2:
             request, value = data[at], data[at + 1]
             number = value if request in (SERIES, ON) else 0

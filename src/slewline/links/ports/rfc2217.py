@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..sockets.loop import Loop
 
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
-LONGEST_OPTION = 256  # bytes of a suboption; real ones have only a few
+LONGEST_OPTION = 256  # bytes of a suboption; real suboptions have only a few
 SHARE = 64  # bytes per turn of the loop; each is filtered separately
 FASTEST = 10**6  # baud
 THEIR_BYTES = "they-BINARY"  # the option of that name in pySerial
@@ -202,7 +202,7 @@ class NetSession(Session):
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):
-                    if (self.last, found) != (CR, NUL) or self.manager.binary:  # a return of telnet is CR NUL
+                    if (self.last, found) != (CR, NUL) or self.manager.binary:  # a telnet carriage return is CR NUL
                         self.characters += found
                     self.last = found
             except Exception as error:  # the PortManager does not check its input
@@ -225,7 +225,7 @@ class NetPort(TcpPort):
     make = NetSession
 
     def __init__(self, loop: Loop, line: PortLine, *more: Any) -> None:
-        port = cast("ConnectorLine", line).port  # the server has done that
+        port = cast("ConnectorLine", line).port  # the server has already done that
         self.settings = port.baud, port.word
         super().__init__(loop, line, *more)
 

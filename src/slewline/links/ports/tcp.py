@@ -35,14 +35,14 @@ from ..sockets.preamble import HOLD_S, Preamble
 from ..sockets.stream import CHUNK, QUEUE, SocketStream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
-LOCAL = "a socket of this user"  # address of a Unix socket, and name of its client
+LOCAL = "a socket of this user"  # address of a Unix socket, and name for its client
 RETRY_S = 0.5  # when the system cannot accept a connection
 # Acknowledge immediately: a host that writes in small pieces, as most do, otherwise waits 40 ms before the next one.
 QUICK: int | None = getattr(socket, "TCP_QUICKACK", None)
 REFUSAL_S = 1.0  # time for a refused host to read the reason
 REMAINS = 8192  # bytes of former hosts that the next one has to wait for: ten seconds at 9600 baud
 AHEAD = 1 << 20  # bytes read ahead to detect the closing of a host; at 9600 baud they would take 18 minutes
-LEFT = 64  # bytes that a former host counts for, in addition to its remaining ones
+LEFT = 64  # bytes counted for a former host, in addition to its remaining bytes
 
 
 class Listener:
@@ -91,7 +91,7 @@ class Listener:
             connection, peer = self.socket.accept()
         except (BlockingIOError, ConnectionError):  # the client has left already
             return
-        except OSError:  # for example no descriptors left: others may close theirs
+        except OSError:  # for example, no descriptors are left: others may close theirs
             self.pause()
             self.loop.after(RETRY_S, self.listen)
             return

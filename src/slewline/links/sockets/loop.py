@@ -43,7 +43,7 @@ class Loop:
         """Call these functions when a descriptor can be read or written; with neither, stop watching it."""
         calls = readable, writable
         if self.calls.get(fd) == calls:
-            return  # a selector keeps the old pair then, and `serve` compares pairs by identity
+            return  # a selector then keeps the old pair, and `serve` compares pairs by identity
         events = (selectors.EVENT_READ if readable else 0) | (selectors.EVENT_WRITE if writable else 0)
         known = self.calls.pop(fd, None) is not None
         if events:
@@ -94,7 +94,7 @@ class Loop:
                 writable()
             if readable is not None and mask & selectors.EVENT_READ and calls.get(key.fd) is key.data:
                 readable()  # otherwise it was removed in this turn
-        now_s = perf_counter()  # a timer set again meanwhile has its turn after descriptors
+        now_s = perf_counter()  # a timer set again meanwhile has its turn after the descriptors
         while self.timers and self.timers[0][0] <= now_s:
             heappop(self.timers)[2]()
 

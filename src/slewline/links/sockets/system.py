@@ -146,7 +146,7 @@ def be_prompt() -> str:
         return "real-time priority (SCHED_FIFO)"
     with suppress(AttributeError, OSError):
         os.nice(-10)
-        if sys.platform == "linux":  # elsewhere it applied to all of them
+        if sys.platform == "linux":  # elsewhere it applies to all threads
             for task in tasks[1:]:
                 os.setpriority(os.PRIO_PROCESS, task, os.getpriority(os.PRIO_PROCESS, 0))
         return "priority -10"
@@ -178,7 +178,7 @@ def watch_children(call: Callable[[int], object]) -> None:
     wait, at_once = getattr(os, "waitpid", None), getattr(os, "WNOHANG", 0)
 
     def ended(*_: object) -> None:
-        with suppress(OSError):  # no more of them
+        with suppress(OSError):  # no children are left
             while wait is not None and (process := wait(-1, at_once)[0]):
                 call(process)
 

@@ -28,7 +28,7 @@ class LineTap:
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
         self.line, self.kernel, self.part = line, bench.kernel, bench.parts[line.part.name]
-        self.sent: list[SentBytes] = []  # or is still in transit: its instant is in the future
+        self.sent: list[SentBytes] = []  # or it is still in transit: its instant is in the future
         self.inputs = self.acted = 0  # inputs of the part, and actions after them
         self.result: Any = None  # of the last one
         self.live = False  # the line ends in this part

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from ..face import ServerFace
 
 WATCH_S, LOOKS = 0.25, 6  # between two polls of the branch that is shown; polls within which it has to answer
-MOST_BRANCHES = 16  # besides the first one
-ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
+MOST_BRANCHES = 16  # branches besides the first run
+ASK = b'{"do":"read","pins":[]}\n'  # request to a branch for its time
 STAND = b'{"do":"pause"}\n'
 Data = dict[str, Any]
 Answer = Callable[[Data], object]

@@ -16,9 +16,9 @@ from .worlds import fork_checkpoint
 if TYPE_CHECKING:
     from ..face import ServerFace
 
-DUE_S = 0.02  # of work, after which the next checkpoint is due
-CALM_S = 0.002  # idle time before the next event that is enough to fork
-LATE_S = 0.4  # of work, after which it is made without idle time
+DUE_S = 0.02  # work after which the next checkpoint is due
+CALM_S = 0.002  # idle time before the next event that is long enough for a fork
+LATE_S = 0.4  # work after which it is made even without idle time
 MOST = 48  # checkpoints
 Data = dict[str, Any]
 Arrived = Callable[[Data], object]
@@ -107,7 +107,7 @@ class Checkpoints:
                 mark.orders.setblocking(True)
                 mark.orders.sendall(json.dumps(order | {"begin": mark.length}).encode() + b"\n")
                 mark.orders.setblocking(False)
-            except OSError:  # its process has ended: use the one before it
+            except OSError:  # its process has ended: use the previous checkpoint
                 self._miss(mark)
                 continue
             mark.waiting[order["branch"]] = arrived

@@ -30,7 +30,7 @@ class Branch:
     from_ps: int
     now_ps: int  # when it was last left
     journal: Path
-    shared: int  # bytes at the start of its journal that are common with the first run
+    shared: int  # bytes at the start of its journal that it shares with the first run
     shared_ps: int  # the instant up to which it equals the first run
     control: str = ""
     lines: dict[str, str] = field(default_factory=dict)

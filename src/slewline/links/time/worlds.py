@@ -133,8 +133,8 @@ class World:
         self.server, self.order, self.answers = server, order, answers
         self.bench = server.bench
         self.inherited = server.past, server.branches, server.ports, server.loop  # connections of the server
-        self.known = False  # to the server that ordered it
-        self.lifeline: object = None  # its first connection
+        self.known = False  # whether the server that ordered this world knows it
+        self.lifeline: object = None  # the server's first connection
 
     def run(self) -> None:
         """Go to the instant, open the ports, report their addresses, and serve."""

@@ -42,10 +42,10 @@ class Dialogue:
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
         self.bench, self.kernel, self.names = bench, bench.kernel, names
         self.entries: deque[Entry] = deque(maxlen=KEPT)
-        self.number = 0  # of the next entry
-        self.touched = 0  # incremented by every change
+        self.number = 0  # number of the next entry
+        self.touched = 0  # count, incremented by every change
         self.grown: OrderedDict[int, Entry] = OrderedDict()  # entries that have grown, the last one at the end
-        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by sender
+        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # current entry, by sender
         for found in bench.findings:
             self.finding(found)
         self._listen(bench)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     Probe = Net | Terminal
 
-FEW = 2  # edges per column, up to which each edge is sent
+FEW = 2  # number of edges per column up to which each edge is sent
 Data = dict[str, Any]
 
 

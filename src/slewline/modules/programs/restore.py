@@ -164,7 +164,7 @@ class Restore:
         except (NoAnswer, DamagedAnswer) as failure:
             self.module.transcript.note(f"sent again: {failure}")
             self.module.wait_until_ready(STORED_S)
-            self.module.ask(row.form)  # the same program again
+            self.module.ask(row.form)  # store the same program again
         except RefusedCommand as refused:
             self.status = f"{outcome}; it was not stored ({refused.code}: {refused.description})"
             raise

@@ -26,10 +26,10 @@ from .panes import Pane, ProgramPane, TalkPane
 from .session import DebugSession
 from .text_drawing import clock, line
 
-WIDE = 150  # columns from which on the conversation is next to the chips
-TALL = 34  # rows needed for this layout
-NARROW = 100  # columns up to which the first row has only the program name
-OWN = 256  # greatest program of a chip's own memory, bytes; an external one may have any content
+WIDE = 150  # minimum columns for the conversation next to the chips
+TALL = 34  # minimum rows for this layout
+NARROW = 100  # maximum columns at which the first row has only the program name
+OWN = 256  # largest program in a chip's own memory, bytes; external memory may have any content
 DRAWN_S = 1 / 15
 KEYS = (  # at the foot: key, label, action; the first ones remain on a narrow screen
     ("space", "go", "go"),
@@ -91,7 +91,7 @@ class Debugger(App[None]):
         self.session, self.named = session, name
         self.changed = True
         self.written: dict[str, str] = {}  # rows by position
-        self.failure: SlewlineError | None = None  # reason of the end, unless the user ended it
+        self.failure: SlewlineError | None = None  # reason why the session ended, unless the user ended it
 
     # ------------------------------------------------------------------------------------------------------ the screen
     def compose(self) -> ComposeResult:

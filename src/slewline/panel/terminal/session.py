@@ -18,7 +18,7 @@ from ...links.clients.control_client import ControlClient
 Data = dict[str, Any]
 EVERY = "50 ms"
 LIMIT = "3600 s"  # longest step or wait, in virtual time
-KEPT = 5000  # entries of the conversation
+KEPT = 5000  # stored entries of the conversation
 CURVE_PS = 2 * PS_PER_S  # time span of a velocity strip
 CURVE_COLUMNS = 240
 CURVE_EVERY_S = 0.2
@@ -279,7 +279,7 @@ class DebugSession:
         start = max(now - CURVE_PS, 0)
         try:
             found = await self.client.request("window", signals=signals, start=start, stop=now, columns=CURVE_COLUMNS)
-        except UsageError:  # so early an instant is not stored, or there is no such signal
+        except UsageError:  # such an early instant is not stored, or there is no such signal
             self.curves = {}
             return
         for signal, curve in found["signals"].items():
