@@ -146,7 +146,7 @@ def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
     """Return the options of a part from a TOML file; no options without a file.
 
     Raises:
-        BenchFileError: the file cannot be read, is not TOML, or is a bench file, whose chips have options of their own.
+        BenchFileError: the file cannot be read, is not TOML, or is a bench file, whose chips have their own options.
         UsageError: the part has no such option, or a value is not allowed.
     """
     if path is None:

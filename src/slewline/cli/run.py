@@ -319,7 +319,7 @@ class RunCommand(BenchOptions):
         return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
-        """Return the findings that fail the run: all if the run is strict, else those that a script did not expect."""
+        """Return the findings that fail the run: all if the run is strict, else the findings that no script expected."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
@@ -358,7 +358,7 @@ def show(ps: int, who: str, kind: str, text: str) -> None:
 def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
     """Show the progress of virtual time, on a terminal without a transcript.
 
-    Rich draws in a thread of its own and reads the time; the run is not affected.
+    Rich draws in its own thread and reads the time; the run is not affected.
     """
     if not sys.stderr.isatty() or not (quiet or not sys.stdout.isatty()):
         yield

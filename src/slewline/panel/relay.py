@@ -213,7 +213,7 @@ class Relay:
         return reader, writer
 
     async def upwards(self, writer: asyncio.StreamWriter, writes: bool) -> None:
-        """Pass on requests to the control port, and refuse those that are not allowed."""
+        """Pass on requests to the control port, and refuse any that are not allowed."""
         while True:
             text = await self.page.receive_text()
             try:

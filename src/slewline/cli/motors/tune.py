@@ -165,7 +165,7 @@ def chosen_line(chosen: Chosen, calculator: Calculator) -> str:
 
 
 def values_text(calculator: Calculator, values: Any) -> str:
-    """Return parameter values as text, without those that have their default."""
+    """Return parameter values as text, without the values at their default."""
     named: dict[str, Value] = calculator.without_defaults(values)
     return ", ".join(f"{name} {value}" for name, value in named.items())
 

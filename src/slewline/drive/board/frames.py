@@ -14,7 +14,7 @@ LONGEST_CHUNK = 80  # encoded bytes without the zero; a longer one is damaged
 
 
 class Frame(NamedTuple):
-    """A frame that arrived as it was sent."""
+    """A frame that arrived undamaged."""
 
     number: int
     kind: int

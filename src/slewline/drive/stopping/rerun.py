@@ -54,7 +54,7 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
 
 
 def named(chip: Chip, text: str) -> str:
-    """Return the name of the command that a chip executes, from its own text."""
+    """Return the name of a command that a chip executes, taken from the chip's own text for it."""
     forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 

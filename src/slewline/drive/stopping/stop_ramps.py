@@ -3,7 +3,7 @@
     table     the plan's own stop ramp, intervals and counts: sent once per motion
     a record  the number of its steps that remain, from each step of the record on (WAY)
 
-A chip with an input that decelerates the motor does so by a law of its own, which is a word of REFLEXES:
+A chip with an input that decelerates the motor does so by its own law, which is a word of REFLEXES:
 
     brake         down the levels below the one of the last step, each in full; at the top the whole stop ramp, and
                   during deceleration the rest of it
@@ -202,11 +202,10 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- tables
 def stop_ramp(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
-    """Return the stop ramp of a stretch's plan, as the tail of a board.
+    """Return the stop ramp of a stretch's plan, as the tail of a board; empty if there is no ramp.
 
     It is the last decelerating leg of the plan, or, if a motion has none, its mirrored acceleration; the last interval
-    is not followed by a step.  A board has room for `most` entries, so neighbours may share an entry.  Empty: there
-    is no ramp.
+    is not followed by a step.  A board has room for `most` entries, so neighbours may share an entry.
     """
     if stretch.plan is None or stretch.playing is None:
         return []

@@ -64,7 +64,7 @@ class FramedLine(HostLine):
         self.too_long = self.full = self.cutting = False
 
     def feed(self, data: bytes) -> None:
-        """Receive bytes of the host: lines of text, each executed when complete."""
+        """Receive bytes from the host: lines of text, each executed when complete."""
         for byte in data:
             if byte not in b"\r\n":
                 self.too_long |= len(self.line) >= LONGEST

@@ -79,7 +79,7 @@ class RequestLine(HostLine):
         return room
 
     def sent(self) -> bool:
-        """Return whether all requests have been executed."""
+        """Return whether every request has been executed."""
         return self._part.idle
 
     def quiet(self) -> bool:

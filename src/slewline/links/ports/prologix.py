@@ -115,7 +115,7 @@ class PrologixLine(RequestLine):
 
     Args:
         controller: the controller on the bus.
-        devices: the chips behind the bus devices, by device address; the first one is addressed initially.
+        devices: the chips on devices of the bus, by device address; the first one is addressed initially.
     """
 
     share = SHARE
@@ -144,7 +144,7 @@ class PrologixLine(RequestLine):
 
     # ---------------------------------------------------------------------------------------------------------- lines
     def feed(self, data: bytes) -> None:
-        """Receive bytes of the host: lines, each executed when complete."""
+        """Receive bytes from the host: lines, each executed when complete."""
         data, at = self.half + data, 0
         while found := LINE.match(data, at):
             at = found.end()

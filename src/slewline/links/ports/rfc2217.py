@@ -198,7 +198,7 @@ class NetSession(Session):
         return min(SHARE, super().room())
 
     def receive(self, data: bytes) -> None:
-        """Receive bytes of the host, including telnet commands."""
+        """Receive bytes from the host, including telnet commands."""
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):

@@ -64,7 +64,7 @@ def axis_status(axis: OneAxis) -> dict[str, Any]:
 
 
 def line_status(line: HostLine) -> dict[str, Any]:
-    """Return the state of a line: the connected host, and the number of bytes transferred."""
+    """Return the state of a line: the host that is connected, and the number of bytes transferred."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
         "host": line.host_name or None,

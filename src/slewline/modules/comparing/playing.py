@@ -17,7 +17,7 @@ REPLACING = ("enter", "erase", "recall", "store")  # the former content is lost,
 
 
 class Hazards(NamedTuple):
-    """The commands of a dialogue that may step the motor, and those that replace the program of a module."""
+    """The commands of a dialogue that may step the motor, and the commands that replace the program of a module."""
 
     moving: list[str]
     replacing: list[str]
