@@ -319,7 +319,7 @@ class RunCommand(BenchOptions):
         return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
-        """Return the findings that fail the run: all if the run is strict, else the findings that no script expected."""
+        """Return the findings that fail the run: all if the run is strict, else findings not expected by a script."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 

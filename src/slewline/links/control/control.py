@@ -205,7 +205,7 @@ class Client:
             self.reply(request, self.failed(request, error))
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return the reply for an error: its message if it is an error of slewline, else a reference to the terminal."""
+        """Return the reply for an error: its message if it is a slewline error, else a reference to the terminal."""
         if isinstance(error, SlewlineError):
             return {"error": str(error)}
         do = request.get("do", "request")

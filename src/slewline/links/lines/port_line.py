@@ -20,7 +20,7 @@ class AnyLine(Protocol):
         """Rate of the line; None if it has none."""
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when it may resume."""
+        """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when more may come."""
 
     def leave(self, why: str) -> None:
         """Disconnect a host that has left."""
