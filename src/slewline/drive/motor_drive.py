@@ -263,7 +263,7 @@ class Drive:
         self._live.open(homed=self._homed)
 
     def go_back_by(self, past: Past) -> None:
-        """Go back, when the board stops the motor by itself, to that instant, and let the chip stop there as it would.
+        """Make the drive go back when the board stops the motor by itself: the chip stops at that instant, as it would.
 
         Without this, the chip is stopped at the present instant, and its position register takes the board's count.
 

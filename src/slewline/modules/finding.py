@@ -1,7 +1,7 @@
 """Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
 The search sends a query that changes nothing.  At a wrong rate a module may receive other characters: at none of the
-part's rates do they form a command (tests/modules/test_finding.py).
+part's other rates do they form a command (tests/modules/test_finding.py).
 """
 
 from __future__ import annotations
