@@ -1,4 +1,4 @@
-"""A request line: a part on the bench executes requests one by one, and each answer goes to the host that requested it."""
+"""A request line: a part on the bench executes requests one by one, and each answer goes to the requesting host."""
 
 from __future__ import annotations
 
