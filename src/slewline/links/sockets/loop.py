@@ -43,7 +43,7 @@ class Loop:
         """Call these functions when a descriptor can be read or written; with neither, stop watching it."""
         calls = readable, writable
         if self.calls.get(fd) == calls:
-            return  # a selector then keeps the old pair, and `serve` compares pairs by identity
+            return  # a selector keeps the old pair then, and `serve` compares pairs by identity
         events = (selectors.EVENT_READ if readable else 0) | (selectors.EVENT_WRITE if writable else 0)
         known = self.calls.pop(fd, None) is not None
         if events:
