@@ -1,4 +1,4 @@
-"""slewline demo: the welding machine of the CY525 manual, section 4, with picture and waveform."""
+"""slewline demo: the welding machine of the CY525 manual, section 4, with a picture and a waveform."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def demo(output: str) -> int:
 
 
 def made(output: str) -> Path:
-    """Return a folder, created if it does not exist."""
+    """Return a folder, after creating it if it does not exist."""
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -84,7 +84,7 @@ def made(output: str) -> Path:
 
 
 def called_as() -> str:
-    """Return the shell command that calls this slewline from this folder: its name, or else the path of its script."""
+    """Return the shell command that calls this slewline from the current folder: its name, or else its script path."""
     own = shutil.which("slewline", path=sysconfig.get_path("scripts"))
     if own is None:  # the package is next to the caller, not installed
         return f"{word(sys.executable)} -m slewline"
@@ -92,17 +92,17 @@ def called_as() -> str:
     found = None if "UV_RUN_RECURSION_DEPTH" in os.environ else shutil.which("slewline")
     if found and os.path.samefile(found, own):
         return "slewline"
-    script = Path(own).with_suffix("")  # as typed, without .exe
+    script = Path(own).with_suffix("")  # the name as typed, without .exe
     return word(script.relative_to(Path.cwd()) if script.is_relative_to(Path.cwd()) else script)
 
 
 def word(path: str | Path) -> str:
-    """Return a path quoted as one word of a shell."""
+    """Return a path quoted as a single shell word."""
     return f'"{path}"' if " " in str(path) else str(path)
 
 
 class Show:
-    """Live report of the machine, one line per spot."""
+    """A live report of the machine, one line per spot."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.chip = bench, bench.chips["x"]
@@ -117,14 +117,14 @@ class Show:
         click.echo(f"{seconds(self.bench.now_ps)[:-3]:>10}   {self.chip.position:>8}   {click.style(text, **style)}")
 
     def ran(self, net: Net) -> None:
-        """Report RUN: the program starts or ends."""
+        """Report a change of RUN: the program starts or ends."""
         if net.level == 0:
             self.print_line(f"the program, {len(self.chip.program)} bytes, runs and waits for a workpiece")
         else:
             self.print_line("no other workpiece: the program ends")
 
     def placed(self, net: Net) -> None:
-        """Report WAIT: a workpiece arrives or leaves."""
+        """Report a change of WAIT: a workpiece arrives or leaves."""
         if net.level == 1:
             self.started = self.started or self.bench.now_ps
             self.piece += 1
@@ -132,7 +132,7 @@ class Show:
             self.print_line(f"workpiece {self.piece} is in place", fg="cyan")
 
     def welded(self, net: Net) -> None:
-        """Report PROGRAMMABLE OUTPUT: the torch."""
+        """Report a change of PROGRAMMABLE OUTPUT, which switches the torch."""
         if net.level == 1:
             self.spot += 1
             self.lit = self.bench.now_ps

@@ -1,8 +1,8 @@
-"""Programs passed to the wrong chip: no line is a command of the chip, or most lines are not.
+"""Detection of programs passed to the wrong chip: no line is a command of the chip, or most lines are not.
 
-A command that a chip refuses, for its value or at that moment, is a finding, and a run with findings succeeds unless
-it is strict.  But where no line of a program is a command of the chip, or most lines are not and another chip has them
-all, the program was meant for another chip: `slewline run` reports it and ends with status 1.
+A command that a chip refuses, because of its value or the chip's state, is a finding, and a run with findings succeeds
+unless it is strict.  But if no line of a program is a command of the chip, or most lines are not and another chip has
+all of them, the program was meant for another chip: `slewline run` reports it and ends with status 1.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 FORM = {"unknown-command", "bad-argument", "bad-number", "extra-argument", "missing-argument", "too-long"}
 MOST_NAMED = 3  # chips that a program may be for
-FEW = 4  # a program may be for a chip if at most every fourth line is unknown to it
+FEW = 4  # a program may be for a chip if the chip knows at least three of every four lines
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
-    """Return a message that a program is not for a chip, and for which chip it may be; empty if it is for the chip.
+    """Return a message that a program is not for a chip, and for which chip it may be; empty if it is for this chip.
 
     Args:
         text: the text that a host sends, one command per line.
@@ -49,7 +49,7 @@ def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
 
 
 def commands(text: str, sheet: Sheet) -> set[int]:
-    """Return the line numbers of a text that a host sends."""
+    """Return the numbers of the lines in a text that a host would send."""
     from ..language.dialect import dialect_of
     from ..language.source import host_lines
 
@@ -58,7 +58,7 @@ def commands(text: str, sheet: Sheet) -> set[int]:
 
 
 def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
-    """Return the line numbers that are not commands of a part, whatever their values and the state of the chip."""
+    """Return the numbers of the lines that are not commands of a part, whatever their values and the chip's state."""
     from ..language.lint import lint
 
     found = lint(text, sheet, checks_of(part, sheet))
@@ -66,7 +66,7 @@ def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
 
 
 def meant(text: str, where: str, given: str) -> list[str]:
-    """Return the parts with the fewest unknown lines, if these are few; preferably the part of the file extension."""
+    """Return the parts with the fewest unknown lines, if these are few; prefer the part of the file extension."""
     counts = {part: len(strange(text, sheet_of(part), part)) for part in CATALOGUE.ours if part != given}
     least, lines = min(counts.values()), len(commands(text, sheet_of(given)))
     if FEW * least > lines:

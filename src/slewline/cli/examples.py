@@ -35,15 +35,15 @@ def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
 
 
 def path_words(place: str) -> tuple[str, ...]:
-    """Return the names by which an example is found: its path, its folders, its file name."""
+    """Return the names by which an example can be found: its path, its folders, its file name."""
     return (place, *Path(place).parts)
 
 
 def copied(found: Mapping[str, Path], output: str) -> Iterator[Path]:
-    """Copy files with their folders; yield the path of each copy.
+    """Copy files along with their folders; yield the path of each copy.
 
     Raises:
-        UsageError: a different file exists already; no file is written then.
+        UsageError: a different file already exists; then no file is written.
     """
     places = {made(output) / name: path for name, path in found.items()}
     for place, path in places.items():

@@ -1,4 +1,4 @@
-"""Files of the command line: programs to read, and outputs that are checked before anything runs."""
+"""Files of the command line: programs to be read, and outputs that are checked before anything runs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Refused(click.ClickException):
     exit_code = 2
 
     def show(self, file: Any = None) -> None:
-        """Print the message to the standard error."""
+        """Print the message to standard error."""
         click.echo(f"slewline: {self.message}", err=True)
 
 
@@ -71,10 +71,10 @@ BEGINNINGS = {  # of texts, whatever their file names
 
 
 def read_program(path: str, source: bool = False) -> str:
-    """Return the text of a program file, or of the standard input for "-".
+    """Return the text of a program file, or of standard input for "-".
 
     Args:
-        source: the text must be commands; the bytes of a .hex file are refused.
+        source: the text must consist of commands; the bytes of a .hex file are refused.
     """
     if source and is_named_hex(path):
         raise BenchFileError(
@@ -99,7 +99,7 @@ def read_program(path: str, source: bool = False) -> str:
 
 
 def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> str:
-    """Return the part that a file is for: named by --chip, or by the file extension.
+    """Return the part for which a file is meant, named by --chip or by the file extension.
 
     Args:
         path: the path of the file.
@@ -133,12 +133,12 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
 
 
 def is_bench(path: str) -> bool:
-    """Return whether the name of a file is that of a bench file."""
+    """Return whether a file name is that of a bench file."""
     return path.lower().endswith(".toml")
 
 
 def is_program(path: str) -> bool:
-    """Return whether the name of a file is that of a program for one of our chips, or of a bench file."""
+    """Return whether a file name is that of a program for one of our chips, or of a bench file."""
     return is_bench(path) or Path(path).suffix[1:].lower() in CATALOGUE.ours
 
 
@@ -146,7 +146,7 @@ def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
     """Return the options of a part from a TOML file; no options without a file.
 
     Raises:
-        BenchFileError: the file cannot be read, is not TOML, or is a bench file, whose chips have options of their own.
+        BenchFileError: the file cannot be read, is not TOML, or is a bench file, whose chips have their own options.
         UsageError: the part has no such option, or a value is not allowed.
     """
     if path is None:
@@ -168,12 +168,12 @@ def _fits(name: str, fits: Callable[[Sheet], object]) -> bool:
 
 
 def sheet_for(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> Sheet:
-    """Return the data sheet of the part that a file is for."""
+    """Return the data sheet of the part for which a file is meant."""
     return sheet_of(chip_of(path, chip, fits))
 
 
 def report_replaced(journal: str | None) -> None:
-    """Warn on the standard error that a journal will be replaced.
+    """Warn on standard error that a journal will be replaced.
 
     Raises:
         BenchFileError: the file is not a journal.
@@ -199,13 +199,13 @@ class Outputs:
     def claim(
         self, path: str | None, extensions: tuple[str, ...] = (), bare: bool = False, own: bool = False
     ) -> str | None:
-        """Check that a file can be written, and that its name has one of these extensions; `bare`: or none.
+        """Check that a file can be written, and that it has one of these extensions; `bare`: or no extension.
 
         Args:
-            own: the name was made by the command, not by the user.
+            own: the name was chosen by the command, not by the user.
 
         Raises:
-            UsageError: the file cannot be written, is an input, or is claimed already.
+            UsageError: the file cannot be written, is an input, or has already been claimed.
         """
         from ..record.whole_file import WholeFile, check_suffix
 
@@ -223,7 +223,7 @@ class Outputs:
         return path
 
     def write(self, path: str, text: str) -> None:
-        """Write a text to a claimed file, or to the standard output for "-"."""
+        """Write a text to a claimed file, or to standard output for "-"."""
         if path == STDIN:
             click.echo(text, nl=False)
         else:

@@ -1,6 +1,6 @@
-"""The entry point: runs the command line, and turns every error into a message and an exit status.
+"""The entry point: it runs the command line, and turns every error into a message and an exit status.
 
-0: all is well; 1: a problem was found in the program or file, or time ran out; 2: wrong use.
+0: success; 1: a problem was found in the program or file, or the time limit was reached; 2: incorrect usage.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def _end_in_order() -> None:
-    """Make SIGTERM, SIGHUP and SIGQUIT end the command as Ctrl-C does, except signals that are ignored, as by nohup."""
+    """Make SIGTERM, SIGHUP and SIGQUIT end the command as Ctrl-C does, except signals that are ignored (nohup)."""
     own = os.getpid()
     numbers = [number for name in ENDS if (number := getattr(signal, name, None)) is not None]
     numbers = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
@@ -88,7 +88,7 @@ def _dropped(failed: sys.UnraisableHookArgs) -> None:
 
 
 def _open_closed() -> None:
-    """Connect closed standard streams to the null device: the next file opened would take their number."""
+    """Connect closed standard streams to the null device, because the next file opened would take their number."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
@@ -98,7 +98,7 @@ def _open_closed() -> None:
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:
-    """Write us for µs if the encoding of a terminal or a file has no µ, as some code pages of Windows."""
+    """Write us for µs if the encoding of a terminal or a file has no µ, as in some Windows code pages."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     from ..core.messages.plain import ascii_of
@@ -143,7 +143,7 @@ def invoke(arguments: Sequence[str]) -> int:
 
 
 def _let_go() -> None:
-    """Discard unwritten standard output, so that the interpreter does not fail on it at exit."""
+    """Discard unwritten standard output, so that the interpreter does not fail at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
@@ -159,7 +159,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     from ..extras import needs
 
     try:
-        # None: colours on a terminal (https://no-color.org)
+        # None: use colours on a terminal (https://no-color.org)
         colours = False if os.environ.get("NO_COLOR") else None
         return int(cli.main(list(arguments), prog_name="slewline", standalone_mode=False, color=colours) or 0)
     except click.ClickException as error:

@@ -1,4 +1,4 @@
-"""asm, dis, lint, describe, chips: reports on programs and parts, without a run."""
+"""asm, dis, lint, describe, chips: reports on programs and parts, without running anything."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
 def print_json(value: object) -> None:
-    """Print a JSON text to the standard output."""
+    """Print a value as JSON text to standard output."""
     click.echo(json.dumps(value, indent=2, ensure_ascii=False))
 
 
@@ -93,7 +93,7 @@ def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
 
 
 def put(data: bytes, output: str | None, outputs: Outputs) -> None:
-    """Write bytes to a claimed file, or to the standard output."""
+    """Write bytes to a claimed file, or to standard output."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
             raise UsageError("program bytes are not printed on a terminal; give --output FILE, or write to a pipe")
@@ -160,7 +160,7 @@ def line_object(line: Instruction) -> dict[str, Any]:
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the bytes of a hex or binary file, or of an image; without `form`, the content decides.
+    """Return the bytes of a hex or binary file, or of an image; without `form`, the content selects the format.
 
     Raises:
         BenchFileError: the file cannot be read, is empty, has incomplete hex digits, or is a program text.
@@ -190,7 +190,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 
 def no_bytes(file: str, raw: bytes) -> str:
-    """Return the kind of a file without program bytes, by its name or its first line; empty if unknown."""
+    """Return the kind of a file that contains no program bytes, by its name or its first line; empty if unknown."""
     extension = Path(file).suffix[1:].lower()
     if LISTING.match(raw.decode("latin-1")):
         return NO_PROGRAMS["listing"]
@@ -244,7 +244,7 @@ def lint(
 
 
 class LintResult(NamedTuple):
-    """A text, its name, its problems, and the message that it is for another chip, if it is."""
+    """A text, its name, its problems, and, if it is for another chip, a message that says so."""
 
     where: str
     text: str
@@ -291,7 +291,7 @@ def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
     """Return the problems of a script, including all that `run` would refuse; a line with an error is listed once.
 
-    Commands to several chips are not followed: of such a script only the lines that cannot be played are listed.
+    Scripts with commands to several chips are not followed: only the lines that cannot be played are listed.
     """
     from ..bench.scripts.script import refused
     from ..language.lint import lint as check
@@ -309,7 +309,7 @@ def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 
 def tally(problems: list[Problem]) -> str:
-    """Return a count of problems, such as "2 errors, 1 note"."""
+    """Return the counts of problems, such as "2 errors, 1 note"."""
     counts = [(sum(p.severity == severity for p in problems), severity) for severity in COLOURS]
     return ", ".join(counted(number, severity) for number, severity in counts if number) or "no problems found"
 
@@ -334,7 +334,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
 
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
-    """Return a data sheet as data; only the one command if a command is named."""
+    """Return a data sheet as data; if a command is named, only that command."""
     from ..core.datasheet.command_rows import row_object
     from ..core.messages.former_names import published
     from ..language.dialect import dialect_of

@@ -1,4 +1,4 @@
-"""ramp: the time and steps of a ramp, and the parameters of the ramp that the user needs."""
+"""ramp: the time and steps of a ramp, and the parameters that produce a required ramp."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def bound(
     options: Mapping[str, Any] | None,
     found: Sequence[Ramp],
 ) -> Iterator[str]:
-    """Yield the limit, if no ramp reaches the requested value."""
+    """Yield a line with the limit, if no ramp reaches the requested value."""
     name, goal = next((name, value) for name, value in wanted.items() if value is not None)
     has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
     if min(has) <= goal <= max(has):
@@ -116,7 +116,7 @@ def nearest(
     values: Mapping[str, str],
     options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
-    """Return the ramps nearest to the requested values; the time in whole ps."""
+    """Return the ramps nearest to the requested values; the time is in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
@@ -124,11 +124,11 @@ def nearest(
 
 
 def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str, str]]:
-    """Return the parameters of every requested ramp: several if a parameter has a list, S=1,100,200.
+    """Return the parameters of every requested ramp; there are several ramps if a parameter has a list, S=1,100,200.
 
     Raises:
         UnknownName: there is no such parameter.
-        UsageError: not NAME=VALUE, a name twice, two lists, or a list that is too long.
+        UsageError: not NAME=VALUE, a name given twice, two lists, or a list that is too long.
     """
     values = named(calculator, parameters)
     lists = {name: text.split(",") for name, text in values.items() if "," in text}
@@ -149,7 +149,7 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
 
     Raises:
         UnknownName: there is no such parameter.
-        UsageError: not NAME=VALUE, or a name twice.
+        UsageError: not NAME=VALUE, or a name given twice.
     """
     values: dict[str, str] = {}
     for parameter in parameters:
@@ -184,7 +184,7 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
 
 
 def accelerations(ramp: Ramp) -> str:
-    """Return the acceleration in words: one number, or the mean, the initial and the greatest."""
+    """Return the acceleration as text: one number, or the mean, initial and maximum values."""
     first, mean, greatest = (number(each) for each in ramp.accelerations)
     if first == mean == greatest:
         return f"{mean} steps/s²"
@@ -239,12 +239,12 @@ def head(calculator: Calculator, ramp: Ramp) -> str:
 
 
 def crystal_hz(calculator: Calculator, ramp: Ramp) -> int | None:
-    """Return the crystal, Hz; None if it cannot be chosen."""
+    """Return the crystal frequency, Hz; None if it cannot be chosen."""
     return ramp.crystal_hz if calculator.sheet.crystal_high_hz else None
 
 
 def number(value: float) -> str:
-    """Return a number as text: whole from 100 up, else with up to four significant digits."""
+    """Return a number as text: a whole number for 100 or more, else up to four significant digits."""
     return f"{value:.0f}" if abs(value) >= 100 or value == int(value) else f"{value:.4g}"
 
 
@@ -273,13 +273,13 @@ def move_object(move: Move) -> dict[str, Any]:
 
 
 def exact(value: float) -> float:
-    """Return a value rounded to nine significant digits: the others are rounding error."""
+    """Return a value rounded to nine significant digits; further digits are rounding errors."""
     return float(f"{value:.9g}")
 
 
 # -------------------------------------------------------------------------------------------------------------- picture
 def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
-    """Draw a move of every ramp: the requested one, or the shortest one that reaches the rate.
+    """Draw a move for every ramp: the requested move, or the shortest one that reaches the rate.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.
@@ -311,7 +311,7 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
 
 
 def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
-    """Return the move of a ramp to draw.
+    """Return the move to draw for a ramp.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.

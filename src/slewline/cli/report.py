@@ -1,4 +1,4 @@
-"""The results of a run: the object that --json prints, and a few lines for people."""
+"""The results of a run: the object that --json prints, and a few lines for human readers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WINDOW_PS = 10**13  # steps are counted in windows of 10 s, because those of an 
 
 
 def as_json(bench: Bench, ended: str, whole: bool) -> str:
-    """Return the JSON text of a run: of the only chip, or of a whole bench."""
+    """Return the JSON text of a run: of its only chip, or of a whole bench."""
     chips = {name: chip_object(bench, chip, ended) for name, chip in bench.chips.items()}
     found: Any = {"chips": chips, "findings": [finding_object(found) for found in bench.findings]}
     if not whole:
@@ -62,7 +62,7 @@ def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
 
 
 def received(host: Host) -> bytes:
-    """Return the data that a host has read, words with the high byte first."""
+    """Return the data that a host has read; words have their high byte first."""
     if isinstance(host, PacketHost):
         return b"".join(word.to_bytes(2, "big") for word in host.received)
     return bytes(host.received)

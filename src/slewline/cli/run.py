@@ -1,4 +1,4 @@
-"""slewline run: play a program or a bench file, and report the results."""
+"""slewline run: run a program or a bench file, and report the results."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 @dataclass
 class RunCommand(BenchOptions):
-    """Program and options of a run."""
+    """The program and the options of a run."""
 
     file: str | None
     crystal: str | None
@@ -75,7 +75,7 @@ class RunCommand(BenchOptions):
         self.scripts: list[tuple[str, str, str]] = []  # scripts of hosts: chip, text, place
 
     def perform(self) -> int:
-        """Run; return the exit status."""
+        """Run the program or bench; return the exit status."""
         self.check_options()
         with Outputs(path for path in (self.file, self.replay, self.memory) if path) as outputs:
             for path in (self.json, self.journal, self.save_memory):
@@ -160,7 +160,7 @@ class RunCommand(BenchOptions):
         return bench_file.load(self.prepare, journal=journal)
 
     def single(self, file: str, journal: str | None) -> Bench:
-        """Return a bench with a chip, a host, and a program."""
+        """Return a bench with a chip, a host and a program."""
         text = read_program(file)
         part = chip_of(file, self.chip)
         self.program = text, file, part
@@ -198,7 +198,7 @@ class RunCommand(BenchOptions):
             Transcript(bench, lambda ps, who, kind, text: show(ps, f"{who:<{width}}", kind, text)).attach()
 
     def full_name(self, bench: Bench, pin: str) -> str:
-        """Return the full name of a pin; if there is only one chip, its name may be left out."""
+        """Return the full name of a pin; if there is only one chip, the chip name may be left out."""
         if "." in pin or len(bench.chips) != 1:
             return pin
         return f"{next(iter(bench.chips))}.{pin}"
@@ -210,7 +210,7 @@ class RunCommand(BenchOptions):
 
     # --------------------------------------------------------------------------------------------------------- running
     def replayed(self, journal: str) -> Bench:
-        """Replay a journal and return its bench; print warnings to the standard error."""
+        """Replay a journal and return its bench; print warnings to standard error."""
         from ..bench import replay
 
         with warnings.catch_warnings(record=True) as caught:
@@ -228,7 +228,7 @@ class RunCommand(BenchOptions):
         return bench
 
     def ended(self, bench: Bench) -> str:
-        """Run, and return the reason for the end: idle, until or timeout."""
+        """Run, and return the reason why the run ended: idle, until or timeout."""
         if self.replay:
             owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
             return "idle" if self.until is None and all(owner.idle for owner in owners) else "until"
@@ -263,7 +263,7 @@ class RunCommand(BenchOptions):
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
 
     def write_vcd(self, bench: Bench, path: str) -> None:
-        """Write the waveform; report on the standard error changes that are shorter than its unit."""
+        """Write the waveform; report on standard error any changes that are shorter than its time unit."""
         pins = None if self.pins is None else [self.full_name(bench, pin) for pin in self.pins]
         timescale, buses = self.timescale or "1 ns", self.vcd_buses or DEFAULT_BUSES
         lost = bench.save_vcd(path, pins, timescale=timescale, buses=buses, values=self.vcd_values, layout=self.layout)
@@ -305,7 +305,7 @@ class RunCommand(BenchOptions):
         return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
 
     def foreign(self, bench: Bench) -> bool:
-        """Return whether a program is for another chip; report it on the standard error."""
+        """Return whether a program is for another chip; if so, report it on standard error."""
         from .dialects import foreign
 
         chips = bench.chips if bench.findings else {}
@@ -319,12 +319,12 @@ class RunCommand(BenchOptions):
         return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
-        """Return the findings that fail the run: all if it is strict, else the ones that a script did not expect."""
+        """Return the findings that fail the run: all if the run is strict, else findings not expected by a script."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
 def check_input(bench: Bench, name: str, option_text: str) -> None:
-    """Refuse a pin that its chip drives.
+    """Refuse a pin that the chip itself drives.
 
     Raises:
         UsageError: the pin is an output.
@@ -358,7 +358,7 @@ def show(ps: int, who: str, kind: str, text: str) -> None:
 def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
     """Show the progress of virtual time, on a terminal without a transcript.
 
-    Rich draws in a thread of its own and reads the time; the run is not affected.
+    Rich draws in its own thread and reads the time; the run is not affected.
     """
     if not sys.stderr.isatty() or not (quiet or not sys.stdout.isatty()):
         yield

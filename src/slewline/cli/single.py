@@ -1,4 +1,4 @@
-"""The bench of a command: from a file, or with a single chip, its host, and perhaps a program."""
+"""The bench of a command: from a file, or with a single chip, its host, and optionally a program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class BenchOptions:
-    """Chip of a bench, or permissions of a bench file."""
+    """The chip of a bench, or the permissions of a bench file."""
 
     chip: str | None
     strap: tuple[tuple[str, int], ...]
@@ -43,15 +43,15 @@ def single(
     journal: str | None = None,
     prepare: Callable[[Bench], object] = lambda _bench: None,
 ) -> Bench:
-    """Return a bench with a chip and a host, and a program queued on it.
+    """Return a bench with a chip and a host; a program, if given, is queued on the host.
 
     Args:
         program: the text, and the name of its file; None: the host is idle.
         strap: levels of inputs; all others suit a program without address and checksum.
         options: the options of the chip.
         memory: an image of the memory of the chip.
-        over: the channel, for a chip with several.
-        journal: the file for every input from outside.
+        over: the channel, for a chip with several channels.
+        journal: the file that records every input from outside.
         prepare: called with the bench before the program is queued.
 
     Raises:
@@ -78,8 +78,8 @@ def single(
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     """Return the script of a program file, and the straps that it needs.
 
-    The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
-    at its highest rate and without checksums.
+    The bytes of a .hex file go to a chip in binary mode, or to a chipset packet by packet; a module on a serial line
+    runs at its highest rate and without checksums.
     """
     from ..bench.files.hex_text import is_named_hex
     from ..bench.scripts.program_file import program_script

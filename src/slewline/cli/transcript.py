@@ -1,7 +1,7 @@
 """The transcript: one line per event, printed while the bench runs.
 
 It observes findings, hosts, pins that have a meaning in the sheet, and the axes, which report the start and the end of
-each motion; it changes nothing.  The steps in between cost nothing.
+each motion; it changes nothing.  The steps of a motion add no cost.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.hosts.host import Host
 
 STAYS_PS = 20 * 10**9  # a display must be unchanged for this time
-MOST = 100  # lines about the same pin; the report of an endless program would never end
+MOST = 100  # maximum number of lines about a pin; the report of an endless program would never end
 
 Emit = Callable[[int, str, str, str], object]  # picoseconds, source, kind of event, text
 
 
 def seconds(ps: int) -> str:
-    """Return an instant for a column: seconds, down to the microsecond."""
+    """Return an instant for a column: in seconds, with microsecond resolution."""
     return f"{ps // PS_PER_S}.{ps % PS_PER_S // 10**6:06d}"
 
 
 class Transcript:
-    """Observer that reports the events of a bench to `emit`; attach it when the bench is complete, before time runs."""
+    """An observer that reports the events of a bench to `emit`; attach it to a complete bench, before time runs."""
 
     def __init__(self, bench: Bench, emit: Emit) -> None:
         self.bench, self.emit = bench, emit
@@ -61,11 +61,11 @@ class Transcript:
 
     @property
     def now(self) -> int:
-        """Virtual time, picoseconds."""
+        """Virtual time in picoseconds."""
         return self.bench.now_ps
 
     def report(self, who: str, kind: str, text: str) -> None:
-        """Print an event of this instant."""
+        """Print an event that occurs at this instant."""
         self.emit(self.now, who, kind, text)
 
     def finding(self, found: Finding) -> None:
@@ -99,7 +99,7 @@ class Transcript:
 
 
 class DisplayReports:
-    """Text of a display, written character by character: reported after it has been unchanged for a while."""
+    """The text of a display, written character by character: it is reported after it has been unchanged for a while."""
 
     def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
         self.transcript, self.display, self.kernel = transcript, display, display.kernel
@@ -124,10 +124,10 @@ class DisplayReports:
 
 
 class MotionReports:
-    """Motions of an axis: the start and the end of each are reported.
+    """The motions of an axis: the start and the end of each are reported.
 
-    If the part has a pin for motion, its edge is the start, else the first step.  A motion that another one replaces
-    without a stop in between is reported as one.
+    If the part has a pin that indicates motion, its edge marks the start, else the first step does.  If another motion
+    replaces one without a stop in between, the two are reported as one.
     """
 
     def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:
@@ -140,7 +140,7 @@ class MotionReports:
         self.step = None if chip.sheet.role("moving", number) else chip.sheet.role("step", number)
         self.first: Task | None = None  # waits for the first step
         self.begun: int | None = None  # start of the motion; None: at rest
-        self.steps = 0  # of the motions replaced so far
+        self.steps = 0  # steps of the motions replaced so far
 
     def attach(self) -> None:
         """Start to observe the axis."""
@@ -151,7 +151,7 @@ class MotionReports:
         """Print that a motion begins."""
         if self.begun is not None:
             return
-        if self.step is None or self.step.sense is None:  # no edge says when the first step begins
+        if self.step is None or self.step.sense is None:  # no edge marks the start of the first step
             self.moves("moves", motion)
         else:
             net = self.chip.pins[self.step.name].net
@@ -160,7 +160,7 @@ class MotionReports:
             )
 
     async def first_step(self, motion: MotionStart, net: Net, begins: int) -> None:
-        """Wait for the first step, which begins with a certain level."""
+        """Wait for the first step, which begins with a given level."""
         await level(net, begins)
         self.moves("steps", motion)
 
@@ -184,7 +184,7 @@ class MotionReports:
         self.report(f"{ended} at {motion.position}: {steps} in {taken}")
 
     def report(self, text: str) -> None:
-        """Print an event of this instant."""
+        """Print an event of the axis at this instant."""
         self.transcript.seldom(self.chip.name, "motion", self.who + text, self.about)
 
 
@@ -194,5 +194,5 @@ def spoken(row: Pin) -> str:
 
 
 def direction_text(direction: int) -> str:
-    """Return a direction as a word, after a blank; empty for 0."""
+    """Return a direction as a word preceded by a space; empty for 0."""
     return "" if not direction else " cw" if direction > 0 else " ccw"

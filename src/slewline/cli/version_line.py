@@ -11,17 +11,17 @@ PLAIN, COMPILED = "plain Python", "compiled core"
 
 
 def is_compiled(module: ModuleType) -> bool:
-    """Return whether a loaded module comes from an extension file."""
+    """Return whether a loaded module comes from a compiled extension file."""
     return str(module.__file__).endswith(tuple(EXTENSION_SUFFIXES))
 
 
 def build() -> str:
-    """Return the build in use, by the file of the kernel."""
+    """Return the build in use, as the file of the kernel shows."""
     from ..core.time import kernel
 
     return COMPILED if is_compiled(kernel) else PLAIN
 
 
 def version_line() -> str:
-    """Return the answer to --version."""
+    """Return the text printed by --version."""
     return f"slewline, version {__version__} ({build()})"

@@ -1,12 +1,12 @@
-"""The black box of a drive: the journal of its bench, and every byte between host and board, with times of both.
+"""The black box of a drive: the journal of its bench, and every byte between host and board, timed on both clocks.
 
     <folder>/journal.jsonl                    inputs of the bench: `slewline run --replay` makes the same steps again
     <folder>/line.0.jsonl, line.1.jsonl       each read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
     <folder>/made-by-slewline                 in a folder that `new_folder` has made: it may remove it again
 
-The two files of the line are written alternately: when one is full, the other one is overwritten.  So the last
-megabytes are always available, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is the
-time of the board as estimated by the host; ">" goes to the board.
+The two line files are written alternately: when one is full, the other is overwritten.  So the last megabytes are
+always available, and no more.  `ns` is the host time in nanoseconds since the drive was opened, `tick` is the board
+time as estimated by the host; ">" marks bytes sent to the board.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..gate import from_json, lines_of, opened, read_file
 if TYPE_CHECKING:
     from .board.board_port import BoardPort
 
-MOST_BYTES = 8 << 20  # size of each file of the line
+MOST_BYTES = 8 << 20  # size of each line file
 KEPT_SESSIONS = 20
 JOURNAL = "journal.jsonl"
 LINES = ("line.0.jsonl", "line.1.jsonl")
@@ -38,9 +38,9 @@ FILES = frozenset({JOURNAL, *LINES, MARK})
 
 
 def new_folder(inside: str | PathLike[str] | None = None) -> Path:
-    """Make a folder for a session, in a given folder or in that of this system.
+    """Make a folder for a session, in a given folder or in the state directory of this system.
 
-    Of the folders made here before, only the newest are kept; all other files are left alone.
+    Of the session folders made earlier, only the newest are kept; all other files are left alone.
 
     Raises:
         UsageError: the folder cannot be made.
@@ -66,7 +66,7 @@ def new_folder(inside: str | PathLike[str] | None = None) -> Path:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Return whether `new_folder` has made a folder, and it has no foreign files."""
+    """Return whether a folder was made by `new_folder`, and contains no foreign files."""
     with suppress(OSError):
         return not folder.is_symlink() and {each.name for each in folder.iterdir()} <= FILES and _is_marked(folder)
     return False
@@ -78,7 +78,7 @@ def _is_marked(folder: Path) -> bool:
 
 
 def _remove(folder: Path) -> None:
-    """Remove the files of a session, and its folder, which is then empty."""
+    """Remove the files of a session, and then its empty folder."""
     with suppress(OSError):
         for name in sorted(FILES - {MARK}):
             (folder / name).unlink(missing_ok=True)
@@ -87,7 +87,7 @@ def _remove(folder: Path) -> None:
 
 
 def reopen(port: BoardPort) -> None:
-    """Reopen a port whose cable was unplugged; do nothing for a port of another kind.
+    """Reopen a port whose cable was unplugged; do nothing if the port is of another kind.
 
     Raises:
         UsageError: the port does not exist, or is in use by another program.
@@ -102,10 +102,10 @@ class BlackBox:
 
     Args:
         port: the port of the board.
-        folder: an existing folder for this session only.
-        clock: nanoseconds of the wall clock.
-        tick: returns the tick of the board at a time of that clock.
-        most: the size of each of the two files, bytes.
+        folder: an existing folder, for this session only.
+        clock: returns the wall-clock time in nanoseconds.
+        tick: returns the board tick at a time of that clock.
+        most: the size limit of each of the two files, in bytes.
     """
 
     def __init__(
@@ -187,7 +187,7 @@ class BlackBox:
         return self.port.write(data)
 
     def fileno(self) -> int | None:
-        """Return a descriptor for a loop to wait for; None if there is none."""
+        """Return a descriptor that a loop can wait for; None if there is none."""
         return self.port.fileno()
 
     def reopen(self) -> None:
@@ -205,7 +205,7 @@ class BlackBox:
 def recorded(
     port: BoardPort, folder: str | PathLike[str] | bool, clock: Callable[[], int], tick: Callable[[int], int]
 ) -> BoardPort:
-    """Return a port that records the bytes of another one in a folder; True: a new folder; False: no record."""
+    """Return a port that records the bytes of another port in a folder; True: a new folder; False: no record."""
     if folder is False:
         return port
     place = new_folder() if folder is True else Path(folder)
@@ -214,11 +214,11 @@ def recorded(
 
 
 def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
-    """Return the record of the line: ns, tick, direction (">" to the board) and bytes, in order of time.
+    """Return the record of the line: ns, tick, direction (">" to the board) and bytes, in chronological order.
 
     Raises:
-        UsageError: there is no black box, or a line of it is damaged.
-        BenchFileError: a file of it cannot be read.
+        UsageError: there is no black box, or one of its lines is damaged.
+        BenchFileError: one of its files cannot be read.
     """
     found: list[tuple[int, int, str, bytes]] = []
     paths = [path for name in LINES if (path := Path(folder) / name).exists()]

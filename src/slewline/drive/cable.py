@@ -3,8 +3,8 @@
     model  ---- steps ----> feeder --> board     every step at its instant + horizon
            ---- calls ----> cable  --> outside   bytes for a host, levels of pins: immediate at rest, else delayed too
 
-So messages to a host are true: "motion complete" comes when the motor has stopped, not a horizon before.  The order
-never changes, because the delay only grows while output is pending.
+So messages to a host are true: "motion complete" arrives when the motor has stopped, not one horizon earlier.  The
+order never changes, because the delay only grows while output is pending.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ class Cable:
     """Delayed output calls, in order.
 
     Args:
-        horizon: the delay, in ticks of the board.
+        horizon: the delay, in board ticks.
         present: returns the tick at the present of the model.
-        moving: returns whether there are steps, queued or made by the model, after which the board has not come to
+        moving: returns whether there are steps, queued or made by the model, after which the board has not yet come to
             rest.
     """
 
@@ -29,21 +29,21 @@ class Cable:
 
     @property
     def in_progress(self) -> bool:
-        """Whether steps of the motor or calls are pending."""
+        """Whether motor steps or calls are pending."""
         return bool(self._calls) or self._moving()
 
     def __len__(self) -> int:
         return len(self._calls)
 
     def send(self, call: Callable[[], object]) -> None:
-        """Make a call: now if nothing is pending, else a horizon later."""
+        """Make a call: immediately if nothing is pending, else one horizon later."""
         if self.in_progress:
             self._calls.append((self._present() + self.horizon, call))
         else:
             call()
 
     def send_at(self, tick: int, call: Callable[[], object]) -> None:
-        """Make a call that was due at a tick, in order: immediately if nothing is pending."""
+        """Make a call that was due at a tick, in order; immediately if nothing is pending."""
         if not self.in_progress:
             call()
             return
@@ -54,7 +54,7 @@ class Cable:
         self._calls.extend(reversed(later))
 
     def turn(self, tick: int) -> None:
-        """Make the calls that are due by a tick of the board."""
+        """Make the calls that are due at or before a board tick."""
         while self._calls and self._calls[0][0] <= tick:
             self._calls.popleft()[1]()
 

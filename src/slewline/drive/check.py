@@ -1,4 +1,4 @@
-"""Check of a board before it drives a motor: link, crystal, this machine, and the board's own pulses."""
+"""The check of a board before it drives a motor: link, crystal, this machine, and the board's own pulses."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ LOADS, LOAD_RECORDS, LOAD_S = 10, 20, 5.0  # simulated starts of a motion: recor
 
 NAP_S = 0.002
 HORIZONS_MS = (20, 50, 100, 250, 500, 1000, 2000)
-LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred a second
-LATE_SAFETY, LOAD_SAFETY = 3, 2  # factors on the worst of some seconds: a day has worse, a ramp more records
+LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred per second
+LATE_SAFETY, LOAD_SAFETY = 3, 2  # factors on the worst of a few seconds: a day has worse delays, a ramp more records
 
 
 class WakingDelays(NamedTuple):
-    """Wake-up delays of this process, in ms: the median, the 99th percentile, and the worst."""
+    """The wake-up delays of this process, in ms: the median, the 99th percentile, and the worst."""
 
     median: float
     p99: float
@@ -37,7 +37,7 @@ class WakingDelays(NamedTuple):
 
 
 def of_many(late_ms: Sequence[float]) -> WakingDelays:
-    """Return the figures of one or more delays, ms."""
+    """Return the statistics of one or more delays, ms."""
     ordered = sorted(late_ms)
     last = len(ordered) - 1
     return WakingDelays(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
@@ -53,7 +53,7 @@ def measured(
 
     Args:
         seconds: the duration by the wall clock.
-        clock, nap: the clock for the measurement, ns, and the sleep function, s.
+        clock, nap: the clock used for the measurement, ns, and the sleep function, s.
         each: called after each sleep, for other work.
     """
     late: list[float] = []
@@ -67,7 +67,7 @@ def measured(
 
 
 def recommended_ms(late_ms: float, load_ms: float) -> int | None:
-    """Return the horizon that a machine and a link need, ms; None if no horizon is enough, as the link is too slow.
+    """Return the horizon that a machine and a link need, ms; None if the link is too slow for any horizon.
 
     Args:
         late_ms: the worst wake-up delay of this process.
@@ -80,11 +80,11 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 
 
 class Checkup(NamedTuple):
-    """The results: round trips and delays in ms, ppm of the crystal, pulses that came back; None: no answer.
+    """The results: round trips and delays in ms, crystal error in ppm, pulses that came back; None: no answer.
 
     `load_ms`: the worst transfer time of all frames before the first step of a motion; `horizon_ms`: the horizon
     needed; None: no horizon is long enough.  `counted`: pulses; None: no answer, or the driver is on.  `jogged`:
-    whether ten steps each way were made; `estop`: whether its contact opened; None: not tried.
+    whether ten steps in each direction were made; `estop`: whether the emergency-stop contact opened; None: not tried.
     """
 
     board: BoardModel
@@ -150,10 +150,10 @@ class Checkup(NamedTuple):
 
 
 class Check:
-    """A check of an open board.
+    """The check of an open board.
 
     Args:
-        turn: the turn of the drive.
+        turn: runs one turn of the drive.
         estop: whether an input of the board is an emergency stop.
     """
 
@@ -170,14 +170,14 @@ class Check:
         self.wall, self.clock, self.link = path.wall, path.clock, path.link
 
     def look(self, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
-        """Check the board for a number of seconds of the wall clock.
+        """Check the board for a number of wall-clock seconds.
 
         Args:
             priority: the priority of this process.
             tell: called with progress messages.
         """
         tell(f"slewline: measuring for {seconds:g} s")
-        self.clock.worst_round_trip_ns = 0  # a board that is being opened answers late
+        self.clock.worst_round_trip_ns = 0  # a board answers late while it is being opened
         late = measured(seconds, self.wall, self.talk.nap, self.turn)
         _, worst_ns, median_ns = self.clock.round_trip_ns
         load_ms = self.under_load()
@@ -207,7 +207,7 @@ class Check:
         )
 
     def _awaited(self, kind: Happening, seconds: float) -> BoardEvent | None:
-        """Return the next event of a kind, once the board has answered after it; None after a timeout."""
+        """Return the next event of a kind, once the board has answered after that event; None after a timeout."""
         found: list[BoardEvent] = []
 
         def note(event: BoardEvent) -> None:
@@ -220,13 +220,13 @@ class Check:
         return found[0] if found else None
 
     def _pass_while(self, goes_on: Callable[[], bool], end: float) -> None:
-        """Let time run while `goes_on` returns True, up to a limit on the wall clock (ns)."""
+        """Let time run while `goes_on` returns True, up to a wall-clock limit (ns)."""
         while goes_on() and self.wall() < end:
             self.turn()
             self.talk.wait(POLL_S)
 
     def jog(self) -> bool:
-        """Make ten steps up, and ten back; return whether the board has come to rest after them."""
+        """Make ten steps up and ten steps back; return whether the board has come to rest afterwards."""
         hz = self.state.board.hz
         interval, pause = hz // JOG_RATE, hz // 2
         moves = Record(0, JOG, interval), Record(DOWN, JOG, interval)
@@ -237,7 +237,7 @@ class Check:
     def under_load(self) -> float:
         """Return the worst transfer time of all frames before the first step of a motion, ms.
 
-        The records are pauses, which are discarded again: no motion is started.
+        The records sent are pauses, which are then discarded: no motion is started.
         """
         worst = 0
         for _ in range(LOADS):

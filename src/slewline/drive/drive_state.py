@@ -1,10 +1,10 @@
-"""The state of a drive: one value, which its pieces read, and which only its own methods change.
+"""The state of a drive: one value that all pieces read, and that only its own methods change.
 
     DriveState              the present run of the model, the configuration of the board, the phase, the counts
     DrivePath               clock, line, ticks, feeder and cable: the path between model and board
     Stopping                interface of the replaceable pieces
 
-No piece has the drive: each has these, and the pieces that it works with.
+No piece has access to the drive: each has only these, and the pieces that it works with.
 """
 
 from __future__ import annotations
@@ -34,10 +34,11 @@ Phase = Literal["closed", "ok", "halted", "unknown"]
 
 @dataclass(slots=True)
 class DriveState:
-    """State shared by all pieces of a drive.
+    """The state shared by all pieces of a drive.
 
-    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register is that of the
-    motor, as far as can be known.  `undecided`: the model may be taken back to the point where the motor comes to rest.
+    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register holds the
+    position of the motor, as far as can be known.  `undecided`: the model may be taken back to the point where the
+    motor comes to rest.
     """
 
     bench: Bench
@@ -65,13 +66,13 @@ class DriveState:
         self.axis, self.kernel = self.chip.axis(self.number).motor, self.bench.kernel
 
     def move(self, bench: Bench) -> None:
-        """Continue with another bench, which is at the same instant and has a chip of the same name."""
+        """Continue on another bench, which is at the same instant and has a chip of the same name."""
         self.bench, self.kernel = bench, bench.kernel
         self.chip = bench.chips[self.chip.name]
         self.axis = self.chip.axis(self.number).motor
 
     def nets(self) -> list[tuple[Net, int]]:
-        """Return the nets that set outputs of the board, and the number of each output."""
+        """Return the nets that set board outputs, and the number of each output."""
         return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
 
     def half_steps(self) -> bool:
@@ -79,19 +80,19 @@ class DriveState:
         return bool(getattr(getattr(self.chip, "state", None), "half", False))
 
     def configure(self, config: BoardConfig) -> None:
-        """Use another configuration of the board from now on."""
+        """Start to use another configuration of the board."""
         self.config = config
 
     def begin(self) -> None:
-        """Begin, or continue: the board follows the model."""
+        """Begin or resume following: the board follows the model."""
         self.phase = "ok"
 
     def halt(self, *, final: bool = False) -> None:
-        """Stop following the model; `final`: the count of the board is known."""
+        """Stop following the model; `final`: the board's count is known."""
         self.phase, self.final = "halted", final
 
     def finish(self) -> None:
-        """Record that the board of a halted drive is at rest, and its count known."""
+        """Record that the board of a halted drive is at rest, and that its count is known."""
         self.final = True
 
     def lose(self) -> None:
@@ -111,11 +112,11 @@ class DriveState:
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Relate a count of the board to a travel of the model, of which `net` steps have been fed."""
+        """Relate a board count to a travel of the model, of which `net` steps have been fed."""
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:
-        """Accept a count of the board that differs by `steps` as the right one."""
+        """Accept as correct a board count that differs by `steps`."""
         self.counted_from += steps
 
 
@@ -123,7 +124,7 @@ class DrivePath:
     """The path between the model and its board: clock, line, ticks, feeder and cable.
 
     Args:
-        wall: returns the wall clock, ns.
+        wall: returns the wall-clock time, ns.
     """
 
     def __init__(self, state: DriveState, wall: Callable[[], int]) -> None:
@@ -141,11 +142,11 @@ class DrivePath:
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call of the model's instant (ps): a horizon later while output is pending."""
+        """Make a call that belongs to an instant of the model (ps); while output is pending, one horizon later."""
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
     def _put(self, output: PlannedOutput) -> None:
-        """Change outputs by a frame: immediately while the motor is at rest and nothing is pending."""
+        """Change outputs by sending a frame: immediately while the motor is at rest and nothing is pending."""
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 
     def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
@@ -156,28 +157,28 @@ class DrivePath:
             self.link.tail(entries)
 
     def move(self) -> None:
-        """Take the steps of the bench in the state from now on."""
+        """Start to take the steps of the bench in the state."""
         self.feeder.axis, self.feeder.kernel = self.state.axis, self.state.kernel
 
 
 class Stopping(Protocol):
-    """Actions of a drive when its board stops by itself.
+    """The actions of a drive when its board stops by itself.
 
-    `stopped` comes first, once; `halted` when the board is at rest and its count is final; `turn` repeatedly meanwhile;
-    `clear` when the user continues.
+    `stopped` is called first, once; `halted` when the board is at rest and its count is final; `turn` repeatedly in the
+    meantime; `clear` when the user continues.
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself stops the motor there, by its own law: then it is not a trouble."""
+        """Return whether the chip itself stops the motor there, by its own law: then the event is not a trouble."""
 
     def stopped(self, event: BoardEvent) -> None:
-        """Record that the board makes no more steps of the model; a stop ramp may follow."""
+        """Record that the board makes no further steps of the model; a stop ramp may follow."""
 
     def halted(self, event: BoardEvent) -> None:
-        """Record that the board is at rest; position and tick of the event are those of the last step."""
+        """Record that the board is at rest; the event has the position and the tick of the last step."""
 
     def turn(self) -> None:
-        """Do the work of a halted drive; called each turn."""
+        """Do the work of a halted drive; called in each turn."""
 
     @property
     def settled(self) -> bool:
@@ -188,7 +189,7 @@ class Stopping(Protocol):
 
 
 class Movable(Protocol):
-    """A motor that can stop, and then continue with another run of the model."""
+    """A motor that can stop, and then continue along another run of the model."""
 
     def stop(self, at_once: bool = False) -> None:
         """Stop the motor, by ramping down or immediately."""
@@ -203,7 +204,7 @@ class Movable(Protocol):
 class FoundBoard(NamedTuple):
     """The state of a board when it was opened.
 
-    Its state, its count, whether it was in motion, and whether the position of the motor may differ from its count.
+    Its state, its count, whether it was in motion, and whether the position of the motor may differ from the count.
     """
 
     state: int

@@ -1,15 +1,15 @@
-"""Conversion of the steps of a chip's axis into records of a board: each step is output a horizon later.
+"""Conversion of the steps of a chip's axis into records for a board: each step is output one horizon later.
 
     model     m0 ........ steps that are final .......| present
     board     | START ... base: end of the queue .....|..... H ....|
                                [open record, kept back]
 
-Each turn fits records to the steps that the model has made since the last one.  The last record is kept back as long as
-the board has three quarters of the horizon before it, so that steps of the next turns may join it.  While the model
-is at rest, pauses fill the time up to its present, so that an underrun always means trouble.  The end of a motion
-is followed by a pause after which the motor may stop (REST).
+Each turn fits records to the steps that the model has made since the previous turn.  The last record is kept back as
+long as the board has three quarters of the horizon queued before it, so that steps of later turns may join it.  While
+the model is at rest, pauses fill the time up to its present, so that an underrun always means trouble.  The end of a
+motion is followed by a pause after which the motor may stop (REST).
 
-Ticks with the suffix 16 are 1/65536 tick.  `base16` is calculated as the board calculates it: errors do not accumulate.
+Ticks with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board: errors do not accumulate.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ..core.time.kernel import Kernel
     from .ticks import TickMap
 
-TOLERANCE_TICKS = 8  # of every step
+TOLERANCE_TICKS = 8  # the timing tolerance of every step
 LEAST_PAUSE = SOONEST_TICKS << 16  # also from a pause to a step
 REST_TICKS = SOONEST_TICKS  # from the last step to the instant at which the motor may stop
 SLACK_TICKS = 32  # beyond the shortest interval, between a pause and an unknown step
@@ -52,7 +52,7 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps of one direction: ticks, in 1/65536 tick; stop ramp from the first (-1: unknown), and its slope."""
+    """Steps in one direction: ticks, in 1/65536 tick; stop ramp from the first step (-1: unknown), and its slope."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -61,7 +61,7 @@ class PlannedSteps(NamedTuple):
 
 
 class PlannedOutput(NamedTuple):
-    """Outputs that change at a tick, in 1/65536 tick: a mask, and their levels."""
+    """Outputs that change at a tick, in 1/65536 tick: a mask, and the new levels."""
 
     tick16: int
     mask: int
@@ -69,15 +69,15 @@ class PlannedOutput(NamedTuple):
 
 
 class Feeder:
-    """Converter of the steps of one axis into records for a board.
+    """A converter of the steps of one axis into records for a board.
 
     Args:
         axis: the axis of the chip.
         kernel: the kernel of its bench, which is idle during a turn.
         link: takes the records.
         ticks: converts instants into ticks.
-        horizon: ticks from a step of the model to that of the motor.
-        shortest: the least interval between two steps, in ticks.
+        horizon: ticks from a step of the model to the same step of the motor.
+        shortest: the minimum interval between two steps, in ticks.
         put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
         ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per step.
@@ -105,10 +105,10 @@ class Feeder:
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # there are queued steps after which the board has not come to rest
         self.stopped = False  # steps are not queued: the board is in HALT, or the position of the motor is unknown
-        self.lost = 0  # net steps of the model since the count of the board was last taken over
+        self.lost = 0  # net steps of the model since the board's count was last taken over
         self.steps = self.records = 0  # queued so far
         self.net = 0  # steps up minus steps down queued so far
-        self.first_interval16 = 0  # of the last motion queued: from its first step to the second one
+        self.first_interval16 = 0  # for the last motion queued: from its first step to its second
         self._changes: list[tuple[int, int, int]] = []
         self._forget()
 
@@ -128,7 +128,7 @@ class Feeder:
     # ----------------------------------------------------------------------------------------------------- interface
     @property
     def busy(self) -> bool:
-        """Whether there are steps, queued or made by the model, after which the board has not come to rest."""
+        """Whether there are steps, queued or made by the model, after which the board has not yet come to rest."""
         if self.stopped:
             return False
         now = self.kernel.now
@@ -136,12 +136,12 @@ class Feeder:
 
     @property
     def interval16(self) -> int:
-        """Last interval queued, in 1/65536 tick; 0: none since a pause."""
+        """Last interval queued, in 1/65536 tick; 0 if none was queued since a pause."""
         return self._record.last if len(self._open) else self._interval16
 
     @property
     def shortest(self) -> int:
-        """Least interval between two steps, in ticks."""
+        """Minimum interval between two steps, in ticks."""
         return self._shortest16 >> 16
 
     @shortest.setter
@@ -150,7 +150,7 @@ class Feeder:
         self._margin16 = (max(ticks, SOONEST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
-        """Change outputs of the board at this instant of the model: those of `mask`, to the bits of `value`."""
+        """Change outputs of the board at the present instant of the model: those in `mask`, to the bits of `value`."""
         self._changes.append((self.kernel.now, mask, value))
 
     def turn(self, tick: int) -> None:
@@ -191,35 +191,35 @@ class Feeder:
         )
 
     def restart(self, tick: int) -> None:
-        """Start the records queued on the board at a tick, because START came too late; delay all further output."""
+        """Start the records queued on the board at a later tick, because START came late; delay all further output."""
         if self.started is not None:
             self.delay(tick - self.started)
             self.started = tick
             self.link.restart(tick)
 
     def counted(self) -> None:
-        """Count lost steps from now on: the model has the position of the motor."""
+        """Start to count lost steps: the model has the position of the motor."""
         self._take()
         self.lost = 0
 
     def halt(self) -> None:
-        """Clear the queue, and queue no more steps: the board has halted."""
+        """Clear the queue, and queue no more steps, because the board has halted."""
         self._forget()
         self.stopped, self.lost = True, 0
 
     def go_on(self) -> None:
-        """Queue the steps that the model makes from now on."""
+        """Start to queue the steps that the model makes after this."""
         self._take()
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the steps that the model makes from an instant on (ps): a past one, after another run took over."""
+        """Queue the steps that the model makes after an instant (ps), a past one if another run took over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
     # ------------------------------------------------------------------------------------------------ from the model
     def _take(self) -> None:
-        """Take the steps and outputs of the model since the last time: those before its present are final."""
+        """Take the steps and outputs made by the model since the last call: those before its present are final."""
         start, now = self.taken_ps, self.kernel.now
         if now <= start:
             return
@@ -246,7 +246,7 @@ class Feeder:
     # -------------------------------------------------------------------------------------------------- to the board
     @property
     def _present16(self) -> int:
-        """Tick up to which no more output can come; a step that comes then is far enough after it."""
+        """Tick up to which no more output can come; any later step is far enough after it."""
         return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
 
     def _lay(self) -> None:
@@ -276,7 +276,7 @@ class Feeder:
                 self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
-        """Start the board, or continue after a rest, with the same interval before the first step as after it."""
+        """Start the board, or continue after a rest; the interval before the first step equals the one after it."""
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
@@ -289,9 +289,9 @@ class Feeder:
         self._rested, self._interval16 = False, 0
 
     def _join(self, ticks16: NDArray[np.int64]) -> bool:
-        """Append steps to the open record, or continue the last one, if all of them fit; else return False.
+        """Append steps to the open record, or extend the last record, if all of them fit; else return False.
 
-        So a long slew costs only a few array operations.  In a ramp a new fit makes longer records.
+        So a long slew takes only a few array operations.  In a ramp, a new fit makes longer records.
         """
         import numpy as np
 
@@ -315,7 +315,7 @@ class Feeder:
         return True
 
     def _fit(self, ticks16: NDArray[np.int64]) -> None:
-        """Fit records to the open steps and these; the last one remains open."""
+        """Fit records to the open steps and the new ones; the last record remains open."""
         import numpy as np
 
         steps = np.concatenate((self._open, ticks16))
@@ -326,7 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Change outputs in a pause; return False if it is too early to know where."""
+        """Queue an output change in a pause; return False if it is too early to know where."""
         if not self.running:
             self._put(output)
             return True
@@ -377,10 +377,10 @@ class Feeder:
         self._interval16, self._rested = 0, False
 
     def _push(self, record: Record) -> None:
-        """Push a record that is a fit to steps."""
+        """Push a record that fits steps."""
         if self._ramp_left < 0:
             self._batch.append(record)
-        else:  # at fast steps a brake makes one more of them, so the ramp is one shorter
+        else:  # at fast steps a brake makes one more step, so the ramp is one step shorter
             more = 1 + self._slope if record.interval < FAST_TICKS else 0
             self._batch.append(record.with_ramp_left(max(self._ramp_left - more, 0), self._slope))
             self._ramp_left += self._slope * record.count

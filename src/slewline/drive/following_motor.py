@@ -1,6 +1,6 @@
-"""The motor follows the model: from the present on, on another bench, from a past instant, until it is stopped.
+"""The motor follows the model: from the present, on another bench, or from a past instant, until it is stopped.
 
-While a bench is followed, its inputs from outside are observed, and the pins that set outputs of the board.
+While a bench is followed, its inputs from outside are observed, and so are the pins that set board outputs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STEADY_TURNS = 20
 class Alignment:
     """The lead of the model over the board, and the instant of the model at the board's present.
 
-    `near`: at the last turn it was less than a quarter of the horizon off.
+    `near`: at the last turn the lead was less than a quarter of the horizon off.
     """
 
     def __init__(self, state: DriveState, path: DrivePath) -> None:
@@ -43,7 +43,7 @@ class Alignment:
         self.near, self.jumps = True, self.clock.jumps
 
     def catch_up(self) -> None:
-        """Align the model if, at rest, the program has done other work meanwhile."""
+        """Align the model if, while at rest, the program has spent time on other work."""
         if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
@@ -66,12 +66,12 @@ class Alignment:
         return (self.ticks.at(self.state.kernel.now) >> 16) - tick
 
     def present_ps(self) -> int:
-        """Return the present of the board as an instant of the model (ps)."""
+        """Return the instant of the model at the board's present (ps)."""
         return self.ticks.ps(self.clock.ticks(self.wall()))
 
 
 class Following:
-    """Makes the motor follow the model.
+    """The piece that makes the motor follow the model.
 
     Args:
         self_start: a program that the chip starts by itself may move the motor.
@@ -93,7 +93,7 @@ class Following:
         self._wake = wake
         bench = state.bench  # a chip may move once it has received an input
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
-        self.to_stop = False  # ordered by the user, and not yet stopped by the board
+        self.to_stop = False  # a stop that the user has ordered, and the board has not made yet
 
     # ----------------------------------------------------------------------------------------------------- on a bench
     def attach(self) -> None:
@@ -110,14 +110,14 @@ class Following:
         self.state.kernel.outside.on_input.remove(self._input)
 
     def move(self, bench: Bench) -> None:
-        """Go on with another bench, which is at the same instant and has a chip of the same name."""
+        """Go on with a replacement bench, which is at the same instant and has a chip of the same name."""
         self.detach()
         self.state.move(bench)
         self.path.move()
         self.attach()
 
     def _input(self, do: str, _what: object) -> None:
-        """Record an input from outside; levels and time do not let a chip move."""
+        """Record an input from outside; levels and the passing of time do not permit a chip to move."""
         if do not in SILENT:
             self.spoken = True
         if self.link.at_rest:
@@ -125,23 +125,23 @@ class Following:
             self._wake()
 
     def _output(self, net: Net) -> None:
-        """Handle the change of a pin that programs set."""
+        """Handle a change of a pin that programs set."""
         for each, number in self.state.nets():
             if each is net:
                 self.feeder.change(1 << number, (net.level or 0) << number)
 
     # -------------------------------------------------------------------------------------------------- begin and stop
     def begin(self) -> None:
-        """Begin at the present of the board."""
+        """Start to follow at the present of the board."""
         self.alignment.align()
         self.feeder.go_on()
         self._continue()
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a stopped board continue: it counts from a position, and outputs the steps after an instant (ps).
+        """Let a stopped board continue: it counts from a position, and outputs the steps made after an instant (ps).
 
         Raises:
-            UsageError: the board does not follow: an emergency stop is active.
+            UsageError: the board does not follow, because an emergency stop is active.
         """
         state = self.state
         self.talk.set_up(position)
@@ -157,7 +157,7 @@ class Following:
         self.talk.begin()
 
     def stop(self, at_once: bool = False, *, of_chip: bool = True) -> None:
-        """Stop the motor, by ramping down or immediately; `of_chip`: a command has stopped the chip itself."""
+        """Stop the motor, by ramping down or immediately; `of_chip`: a command has already stopped the chip itself."""
         self.link.stop(0 if at_once else 1)
         chip, axis = self.state.chip, self.state.axis
         self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)
@@ -165,7 +165,7 @@ class Following:
         self.talk.send(self.path.wall())
 
     def stop_chip(self) -> None:
-        """Stop the chip too if the board has nothing to stop: before a motion, between two, or in a hold."""
+        """Stop the chip too if the board has nothing to stop: before a motion, between two motions, or in a hold."""
         self.to_stop = self.to_stop and self.state.phase == "ok"
         answer = self.link.answer
         if self.to_stop and answer is not None and answer.state == BoardState.IDLE:

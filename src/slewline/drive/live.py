@@ -1,4 +1,4 @@
-"""The model keeps up with its board, whose crystal is the clock."""
+"""The piece that lets the model keep up with its board, whose crystal is the clock."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ LEAST_WAIT_S = 0.0005
 
 
 class Live:
-    """The turns of a drive, in which board and model are kept together.
+    """The turns of a drive, which keep board and model together.
 
-    `rewind` takes the model back to the instant at which an input of the board stopped the motor; None: the chip is
-    stopped at the present.
+    `rewind` takes the model back to the instant at which an input of the board stopped the motor; if it is None, the
+    chip is stopped at the present.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class Live:
 
     # ----------------------------------------------------------------------------------------------------------- turns
     def turn(self) -> None:
-        """Receive from the board, feed it the steps of the model, make due calls of the cable, and send.
+        """Receive from the board, feed it the model's steps, make the cable calls that are due, and send.
 
-        It is called every 5 ms, and when bytes have come; the bench is between two runs.
+        It is called every 5 ms, and when bytes have arrived; the bench is between two runs.
         """
         state, rewind, watch, now = self.state, self.rewind, self.watch, self.wall()
         if rewind is not None:
@@ -106,14 +106,14 @@ class Live:
         return not [part for part in state.bench.parts.values() if not part.idle]
 
     def due(self) -> float:
-        """Return the seconds until the next turn is due at the latest, unless it is woken earlier (`on_wake`)."""
+        """Return the seconds until the next turn is due at the latest; `on_wake` may make it due earlier."""
         kernel = self.state.kernel
         due, following = self.talk.due(), kernel.next_time() if self.link.at_rest else None
         return due if following is None else min(due, max(following - kernel.now, 0) / PS_PER_S)
 
     # -------------------------------------------------------------------------------------------------------- at length
     def keep_up(self, until: int, wait: Wait | None) -> bool:
-        """Let the model keep up with the board up to an instant (ps); return whether a wait was met earlier."""
+        """Let the model keep up with the board until an instant (ps); return whether a wait was met earlier."""
         state = self.state  # a turn may exchange its kernel
         self.alignment.catch_up()
         self.turn()
@@ -121,7 +121,7 @@ class Live:
             goal = min(max(self.alignment.present_ps(), state.kernel.now), until)
             met = self._pass(goal, wait)
             self.turn()
-            met = met or (wait is not None and wait.met())  # by an answer of the board
+            met = met or (wait is not None and wait.met())  # the condition was met by an answer from the board
             if met or state.kernel.now >= until:
                 return met
             self.talk.wait(min(self.due(), max((until - state.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
@@ -130,7 +130,7 @@ class Live:
         """Let the model keep up with the board until a condition is met.
 
         Raises:
-            Timeout: it is not met in time.
+            Timeout: the condition is not met in time.
         """
         state = self.state
         if not isinstance(condition, Condition):
@@ -167,7 +167,7 @@ class Live:
 
     # ---------------------------------------------------------------------------------------------- begin, stop, end
     def open(self, *, homed: bool) -> None:
-        """Set the board up, and let it follow the model; `homed`: the user says that the position is known."""
+        """Set the board up, and let it follow the model; `homed`: the user confirms that the position is known."""
         found = self.talk.set_up(known=homed, power=True)
         self.power.began(known=homed)
         self.watch.goes_on(found)
@@ -175,7 +175,7 @@ class Live:
         self.motor.begin()
 
     def clear(self, homed: bool, homing: bool) -> None:
-        """Continue after a halt, from the position of the chip; the chip is released.
+        """Continue after a halt, from the position of the chip, which is released.
 
         Raises:
             UsageError: the drive is not halted, the chip is in motion, or the board does not leave its halt.
@@ -200,7 +200,7 @@ class Live:
         self.motor.stop(at_once, of_chip=self.rewind is not None and self.rewind.command is not None)
 
     def close(self) -> None:
-        """Let the motor come to rest, and the board take all pending commands; then stop following the model."""
+        """Let the motor come to rest, and let the board take all pending commands; then stop following the model."""
         state = self.state
         if state.phase == "closed":
             return
@@ -230,6 +230,6 @@ class Live:
         return self.cable.in_progress if state.phase == "ok" else state.phase == "halted" and not state.final
 
     def _pass_while(self, goes_on: Callable[[], bool], limit: int) -> None:
-        """Let time run while `goes_on` returns True, up to a limit on the wall clock (ns)."""
+        """Let time run while `goes_on` returns True, up to a wall-clock time limit (ns)."""
         while goes_on() and self.wall() < limit:
             self.keep_up(self.state.kernel.now + picoseconds("5 ms"), None)

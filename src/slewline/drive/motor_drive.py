@@ -3,8 +3,8 @@
     host -> chip on a bench -> Feeder -> Link -> port -> board -> driver -> motor
          <-     Cable       <-  events of the board, its count, its clock
 
-The crystal of the board paces the model.  Each turn, every 5 ms, the bench is at the present; steps that are final go
-to the board, and due calls of the cable are made.  When the board stops by itself, the drive is `halted`: the chip is
+The board's crystal paces the model.  In each turn, every 5 ms, the bench is at the present; steps that are final go to
+the board, and cable calls that are due are made.  When the board stops by itself, the drive is `halted`: the chip is
 stopped as well (`halting.py`), and the motor does not move until `clear`.  A board that was reset has lost its count:
 the drive is `unknown`.
 """
@@ -57,30 +57,28 @@ class Drive:
         bench: the bench with the chip.
         chip: the chip, or its name.
         port: the name of a serial port, such as "/dev/ttyUSB0", or an open port.
-        horizon: the delay from a step of the chip to that of the motor, 10 ms to 2 s; a pause of this computer does no
-            harm as long as it is shorter.
+        horizon: the delay between a step of the chip and that of the motor, 10 ms to 2 s; a pause of this computer does
+            no harm as long as it is shorter.
         axis: the number of the axis, counted from 1.
-        enable: switch the driver on, which must be named; without it the drive is a dry run: the board counts the
-            steps,
-            and STEP has no edges.
-        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired moves the motor then.
+        enable: switch the driver on, which must then be named; without it the drive is a dry run: the board counts the
+            steps, and STEP has no edges.
+        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired then moves the motor.
         enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever the motor is
             at rest; "halt", after a halt, and at rest when its host is silent; "never".  An emergency stop always
-            does, immediately.  So does the end of a session, unless "never", when the motor is at rest.
-        enable_hold: the time for which the driver stays on then, up to 268 s; with "rest" at least the horizon.
+            switches it off, immediately.  So does the end of a session when the motor is at rest, unless "never".
+        enable_hold: how long the driver stays on in these cases, up to 268 s; with "rest" at least the horizon.
         stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C), "reset" or
             "power"; by default the first of these that the chip has.
         start_stop: the highest rate from which the motor can stop without a ramp, such as "500 steps/s"; by default the
             first rate of the motion.
         driver: the name of the driver, such as "DM542", which determines the level of ENABLE and minimum pulse times;
             without it ENABLE has no level.
-        invert_dir: invert DIR against the direction pin of the chip.
-        inputs: the wiring of inputs of the board, by their printed names: a pin of the chip, or "estop"; "!" before it
+        invert_dir: invert DIR relative to the direction pin of the chip.
+        inputs: the wiring of the board inputs, by their printed names: a pin of the chip, or "estop"; "!" before it
             inverts the level.
         filter: the number of equal samples of an input, 4 us apart, before a change counts, 0 to 15; an emergency stop
-            is
-            not filtered.
-        outputs: the signals of outputs of the board, by their printed names: pins of the chip, "fault" (the board has
+            is not filtered.
+        outputs: the signals of the board outputs, by their printed names: pins of the chip, "fault" (the board has
             halted) or "energised"; by default the pins that programs set.
         self_start: allow a program that the chip starts by itself to move the motor.
         keep_count: take over the count of a board that has kept running since an earlier session, as the position
@@ -89,13 +87,13 @@ class Drive:
         config: the configuration of the board, instead of the one that follows from chip and driver.
         black_box: the folder for the record of the session; True: a new folder in the state directory of this system;
             False: no record.
-        clock: a function that returns the time of the wall clock, in nanoseconds.
-        wait: a function that waits for a number of seconds, or until bytes have come.
+        clock: a function that returns the wall-clock time, in nanoseconds.
+        wait: a function that waits for a number of seconds, or until bytes have arrived.
 
     Attributes:
         board: the model of the board, according to its IDENT.
         port: the open port of the board, which may have another file number after `clear`.
-        power: the current of the driver: `power.on`, and `power.known`, whether the position is.
+        power: the driver current: `power.on`, and `power.known`, whether the position is known.
         troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
         on_wake: hook, called when an input comes from outside while the drive is idle: a turn is due now.
@@ -193,7 +191,7 @@ class Drive:
     # ------------------------------------------------------------------------------------------------------- queries
     @property
     def bench(self) -> Bench:
-        """Present bench; another one after an input of the board has stopped the motor."""
+        """Present bench; it is replaced by another one after an input of the board has stopped the motor."""
         return self._state.bench
 
     @property
@@ -220,11 +218,11 @@ class Drive:
         return introduction(self._state, self._has_estop)
 
     def status(self) -> str:
-        """Return the state as one line: count, driver, length of the board's queue, link, last trouble."""
+        """Return the state as one line: count, driver, length of the board queue, link, last trouble."""
         return as_line(self._state, self._path, self.power.on, self.troubles)
 
     def check(self, seconds: float, priority: str = "", tell: Callable[[str], object] = lambda _text: None) -> Checkup:
-        """Measure link, computer and board of an open drive; output test pulses, or with `enable` ten steps each way.
+        """Measure link, computer and board of an open drive; output test pulses, or, with `enable`, ten steps each way.
 
         Args:
             seconds: the duration by the wall clock.
@@ -265,12 +263,12 @@ class Drive:
         self._live.open(homed=self._homed)
 
     def go_back_by(self, past: Past) -> None:
-        """When the board stops the motor by itself, go back to that instant and let the chip stop there, as it would.
+        """Make the drive go back when the board stops the motor by itself: the chip stops at that instant, as it would.
 
-        Without this the chip is stopped at the present instant, and its position register takes the count of the board.
+        Without this, the chip is stopped at the present instant, and its position register takes the board's count.
 
         Args:
-            past: the past of the bench; that of a server, if hosts are to continue with another bench.
+            past: the past of the bench; the past of a server if hosts are to continue on another bench.
 
         Raises:
             UsageError: the bench writes no journal, which going back needs.
@@ -280,10 +278,10 @@ class Drive:
         self._watch.stopping = self._live.rewind = Rewind(*of, self._inputs, past, self.on_event)
 
     def close(self) -> None:
-        """Let the motor come to rest, take its count over, switch the driver off as `enable_off` says, close the port.
+        """Bring the motor to rest, take its count over, switch the driver off as `enable_off` says, close the port.
 
         A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if it does not come
-        to rest, or this is interrupted, the board stops it, and switches off by itself.
+        to rest, or this is interrupted, the board stops it, and switches the driver off by itself.
         """
         try:
             self._live.close()
@@ -300,22 +298,22 @@ class Drive:
         self._alignment.align()
 
     def turn(self) -> None:
-        """Receive from the board, feed it the steps of the model, make due calls of the cable, and send.
+        """Receive from the board, feed it the steps of the model, make the cable calls that are due, and send.
 
-        It is called every 5 ms, and when bytes have come; the bench is between two runs.
+        This is called every 5 ms, and when bytes have arrived; the bench is between two runs.
         """
         self._live.turn()
 
     def due(self) -> float:
-        """Return the seconds until the next turn is due at the latest, unless it is woken earlier (`on_wake`)."""
+        """Return the seconds until the next turn is due at the latest, unless `on_wake` makes it due earlier."""
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call of the model's instant (ps): a horizon later while output is pending."""
+        """Make a call that belongs to an instant of the model (ps): one horizon later while output is pending."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:
-        """Let time run, in step with the board.
+        """Let time run in step with the board.
 
         Args:
             duration: "2 s", or picoseconds.
@@ -329,11 +327,11 @@ class Drive:
         self._state.bench.run(0)
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Let time run until the chip meets a condition; the motor follows a horizon later.
+        """Let time run until the chip meets a condition; the motor follows one horizon later.
 
         Args:
             condition: a condition such as x.reaches(40), or a function that returns true when it is met.
-            timeout: the longest wait, from now on.
+            timeout: the longest wait.
 
         Raises:
             Timeout: the condition is not met in time.
@@ -366,7 +364,7 @@ class Drive:
             )
 
     def stop(self, at_once: bool = False) -> None:
-        """Stop the motor, after which the drive is halted.
+        """Stop the motor; the drive is then halted.
 
         Args:
             at_once: False: ramp down; True: make no further step.
@@ -383,8 +381,8 @@ class Drive:
         A driver that the board has switched off remains off, unless one of these is given:
 
         Args:
-            homed: the position register is the position of the motor.
-            homing: the motor is homed now; until homing has ended the position is unknown (`power.known`).
+            homed: the position register holds the position of the motor.
+            homing: the motor is being homed; until homing has ended, the position is unknown (`power.known`).
 
         Raises:
             UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, or an

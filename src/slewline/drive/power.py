@@ -1,12 +1,12 @@
-"""The current of the driver, as requested by the host; the board decides (`board/twin_power.py` has its rules).
+"""The driver current, as requested by the host; the board decides (`board/twin_power.py` has its rules).
 
     open    on, if the user enables the driver
     clear   unchanged; on again only if the user confirms the position (homed), or homes now (homing)
     close   off when the motor has come to rest and is counted; "never" leaves it on
 
 A position is unknown if steps may have been lost or were made without current, or if the board has switched the driver
-off by itself.  It is known again when the user confirms it, or when a homing has ended: the chip's own, or one by the
-host, which sets the position register at rest.
+off by itself.  It is known again when the user confirms it, or when a homing run has ended: the chip's own, or one made
+by the host, which sets the position register at rest.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Power:
-    """The current of the driver of a drive."""
+    """The driver current of a drive."""
 
     def __init__(self, state: DriveState, link: Link, cable: Cable, off: EnableOff) -> None:
         self.state, self.link, self.cable, self.off = state, link, cable, off
@@ -32,23 +32,23 @@ class Power:
 
     @property
     def known(self) -> bool:
-        """Whether the position register is the position of the motor, as far as can be known."""
+        """Whether the position register holds the position of the motor, as far as can be known."""
         return self.state.known
 
     @property
     def flags(self) -> int:
-        """Flags of the last answer of the board: PowerFlag."""
+        """Flags (PowerFlag) in the last answer of the board."""
         answer = self.link.answer
         return 0 if answer is None else answer.flags
 
     @property
     def on(self) -> bool:
-        """Whether the driver is enabled, by the last answer of the board."""
+        """Whether the driver is enabled, according to the last answer of the board."""
         return bool(self.flags & PowerFlag.ENERGISED)
 
     @property
     def bears_silence(self) -> bool:
-        """Whether the board would leave the driver on, even if its host sends no message for a second."""
+        """Whether the board would leave the driver on even if its host sends no message for a second."""
         state, off = self.state, self.off
         hold = state.config.enable_hold * HOLD_TICKS
         return not self.on or off == EnableOff.NEVER or (off == EnableOff.HALT and hold > state.board.hz)
@@ -60,12 +60,12 @@ class Power:
         self._homed_from = self._seen()
 
     def before_start(self) -> None:
-        """Switch the driver on again before a motion, if the board switches it off at rest."""
+        """Switch the driver on again before a motion, if the board has switched it off at rest."""
         if self.state.enable and self.off == EnableOff.REST and self._was_on:
             self.link.outputs(ENABLE, ENABLE)
 
     def turn(self) -> bool:
-        """Check whether a homing has ended; return whether the board has switched the driver off by itself."""
+        """Check whether a homing run has ended; return whether the board has switched the driver off by itself."""
         if self.state.phase != "ok":
             return False
         if not self.state.known and self.on:
@@ -77,19 +77,19 @@ class Power:
         return True
 
     def _look_for_homing(self) -> None:
-        """Trust the position when the motor is at rest, and a homing has ended at 0, or the register was set."""
+        """Trust the position when the motor is at rest and a homing run has ended at 0, or the register was set."""
         axis, (homing, offset) = self.state.axis, self._homed_from
         if axis.homing:
             self._homed_from = axis.homing, offset
         elif not self.cable.in_progress and not axis.moving:
             seen = self._seen()
-            if axis.position == 0 if homing else seen[1] != offset:  # a register need not count a homing
+            if axis.position == 0 if homing else seen[1] != offset:  # a register need not count a homing run
                 self.state.trust()
                 self.link.reset(None, known=True)
             self._homed_from = seen
 
     def _seen(self) -> tuple[int, int]:
-        """Return the direction of the chip's homing, 0 for none, and its register minus its travel."""
+        """Return the direction of the chip's homing run (0: none), and its position register minus its travel."""
         axis = self.state.axis
         return axis.homing, (axis.position - axis.travel) % axis.modulus
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def introduction(state: DriveState, estop: bool) -> str:
-    """Return a line for the user with chip, board and driver.
+    """Return a line for the user that names chip, board and driver.
 
     Args:
         estop: an input of the board is an emergency stop.

@@ -1,7 +1,7 @@
-"""Step drivers: minimum pulse times, set-up and hold of DIR, and the level that enables.
+"""Step drivers: minimum pulse times, set-up and hold times of DIR, and the level that enables.
 
-The figures are guaranteed by the data sheets, at the pins of the driver.  Modules with optocouplers are wired as
-on the page of each board: the inputs marked - to ground, those marked + to the board.
+The figures are guaranteed by the data sheets, at the pins of the driver.  Modules with optocouplers are wired as on the
+page of each board: the inputs marked - to ground, the inputs marked + to the board.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ OWN = "high 30 us, low 30 us, setup 5 us, hold 5 us"
 
 
 class StepDriver(NamedTuple):
-    """A driver with inputs STEP and DIR.
+    """A driver with STEP and DIR inputs.
 
-    `high_ps`, `low_ps`: the least time that STEP must be high and low; `setup_ps`, `hold_ps`: how long DIR must be
-    stable before STEP rises, and after; `enabled`: the level at which it drives the motor; `source`: the data sheet.
+    `high_ps`, `low_ps`: the minimum time for which STEP must be high and low; `setup_ps`, `hold_ps`: how long DIR must
+    be stable before STEP rises, and after; `enabled`: the level at which the driver energises the motor; `source`: the
+    data sheet.
     """
 
     name: str
@@ -65,11 +66,11 @@ STEP_DRIVERS: Mapping[str, StepDriver] = MappingProxyType(
 def step_driver(
     name: str, remedy: str = "leave it out, and compare its data sheet with the times of the board"
 ) -> StepDriver:
-    """Return a driver by its name, in either case.
+    """Return a driver by its name, in upper or lower case.
 
     Args:
         name: the driver.
-        remedy: the remedy for an unknown driver, for the message.
+        remedy: the remedy that the message names if the driver is unknown.
 
     Raises:
         UnknownName: there is no driver of this name.
@@ -82,7 +83,7 @@ def step_driver(
 
 
 def own_driver(text: str) -> StepDriver:
-    """Return a driver by the times of its data sheet: "high 30 us, low 30 us, setup 5 us, hold 5 us".
+    """Return a driver defined by its data sheet times: "high 30 us, low 30 us, setup 5 us, hold 5 us".
 
     Raises:
         UsageError: an unknown key, a key that is given twice, or neither `high` nor `low`.
@@ -104,7 +105,7 @@ def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, ho
     """Check that the times of a board are long enough for a driver.
 
     Args:
-        high_ps, low_ps, setup_ps, hold_ps: the least times that the board guarantees, ps.
+        high_ps, low_ps, setup_ps, hold_ps: the minimum times that the board guarantees, ps.
 
     Raises:
         UsageError: one of them is too short.

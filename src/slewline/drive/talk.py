@@ -1,4 +1,4 @@
-"""The communication of a drive with its board: identification, handshake, receiving, sending, and silence."""
+"""The communication between a drive and its board: identification, handshake, receiving, sending, and silence."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
 UNANSWERED = "; check the port, and the firmware of the board (make boards builds it, avrdude writes it)"
-RAMP_DOWN_S = 20.0  # for a motion whose host is gone
+RAMP_DOWN_S = 20.0  # time allowed for a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is trusted
 SILENT_NS = 500_000_000
-HELLO_NS = 250_000_000  # between attempts to identify a board: its boot loader takes 1.6 s
+HELLO_NS = 250_000_000  # time between attempts to identify a board: its boot loader takes 1.6 s
 
 
 class Talk:
-    """Bytes between a drive and its board.
+    """The exchange of bytes between a drive and its board.
 
     Args:
-        wait: waits for a number of seconds, or until bytes have come.
+        wait: waits for a number of seconds, or until bytes have arrived.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Talk:
         self._since_ns, self._silent = self.wall(), False
 
     def receive(self, now: int) -> None:
-        """Receive bytes from the board; report once if it is silent."""
+        """Receive bytes from the board; report once if the board is silent."""
         try:
             data = b"" if self._gone else self.port.read()
         except OSError as error:
@@ -91,10 +91,10 @@ class Talk:
         self.watch.port_lost(error)
 
     def reopen(self) -> None:
-        """Reopen the port, if it is gone.
+        """Reopen the port if it is gone.
 
         Raises:
-            UsageError: it is still gone.
+            UsageError: the port is still gone.
         """
         if self._gone:
             reopen(self.port)
@@ -102,7 +102,7 @@ class Talk:
             self.clock.restart()  # the cable supplies the board
 
     def due(self) -> float:
-        """Return the seconds until the next turn is due at the latest, if no input comes from outside before."""
+        """Return the seconds until the next turn is due at the latest, if no input comes from outside before then."""
         due, most = self.link.due_ns(), IDLE_S if self.link.at_rest else TURN_S
         return most if due is None else min(max(due - self.wall(), 0) / 10**9, most)
 
@@ -118,7 +118,7 @@ class Talk:
         """Send and receive until `met` returns True.
 
         Raises:
-            UsageError: it does not within `seconds`.
+            UsageError: `met` does not return True within `seconds`.
         """
         limit = self.wall() + int(seconds * 10**9)
         while not self._comes(met):
@@ -133,7 +133,7 @@ class Talk:
         return met()
 
     def finish(self) -> None:
-        """Let the board take all pending commands, for a second at most."""
+        """Let the board take all pending commands, for at most a second."""
         limit = self.wall() + int(FINISH_S * 10**9)
         while not (self._gone or self._comes(lambda: self.link.idle)) and self.wall() < limit:
             self.wait(POLL_S)
@@ -144,14 +144,13 @@ class Talk:
         The driver is switched on last, once the board is known to be idle, or not at all.
 
         Args:
-            position: the travel of the model that belongs to this count; None: its travel now.
+            position: the travel of the model that corresponds to this count; None: its present travel.
             known: the user confirms that the count is the position of the motor.
             power: the driver may be switched on.
 
         Raises:
-            UsageError: no board answers, or one with another version; it does not leave its halt, or does not switch
-                the
-                driver on; its count is to be kept, and is not that of the motor.
+            UsageError: no board answers, or one with another version; the board does not leave its halt, or does not
+                switch the driver on; its count is to be kept, but is not that of the motor.
         """
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
@@ -188,7 +187,7 @@ class Talk:
         self.until(lambda: self.link.is_open, SET_UP_S, "no board answers", UNANSWERED)
 
     def _leave_halt(self, counted: int, *, known: bool, power: bool) -> None:
-        """Let the board count from its count, and set its outputs."""
+        """Let the board continue from its count, and set its outputs."""
         link, nets = self.link, self.state.nets()
         link.reset(signed(counted), known=known, power=power)
         value = sum((net.level or 0) << number for net, number in nets)
@@ -211,7 +210,7 @@ class Talk:
             )
 
     def _synchronise(self) -> None:
-        """Measure some round trips, to synchronise with the clock of the board."""
+        """Measure some round trips, to synchronise with the board's clock."""
         link = self.link
         for _ in range(SAMPLES):
             link.ask()
@@ -219,12 +218,12 @@ class Talk:
             self.until(lambda: link.answer is not before, SETTLE_S, "the board does not answer")  # noqa: B023
 
     def _state(self) -> int:
-        """Return the state of the board in its last answer."""
+        """Return the state that the board reported in its last answer."""
         answer = self.link.answer
         return BoardState.BOOT if answer is None else answer.state
 
     def _check(self, ident: Ident) -> None:
-        """Check that the board is still the one for which the drive was made."""
+        """Check that the board is still the one for which the drive was created."""
         board, was = board_of(ident), self.state.board
         if board is not was:
             raise UsageError(f"the board is an {board.title} now, and was an {was.title}; make a new drive")
@@ -232,10 +231,10 @@ class Talk:
 
 
 def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float], object] = sleep) -> BoardModel:
-    """Return the model of the board on a port; it is not configured yet, and a motion continues.
+    """Return the model of the board on a port; the board is not configured yet, and a motion in progress continues.
 
     Args:
-        wall: returns the nanoseconds of the wall clock.
+        wall: returns the wall-clock time in nanoseconds.
         wait: waits for a number of seconds.
 
     Raises:
@@ -259,7 +258,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
 
 
 def _received_text(port: BoardPort) -> str:
-    """Return a text with the received bytes and the expected ones."""
+    """Return a text that compares the received bytes with the expected ones."""
     data = bytes(getattr(port, "received", b""))
     received = f"received {len(data)} bytes, {data[:16].hex(' ')}" if data else "received nothing"
     titles = " or ".join(f"an {board.title}" for board in BOARDS.values())

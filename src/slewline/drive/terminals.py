@@ -1,4 +1,4 @@
-"""The wiring of a board, in the user's words: outputs, driver, phases; and the configuration that follows from it."""
+"""The wiring of a board, in the user's words (outputs, driver, phases), and the configuration that follows from it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LAMPS = ("fault", "energised")  # signals that the board itself can output
 
 
 def steps_a_second(rate: str | int) -> int:
-    """Return the steps/s of a rate such as "500 steps/s", or of an int.
+    """Return the rate in steps/s, from a text such as "500 steps/s" or from an int.
 
     Raises:
         UsageError: not a rate, a number in text without its unit, or 0.
@@ -42,7 +42,7 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
-    """Return a message that the names of a board and of a chip are exchanged; empty if they are not."""
+    """Return a message that the names of a board and of a chip are swapped; empty if they are not."""
     return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
 
 
@@ -50,7 +50,7 @@ def time_of(name: str, time: Time) -> int:
     """Return a time in picoseconds.
 
     Raises:
-        TimeError: it is not a time; the message has its name.
+        TimeError: it is not a time; the message contains `name`.
     """
     try:
         return picoseconds(time)
@@ -73,10 +73,10 @@ def checked_horizon(horizon: Time) -> int:
 
 
 def checked_driver(driver: str | None, enable: bool) -> None:
-    """Check that a driver that is to be enabled has a name.
+    """Check that a driver to be enabled has been named.
 
     Raises:
-        UsageError: it has none.
+        UsageError: no driver is named.
     """
     if enable and driver is None:
         raise UsageError(
@@ -86,7 +86,7 @@ def checked_driver(driver: str | None, enable: bool) -> None:
 
 
 def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) -> dict[int, str]:
-    """Return the signals of a board's outputs, by their numbers: pins of a chip, or lamps.
+    """Return the signals of a board's outputs, by output number: pins of a chip, or lamps.
 
     Args:
         wiring: pins by the printed names of outputs, such as {"D2": "uo1"}, "fault" or "energised"; None: the pins
@@ -128,14 +128,14 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
 
 
 def pins_of(outputs: Mapping[int, str]) -> dict[int, str]:
-    """Return the outputs of a board that show pins of a chip."""
+    """Return the board outputs that show pins of a chip."""
     return {number: name for number, name in outputs.items() if name not in LAMPS}
 
 
 def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
-    """Return the polarity of DIR: the level of the chip's own pin in each direction, or the other one.
+    """Return the polarity of DIR: the level of the chip's own pin in each direction, or the opposite level.
 
-    For a chip without such a pin, DIR is high clockwise, that is upwards.
+    For a chip without such a pin, DIR is high for clockwise motion, that is, upwards.
     """
     row = next((row for row in chip.sheet.pins if row.plays("direction", axis)), None)
     clockwise = 1 if row is None or row.sense is None else row.sense
@@ -147,7 +147,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
 
     Raises:
         UnknownName: there is no such driver.
-        UsageError: the pulses of the board are too short for it.
+        UsageError: the pulses of the board are too short for the driver.
     """
     if driver is None:
         return 0
@@ -157,7 +157,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
 
 
 def pattern_of(chip: Chip) -> tuple[int, ...]:
-    """Return the phases of a chip by the index of half steps, phase 1 in bit 0; a chip without phases has none."""
+    """Return the phases of a chip by half-step index, phase 1 in bit 0; empty for a chip without phases."""
     whole = [sum(level << n for n, level in enumerate(row)) for row in chip.phase_patterns()]
     if len(whole) in (0, 8):
         return tuple(whole) or (0,) * 8
@@ -167,7 +167,7 @@ def pattern_of(chip: Chip) -> tuple[int, ...]:
 
 
 def lamp(outputs: Mapping[int, str], name: str) -> int:
-    """Return the number + 1 of the output that is a lamp; 0 if none is."""
+    """Return the number + 1 of the output that is a lamp of this name; 0 if there is none."""
     return next((number + 1 for number, shows in outputs.items() if shows == name), 0)
 
 
@@ -199,7 +199,7 @@ def least_hold(off: EnableOff, horizon: int) -> int:
     """Return the shortest `enable_hold` of CONFIG: a driver that is switched off at rest is on until the first step.
 
     Args:
-        horizon: from a message of the host to that step, in ticks.
+        horizon: the time between a message from the host and that step, in ticks.
     """
     return horizon // HOLD_TICKS + 2 if off == EnableOff.REST else 0
 
@@ -222,11 +222,11 @@ def usual_config(
     """Return the configuration of a board for a chip and a driver, without inputs.
 
     Args:
-        start_stop: steps/s; None: the usual rate.
+        start_stop: steps/s; None: the default rate.
         driver: its name; None: its ENABLE is left alone.
         dry: STEP has no edges.
         off: when the board switches the driver off by itself, after `hold`.
-        invert_dir: DIR has the other level than the chip's own pin.
+        invert_dir: DIR has the opposite level of the chip's own pin.
     """
     return BoardConfig(
         start_stop=board.hz // (start_stop or START_STOP),

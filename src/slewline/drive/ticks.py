@@ -1,4 +1,4 @@
-"""Instants of a model as ticks of a board."""
+"""Conversion of instants of a model into ticks of a board."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class TickMap:
-    """Conversion between instants of a model and ticks of a board; exact, rounded down.
+    """The conversion between instants of a model and ticks of a board; exact, rounded down.
 
     `origin16` is the tick of instant 0, in 1/65536 tick.
     """
@@ -24,11 +24,11 @@ class TickMap:
         self.hz, self.origin16 = hz, 0
 
     def align(self, ps: int, tick: int) -> None:
-        """Map an instant of the model (ps) to a tick of the board from now on."""
+        """Start to map an instant of the model (ps) to a tick of the board."""
         self.origin16 = (tick << 16) - ps * self._n // self._d
 
     def at(self, ps: int) -> int:
-        """Return the tick of an instant (ps), in 1/65536 tick."""
+        """Return the tick at an instant (ps), in 1/65536 tick."""
         return self.origin16 + ps * self._n // self._d
 
     def many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -55,12 +55,12 @@ class ClientFace(Protocol):
         """Token that a client must send with its first request."""
 
     def perform(self, request: Data) -> Data | None:
-        """Execute a request on this server; None: the reply comes later."""
+        """Execute a request on this server and return its reply; None if the reply comes later."""
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
     ) -> None:
-        """Reply when a condition is met, or at an instant (ps); `pushes`: a paused time passes for it."""
+        """Reply when a condition is met, or at an instant (ps); with `pushes`, time that is paused runs until then."""
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
         """Register a later reply; return the function that sends it."""
@@ -72,20 +72,20 @@ class ClientFace(Protocol):
         """Return the reply for an error."""
 
     def subscribe(self, every_s: float) -> Data:
-        """Send events from now on; return the view."""
+        """Start sending events; return the view."""
 
     def watch(self, every_s: float) -> None:
-        """Send events from now on, at this minimum interval; 0: stop."""
+        """Start sending events, at this minimum interval; 0 stops them."""
 
     def event(self, found: Data) -> None:
         """Send an event, if the client has subscribed."""
 
     def go_on(self) -> None:
-        """Answer requests received meanwhile."""
+        """Answer the requests received meanwhile."""
 
 
 class ServerFace(Protocol):
-    """A server, for lines, views, the control port and time travel: `Server` describes the names."""
+    """A server, as seen by lines, views, the control port and time travel; `Server` describes the names."""
 
     bench: Bench
     pace: Pace
@@ -136,7 +136,7 @@ class ServerFace(Protocol):
         """Return the number of steps of a chip since the beginning, on all axes."""
 
     def catch_up(self) -> None:
-        """Execute requests that hosts have sent before this moment, if they need not wait for answers."""
+        """Execute requests that hosts have sent before this moment, if those hosts need not wait for answers."""
 
     def serve(self, done: Callable[[], bool]) -> None:
         """Let time run and answer clients, until `done` returns True."""

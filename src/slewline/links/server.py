@@ -5,8 +5,8 @@
     print(port.where)                                   # socket://127.0.0.1:40001
     server.run()                                        # until server.stop()
 
-Everything happens in the thread that calls `run`: it lets virtual time run as far as it may, then sleeps until the
-next event or the next byte.  `call` calls a function there from another thread.
+Everything happens in the thread that calls `run`: it lets virtual time run as far as allowed, then sleeps until the
+next event or the next byte.  `call` lets another thread call a function there.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Server(Closing):
     """A server for the chips of a bench.
 
     Args:
-        bench: furnished; no time may have passed.
+        bench: the furnished bench; no time may have passed on it.
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript; "-": standard error.
         allow_remote: other machines may connect.
@@ -74,10 +74,10 @@ class Server(Closing):
         loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.
         notes: functions that return text for the status line, such as that of a drive.
         troubles, found: texts of faults around the chips; the number of findings.
-        branch: the number of the run that is shown: 0 is the one that began with the server.
+        branch: the number of the run that is shown; 0 is the run that began with the server.
         breakpoints: conditions that pause virtual time.
         past: access to the past: `past.at(t)`, and `past.go_on`, after which another bench is served.
-        branches: the runs that began in the past, and which one is shown.
+        branches: the runs that began in the past, and which of them is shown.
         views, adapters: data for the control port; unplugged ports.
         reports, closed: findings for the user, without repetitions; whether the server is closed.
     """
@@ -148,7 +148,7 @@ class Server(Closing):
         return self._joined(line_to(self, name, chips, framing, over, card), chips)
 
     def _joined(self, line: HostLine, chips: Sequence[Chip]) -> HostLine:
-        """Register a line, next to those to the same chips."""
+        """Register a line along with the other lines to the same chips."""
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
@@ -161,7 +161,7 @@ class Server(Closing):
             raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
     def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
-        """Serve a line on a TCP socket, HOST:PORT: unmodified bytes, or requests for registers.
+        """Serve a line on a TCP socket, HOST:PORT, for unmodified bytes or for register requests.
 
         A `Path` is a Unix socket, with the permissions of its folder.
         """
@@ -169,7 +169,7 @@ class Server(Closing):
         return self._on_tcp(kind, line, address)
 
     def rfc2217(self, line: HostLine, address: str) -> OpenPort:
-        """Serve a line on a TCP port that takes settings, HOST:PORT."""
+        """Serve a line on a TCP port, HOST:PORT, that also takes the line settings (RFC 2217)."""
         from .ports.rfc2217 import NetPort
 
         self._check(line, "rfc2217")
@@ -178,7 +178,7 @@ class Server(Closing):
         return port
 
     def pty(self, line: HostLine, link: str | LinkPlace) -> OpenPort:
-        """Serve a line on a pseudo-terminal, found by a symbolic link, whose place may come from a bench file."""
+        """Serve a line on a pseudo-terminal, found by a symbolic link whose place may come from a bench file."""
         from .ports.pty import PtyPort
 
         self._check(line, "pty")
@@ -200,7 +200,7 @@ class Server(Closing):
         return port
 
     def control(self, address: str | Path, token: str | None = None) -> OpenPort:
-        """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
+        """Open a control port, HOST:PORT; other machines may reach it if it has a token, which clients must know."""
         from .control.control import Control
 
         port = self._opened(Control(self, address, token))
@@ -208,7 +208,7 @@ class Server(Closing):
         return port
 
     def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str | Path) -> OpenPort:
-        """Open a port of a kind for a line, and return it."""
+        """Open a port of a given kind for a line, and return it."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self.say, line.name)))
         self._warn_remote(line.name, port.where, "any client that connects can command the module, without a password")
         return port
@@ -289,9 +289,9 @@ class Server(Closing):
         self.loop.close()
 
     def catch_up(self) -> None:
-        """Execute requests that hosts on registers have sent before this moment, before any later request.
+        """Execute requests that register hosts have sent before this moment, before any later request.
 
-        Only in lockstep; paced, all bytes are handled at the instant of their arrival.
+        This is needed only in lockstep; when paced, all bytes are handled at the instant of their arrival.
         """
         if self.pace.lockstep:
             for port in self.ports:
@@ -307,7 +307,7 @@ class Server(Closing):
 
     @property
     def dialogue(self) -> Dialogue:
-        """Data sent by hosts and chips, from the first access on; with a control port, from the beginning."""
+        """Data sent by hosts and chips, recorded from the first access; with a control port, from the beginning."""
         if self._dialogue is None:
             from .views.dialogue_view import Dialogue
 
@@ -350,7 +350,7 @@ class Server(Closing):
 
     # -------------------------------------------------------------------------------------------------- housekeeping
     def say(self, line: str, text: str) -> None:
-        """Report an event to the user, once; on the terminal, the transcript does."""
+        """Report an event to the user, once; if the transcript is on the terminal, it does so."""
         self.log.event(line, text)
         if not self.log.on_terminal:
             self.report(text)
@@ -359,7 +359,7 @@ class Server(Closing):
         self.report(text)
 
     def _trouble(self, text: str) -> None:
-        if text not in self.troubles:  # a retry of a host is not reported again
+        if text not in self.troubles:  # a host's retry is not reported again
             self.troubles.append(text)
             self.say("server", text)
 

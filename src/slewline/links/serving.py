@@ -1,4 +1,4 @@
-"""The service for each kind of channel: the line to a chip, and the part in which it ends."""
+"""The service for each kind of channel: the line to a chip, and the part in which the line ends."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def line_to(
     """Return a line to chips on one of their channels.
 
     Raises:
-        UsageError: the chips cannot share a line, or a card is named for a chip without one.
+        UsageError: the chips cannot share a line, or a card is named for a chip that has none.
     """
     channels = [channel_over(chip, over) for chip in chips]
     for chip, channel in zip(chips, channels, strict=True):
@@ -79,7 +79,7 @@ def register_line(
 
 
 def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip uses it."""
+    """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip has it."""
     if framing:
         raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
     host = server.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
@@ -87,7 +87,7 @@ def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing:
 
 
 def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return lines of text to a host on a bus; without framing, a serial line to its UART."""
+    """Return a line of text to a host on a bus; without framing, a serial line to its UART."""
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))

@@ -1,7 +1,7 @@
 """The protocol of a part on a bus, through an adapter that does the handshake and takes lines of text.
 
-It is the framing of `slewline serve --framing` (links/lines/framing.py): commands as they are written, `?0` to `?3`
-for the verify groups, `?` to query whether the part takes commands.  Commands are not answered.
+It is the framing of `slewline serve --framing` (links/lines/framing.py): commands in text form, `?0` to `?3` for the
+verify groups, `?` to query whether the part takes commands.  Commands are not answered.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class FramedSpeech(Speech):
         return command.encode("ascii") + b"\r"
 
     def answers(self, command: str) -> bool:
-        """Return whether a command is answered: a query is, and the command that discards all others."""
+        """Return whether a command is answered: queries are, and so is the command that discards all others."""
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
@@ -125,11 +125,11 @@ class FramedSpeech(Speech):
         return found[0] if len(found) == 1 else None
 
     def longest(self, command: str) -> int:
-        """Return the greatest number of characters of an answer: those of the largest verify group."""
+        """Return the maximum number of characters of an answer, which is that of the largest verify group."""
         return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the line of an answer is complete."""
+        """Return whether the answer line is complete."""
         return received.endswith(END)
 
     def lines(self, received: bytes) -> list[str]:
@@ -137,13 +137,13 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return the reason why an adapter has not sent a line, or the part takes none; empty if not a refusal."""
+        """Return the reason why an adapter has not sent a line, or why the part takes none; empty if not a refusal."""
         if line == self.busy:
             return "the part is busy, or lines are waiting for it"
         return line[2:] if self.is_garbled(line) else ""
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an adapter has refused a line; for a query, this means that it arrived damaged."""
+        """Return whether an adapter has refused a line; if the line is a query, this means that it arrived damaged."""
         return line.startswith("! ")
 
 
@@ -153,6 +153,6 @@ def _bytes(number: int, byte: str = BYTE) -> str:
 
 
 def _part(group: int, size: int, at: int, number: int) -> str:
-    """Return the pattern of the answer with a group, which captures `size` bytes of it."""
+    """Return the pattern of an answer with a group, which captures `size` bytes of the group."""
     before, after = (_bytes(count) for count in (at, size - at - number))
     return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

@@ -1,6 +1,6 @@
 """A user's conversation with a module: a line and its answer, the manual's text for both, and findings.
 
-The lines go to the model as well, at the same times; its findings are printed next to the line that caused them.  The
+The lines are also sent to the model, at the same times; its findings are printed with the line that caused them.  The
 model begins in the state after power-up, not in the state of the module.
 """
 
@@ -38,9 +38,9 @@ LONGEST_S = 600  # virtual time that the model may catch up per line
 
 @dataclass
 class Reply:
-    """The result of a line: lines of an answer, their meaning, and findings.
+    """The result of a line: the lines of an answer, their meaning, and findings.
 
-    `findings` are about this line, `since` about the time since the previous line.
+    `findings` are about this line, `since` are about the time since the previous line.
     """
 
     lines: Sequence[str] = ()
@@ -54,7 +54,7 @@ class Reply:
 
 
 class Suggestion(NamedTuple):
-    """A completion of a line, and its meaning."""
+    """A completion of a line, with its meaning."""
 
     text: str
     description: str
@@ -66,7 +66,7 @@ class ShadowModel:
 
     Args:
         line: the model.
-        clock: seconds of the wall clock.
+        clock: returns the wall-clock time in seconds.
     """
 
     line: ModelLine
@@ -79,7 +79,7 @@ class ShadowModel:
         self.began_s, self.began_ps = self.clock(), self.line.kernel.now
 
     def take(self, data: bytes) -> tuple[list[str], list[str]]:
-        """Send the module's data to the model; return the findings since the previous line, and about this one."""
+        """Pass data sent to the module to the model; return findings since the previous line, and about this one."""
         self.catch_up()
         since = self._found()
         line_ps = round((len(data) + 4) * self.line.speech.character_s * PS_PER_S)
@@ -94,7 +94,7 @@ class ShadowModel:
         return list(dict.fromkeys(found))
 
     def catch_up(self) -> None:
-        """Let as much time pass as on the wall clock, within a limit."""
+        """Let as much time pass as on the wall clock, up to a limit."""
         due_ps = self.began_ps + round((self.clock() - self.began_s) * PS_PER_S)
         now_ps = self.line.kernel.now
         self.line.run(min(due_ps, now_ps + LONGEST_S * PS_PER_S))
@@ -103,11 +103,11 @@ class ShadowModel:
 
 
 class Conversation:
-    """Lines of a user, and their results.
+    """The lines of a user, and their results.
 
     Args:
-        module: it may move the motor: the user is responsible.
-        shadow: None: no findings.
+        module: the module, which may move the motor: the user is responsible.
+        shadow: the model that receives the same lines; None: no findings.
     """
 
     def __init__(self, module: Module, shadow: ShadowModel | None = None) -> None:
@@ -145,11 +145,11 @@ class Conversation:
         return ([], []) if self.shadow is None else self.shadow.take(data)
 
     def meaning(self, lines: Sequence[str]) -> str:
-        """Return the manual's text for an answer; empty if none."""
+        """Return the manual's text for an answer; empty if there is none."""
         return dialect_of(self.sheet).answers.get(lines[-1], "") if lines else ""
 
     def unasked(self) -> str:
-        """Return unsolicited characters of the module."""
+        """Return unsolicited characters from the module."""
         data, came_ns = self.module.port.waiting(), time.monotonic_ns()
         if not data:
             return ""
@@ -157,7 +157,7 @@ class Conversation:
         return (data + self._until_silence(TIDY_S)).decode("latin-1")
 
     def _until_silence(self, silence: float) -> bytes:
-        """Return the characters received until a silence of `silence` seconds, for `SHOWN_S` at most."""
+        """Return the characters received until there is silence for `silence` seconds, after at most `SHOWN_S`."""
         try:
             return b"".join(chunk.data for chunk in self.module.chunks(silence, SHOWN_S))
         except EndlessInput as endless:
@@ -197,7 +197,7 @@ class Conversation:
 
     # ---------------------------------------------------------------------------------------------- text of the manual
     def manual(self, command: str = "") -> str:
-        """Return the manual's text for a command; without one, a row for each command and each verb."""
+        """Return the manual's text for a command; without a command, a row for each command and each verb."""
         if command:
             try:
                 return describe_command(self.sheet, command)

@@ -1,4 +1,4 @@
-"""The dialogue on two recorded wires: the characters of a host and of a module, from a logic analyser's edges."""
+"""The dialogue on two recorded wires: the characters of a host and a module, from a logic analyser recording."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .dialogue import DialogueEntry, DialogueHeader, Gathered, RecordedDialogue,
 from .speech import speech_of
 
 PS_PER_US = 10**6
-MOST_DAMAGED = 0.2  # of the characters: beyond that it is another rate, or another signal
+MOST_DAMAGED = 0.2  # fraction of damaged characters: beyond that it is another rate, or another signal
 
 
 class DamagedCharacter(NamedTuple):
-    """A character with a wrong parity or stop bit: the signal, the start of its start bit (ps), and its value."""
+    """A character with a wrong parity or stop bit: the signal, the time of its start bit (ps), and its value."""
 
     signal: str
     at_ps: int
@@ -33,7 +33,7 @@ class DamagedCharacter(NamedTuple):
 
 
 class Decoded(NamedTuple):
-    """A dialogue, and its damaged characters."""
+    """A dialogue and its damaged characters."""
 
     dialogue: RecordedDialogue
     damaged: tuple[DamagedCharacter, ...]
@@ -49,16 +49,16 @@ def decode_dialogue(
     checksum: bool | None = None,
     address: int = 0,
 ) -> Decoded:
-    """Read the dialogue of a host and a module from a recording of their two wires.
+    """Read the dialogue between a host and a module from a recording of their two wires.
 
-    The idle level of a wire, TTL or RS-232, is detected: it is that of its longest pause.
+    The idle level of a wire, TTL or RS-232, is detected: it is the level in its longest pause.
 
     Args:
-        waves: the recording, from its beginning on; times of the dialogue count from there.
-        sheet: the sheet of the part, which defines the format of characters.
+        waves: the recording; dialogue times count from its beginning.
+        sheet: the sheet of the part, which defines the character format.
         host: the signal on which the host sends.
         module: the signal on which the module sends.
-        baud: the rate; None: that of the part at which the fewest characters are damaged.
+        baud: the rate; None: the part's rate at which the fewest characters are damaged.
         checksum, address: for the header of the dialogue.
 
     Raises:
@@ -122,7 +122,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
-    """Return lines, as a proxy would record them: a host's characters at their start, a module's at their end."""
+    """Return lines as a proxy would record them: a host's characters at their start, a module's at their end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()

@@ -1,4 +1,4 @@
-"""Deviations of an answer from the sheet: the fewest that explain all of it, in words.
+"""Deviations of an answer from the sheet: the smallest set that explains the whole answer, as text.
 
 A mend undoes one kind of deviation; `deviations` searches for the fewest mends that turn the answer into a valid one.
 """
@@ -17,8 +17,8 @@ from .failures import DamagedAnswer
 from .speech import LineSpeech, QuerySpeech
 from .spoken import CR, Speech
 
-MOST = 2  # greatest number of deviations searched for together
-LONGEST = 4096  # characters of an answer that is searched
+MOST = 2  # maximum number of deviations searched for together
+LONGEST = 4096  # maximum length of an answer that is searched, in characters
 BLANKS = b" \t"
 
 
@@ -30,7 +30,7 @@ class ModuleQuery(NamedTuple):
 
     @property
     def lists(self) -> bool:
-        """Whether the query is for a listing with an end."""
+        """Whether the query requests a listing with an end."""
         row = self.speech.row(self.command)
         return row is not None and row.role == "list"
 
@@ -43,7 +43,7 @@ class Mend(NamedTuple):
 
 
 def deviations(speech: Speech, command: str, received: bytes) -> str:
-    """Return the deviations of an answer from the sheet, in words; empty if there are none, or none of a known kind."""
+    """Return the deviations of an answer from the sheet as text; empty if there are none, or none of a known kind."""
     question = ModuleQuery(speech, command)
     if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
         return ""
@@ -57,7 +57,7 @@ def deviations(speech: Speech, command: str, received: bytes) -> str:
 
 
 def _undone(question: ModuleQuery, received: bytes, mends: Sequence[Mend]) -> bytes:
-    """Return an answer without deviations; empty if one of them does not occur."""
+    """Return an answer with its deviations undone; empty if one of them does not occur."""
     for mend in mends:
         before, received = received, mend.undo(question, received)
         if received == before:
@@ -66,7 +66,7 @@ def _undone(question: ModuleQuery, received: bytes, mends: Sequence[Mend]) -> by
 
 
 def fits(question: ModuleQuery, received: bytes) -> bool:
-    """Return whether these characters are a valid answer of the part to a query."""
+    """Return whether these characters are a valid answer from the part to a query."""
     if not received.endswith(CR):
         return False
     try:
@@ -94,7 +94,7 @@ def is_instruction(question: ModuleQuery, line: str) -> bool:
 
 
 def _end_of(question: ModuleQuery) -> str:
-    """Return the line that ends a listing; empty if none."""
+    """Return the line that ends a listing; empty if there is none."""
     answers = dialect_of(question.speech.sheet).answers.items()
     return next((answer for answer, meaning in answers if "listing" in meaning), "")
 
@@ -123,7 +123,7 @@ def _capitals(question: ModuleQuery, line: bytes) -> bytes:
 
 
 def _joined(question: ModuleQuery, data: bytes) -> bytes:
-    """Return a listing in which incomplete instructions are joined with the next line."""
+    """Return a listing in which each incomplete instruction is joined with the next line."""
     if not question.lists:
         return data
     *lines, end = data.removesuffix(CR).split(CR)
@@ -144,7 +144,7 @@ def _last_line(question: ModuleQuery, data: bytes) -> bytes:
 
 
 def _padded(question: ModuleQuery, line: bytes) -> bytes:
-    """Return a number with as many digits as in the sheet."""
+    """Return a number padded to as many digits as in the sheet."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
     if found and isinstance(question.speech, QuerySpeech):
         digits = question.speech.dialect.queries.get(found[1].decode("ascii"), 0)
@@ -185,7 +185,7 @@ MENDS = (
 
 # --------------------------------------------------------------------------------------------------------- in words
 def in_words(shape: str) -> str:
-    """Return the pattern of an answer in words: V, a sign, 1 to 7 digits."""
+    """Return the pattern of an answer as readable text: V, a sign, 1 to 7 digits."""
     words = re.sub(r"[()]", "", shape)
     for pattern, replacement in (
         (r"\[\+-\]", ", a sign"),

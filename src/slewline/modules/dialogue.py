@@ -5,11 +5,11 @@ r"""The dialogue with a module in a file: sender, text and times, one JSON objec
     {"at_us":17729,"last_us":18770,"from":"module","text":"R\r"}
     {"at_us":30000,"last_us":30000,"from":"tool","text":"parity error at character 2"}
 
-Times are microseconds since the file was begun: `at_us` of the first character, `last_us` of the last one, both as the
-computer sent or received it.  Characters of one direction share an entry up to a carriage return, as long as the other
-side is silent.  `text` is Latin-1, one character per byte.
+Times are microseconds since the file was begun: `at_us` is the time of the first character, `last_us` that of the last
+one, both as the computer sent or received it.  Characters in one direction share an entry up to a carriage return, as
+long as the other side is silent.  `text` is Latin-1, one character per byte.
 
-A complete line is written immediately, so a truncated dialogue is valid up to its last whole line.
+A complete line is written immediately, so a truncated dialogue is valid up to its last complete line.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ class DialogueHeader:
         part: the name of the part, such as "gs-c200s".
         markings: the text printed on the module.
         crystal_hz: its clock, if known.
-        baud: the rate of the characters.
+        baud: the rate of the line.
         checksum: lines ended in their checksums; None: unknown.
         address: the address of the module on a shared line; 0: none is sent.
-        straps: levels of its straps, by pin.
+        straps: the levels of its straps, by pin.
     """
 
     part: str
@@ -78,7 +78,7 @@ HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: the al
 
 @dataclass(frozen=True, slots=True)
 class DialogueEntry:
-    """An entry: characters of one side, up to a carriage return; `speaker` "tool" is a remark of slewline."""
+    """An entry: characters from one side, up to a carriage return; `speaker` "tool" marks a remark by slewline."""
 
     at_us: int
     last_us: int
@@ -95,7 +95,7 @@ Entry = tuple[Speaker, int, int, bytes]  # sender, instants of the first and the
 
 
 class Gathered:
-    """Characters gathered into entries: up to a carriage return, as long as the other side is silent."""
+    """Characters collected into entries, up to a carriage return, as long as the other side is silent."""
 
     def __init__(self) -> None:
         self._open: tuple[Speaker, int, int, bytearray] | None = None  # an entry that may grow
@@ -115,12 +115,12 @@ class Gathered:
 
 
 class DialogueFile(Closing):
-    """A dialogue file being written, line by line; close it at the end.
+    """A dialogue file that is written line by line; close it at the end.
 
     Args:
         path: a new file.
         failed: called once, when the file cannot be written: its content is kept, and nothing more is written.
-        clock: nanoseconds of the clock of all instants.
+        clock: returns nanoseconds of the clock to which all instants refer.
 
     Raises:
         UsageError: the file exists, or cannot be written.
@@ -146,21 +146,21 @@ class DialogueFile(Closing):
         self._write({"slewline": f"{KIND} {VERSION}", **asdict(header)})
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Write characters sent to the module, and the instants of the first and the last one."""
+        """Write characters sent to the module, and the instants of the first and the last character."""
         self._characters("host", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Write characters received from the module, and the instants of the first and the last one."""
+        """Write characters received from the module, and the instants of the first and the last character."""
         self._characters("module", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def note(self, text: str) -> None:
-        """Write a remark, at this instant."""
+        """Write a remark at this instant."""
         self.end()
         now_ns = self.clock()
         self._entry("tool", now_ns, now_ns, text.encode("latin-1", "replace"))
 
     def _characters(self, speaker: Speaker, data: bytes, first_ns: int, last_ns: int) -> None:
-        """Append characters; those between the first and the last are assumed to be equally spaced."""
+        """Append characters; all between the first and the last are assumed to be equally spaced."""
         for number, byte in enumerate(data):
             at_ns = first_ns + (last_ns - first_ns) * number // max(len(data) - 1, 1)
             for entry in self._gathered.take(speaker, at_ns, byte):
@@ -207,7 +207,7 @@ class DialogueFile(Closing):
 
 @dataclass(frozen=True)
 class RecordedDialogue:
-    """A recorded dialogue; `torn`: its last line was truncated, and is left out."""
+    """A recorded dialogue; `torn`: the last line of the file was truncated, and is left out."""
 
     header: DialogueHeader
     entries: tuple[DialogueEntry, ...] = ()
@@ -245,7 +245,7 @@ class RecordedDialogue:
         return cls(header, tuple(said))
 
     def write(self, path: str | PathLike[str]) -> None:
-        """Write the dialogue into a new file, without the remarks of slewline.
+        """Write the dialogue into a new file, without slewline's remarks.
 
         Raises:
             UsageError: the file exists, or cannot be written.

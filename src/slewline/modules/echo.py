@@ -1,30 +1,30 @@
-"""The echo of a line: an adapter for two wires receives its own output, and some modules and modems return it.
+"""The echo on a line: a two-wire adapter receives its own output, and some modules and modems return it.
 
     sent       V 2 CR
     received   V 2 CR Y CR      the echo first, then the answer
     received   Y CR V 2 CR      or a late echo after the answer, or within the next one
 
-Lines that are exactly equal to sent ones, in the order in which they were sent, are dropped, for a time.  The beginning
-of such a line is kept back until its end has come, or other characters, which show that it is not an echo; nothing else
-is lost.
+Lines that are exactly equal to sent lines, in the order in which they were sent, are dropped for a limited time.  The
+beginning of such a line is kept back until its end has arrived, or other characters that show that it is not an echo;
+nothing else is lost.
 """
 
 from __future__ import annotations
 
 END = 0x0D  # end of a line
 LATE_S = 0.5  # longest delay of an echo after the time of its characters
-ENOUGH = 2  # number of returned lines: a single one might be an answer
-SHORTEST = 2  # least length of a returned line that counts
+ENOUGH = 2  # number of returned lines: a single line might be an answer
+SHORTEST = 2  # minimum length of a returned line that counts
 
 
 class EchoFilter:
-    """Separates the echo on a line from the answers.
+    """A filter that separates the echo on a line from the answers.
 
     Args:
-        drops: the line echoes: drop the echo from the received data.  Otherwise only detect an apparent echo.
+        drops: the line echoes: drop the echo from the received data.  Otherwise, only detect an apparent echo.
 
     Attributes:
-        seen: number of received lines equal to sent ones.
+        seen: the number of received lines equal to sent ones.
     """
 
     def __init__(self, drops: bool) -> None:
@@ -34,7 +34,7 @@ class EchoFilter:
 
     @property
     def shows(self) -> bool:
-        """Whether the line echoes, though `drops` is False."""
+        """Whether the line echoes although `drops` is False."""
         return not self.drops and self.seen >= ENOUGH
 
     @property
@@ -46,14 +46,14 @@ class EchoFilter:
         """Record sent characters.
 
         Args:
-            now: seconds, of any clock.
+            now: the time in seconds, on any clock.
             seconds: the duration of these characters.
         """
         self._wanted += data
         self.until = max(self.until, now + LATE_S) + seconds
 
     def rest(self, data: bytes, now: float) -> bytes:
-        """Return the received data without its echo, and characters that were kept back in vain."""
+        """Return the received data without its echo, along with characters that turned out to be no echo."""
         if not self._wanted:
             return data
         found = bytearray()

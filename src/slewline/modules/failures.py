@@ -13,11 +13,11 @@ class ModuleFailure(SlewlineError, OSError):
 
 
 class PortLost(ModuleFailure):
-    """The port is gone: a cable was unplugged, a connection was closed."""
+    """The port is gone: for example, a cable was unplugged or a connection was closed."""
 
 
 class NoAnswer(ModuleFailure):
-    """No answer, or an incomplete one, which is `received`."""
+    """No answer, or an incomplete one, available as `received`."""
 
     def __init__(self, text: str, received: bytes = b"") -> None:
         super().__init__(text)
@@ -25,7 +25,7 @@ class NoAnswer(ModuleFailure):
 
 
 class EndlessInput(ModuleFailure):
-    """Characters still arrive after the time of a complete answer; `received` are those so far."""
+    """Characters still arrive after the time of a complete answer; `received` contains the characters so far."""
 
     def __init__(self, text: str, received: bytes) -> None:
         super().__init__(text)
@@ -33,7 +33,7 @@ class EndlessInput(ModuleFailure):
 
 
 class DamagedAnswer(ModuleFailure):
-    """An answer with a wrong checksum, with a fault in a character, or not an answer of this part at all."""
+    """An answer with a wrong checksum or a faulty character, or one that is not an answer of this part at all."""
 
 
 class RefusedCommand(ModuleFailure):
@@ -41,7 +41,7 @@ class RefusedCommand(ModuleFailure):
 
     Args:
         code: the answer, such as "E2".
-        description: the text of the data sheet for it.
+        description: the data sheet's text for the answer.
     """
 
     def __init__(self, text: str, code: str, description: str) -> None:

@@ -1,7 +1,7 @@
 """Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
-The search sends a query that changes nothing.  At a wrong rate a module may receive other characters: at every other
-rate of a part they are not a command (tests/modules/test_finding.py).
+The search sends a query that changes nothing.  At a wrong rate a module may receive other characters: at none of the
+part's other rates do they form a command (tests/modules/test_finding.py).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LOOK_S = 0.35  # silence at a rate, after which the next one is tried
 FOLLOWS_S = 0.05  # silence after which an answer counts as complete
 MOST_RECEIVED = 1024  # characters of an answer that are read
 LOOKS = 2  # attempts at a rate: the first line may only end an earlier, incomplete one
-START_S = 3.0  # after its port was opened, which raises DTR, a module may still be starting
+START_S = 3.0  # a module may still be starting after its port was opened, which raises DTR
 
 
 def find(
@@ -50,16 +50,16 @@ def find(
     Args:
         where: the port, as pySerial takes it.
         sheet: the sheet of the part.
-        baud: its rate; None: search for it, if straps set it.
-        checked: its lines have checksums; None: find out.
-        address: the address of the module on a shared line; None: none.
-        transcript, may_move, say: as for `Module`.
+        baud: the rate; None: search for it, if straps set it.
+        checked: lines have checksums; None: find out.
+        address: the address of the module on a shared line; None: no address.
+        transcript, may_move, report: as for `Module`.
         echo: the line echoes all sent characters.
         raw: records all characters on the line.
 
     Raises:
         UsageError: there is no such port, or the part does not have a given setting; or the line does not echo.
-        NoAnswer, DamagedAnswer: no answer, or not one of this part, or checksums differ from `checked`.
+        NoAnswer, DamagedAnswer: no answer, or not one of this part, or checksums that differ from `checked`.
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
@@ -84,7 +84,7 @@ def find(
 
 # -------------------------------------------------------------------------------------------- parts that answer lines
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Query at one rate after the other, with and without checksums."""
+    """Query at one rate after another, with and without checksums."""
     first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
     rates = [*first.rates] if baud is None else [baud]
@@ -119,10 +119,10 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
 
 
 def _check_deviations(module: Module) -> None:
-    """Query, and check whether the complete answer is one of the part that deviates from the sheet.
+    """Query, and check whether the complete answer is one of this part's, with deviations from the sheet.
 
     Raises:
-        DamagedAnswer: it does, twice with the same deviation.
+        DamagedAnswer: it is, twice with the same deviation.
     """
     speech = module.speech
     seen = ""
@@ -165,7 +165,7 @@ def _received(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether the refusal of a line without a checksum had one."""
+    """Return whether the refusal of a line without a checksum had a checksum."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
@@ -173,7 +173,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether a line with a checksum was refused as not a command, in an answer without one."""
+    """Return whether an answer without a checksum refused a line that had one, as not being a command."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))
@@ -182,7 +182,7 @@ def _lacks_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _is_answer(speech: Speech, received: bytes) -> bool:
-    """Return whether data is an answer to the query, or says that the module is busy."""
+    """Return whether data is an answer to the query, or states that the module is busy."""
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
         line = speech.stripped(received.removesuffix(CR))
@@ -192,7 +192,7 @@ def _is_answer(speech: Speech, received: bytes) -> bool:
 
 
 def _of_old_firmware(module: Module) -> bool:
-    """Query with the checksums of old firmware, if they differ; return whether the module answers."""
+    """Query with the checksums of old firmware, if they are different; return whether the module answers."""
     speech = module.speech
     if not isinstance(speech, LineSpeech) or not speech.checked:
         return False
@@ -242,7 +242,7 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
 
 
 def _probed(module: Module) -> None:
-    """Query; check that the answer is one of the part."""
+    """Query, and check that the answer is one of this part's."""
     speech = module.speech
     what = next(what for what, (command, _) in speech.questions.items() if command == speech.probe)
     with suppress(RefusedCommand):

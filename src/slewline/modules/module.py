@@ -1,4 +1,4 @@
-"""A real module: commands out, answers back, and no command that may step the motor unless allowed."""
+"""A real module: it sends commands and returns answers, but sends no command that may step the motor unless allowed."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class NoRecord:
 class ModuleAnswer(NamedTuple):
     """An answer, without checksums, and its instants (ns of `time.monotonic_ns`).
 
-    `lines` is empty if a command is not answered; `sent_ns` is the instant of sending, `first_ns` and `last_ns` those
-    of the first and the last character of the answer.
+    `lines` is empty if a command is not answered; `sent_ns` is the instant of sending, `first_ns` and `last_ns` are
+    those of the first and the last character of the answer.
     """
 
     lines: tuple[str, ...]
@@ -59,7 +59,7 @@ class ModuleAnswer(NamedTuple):
 
     @property
     def text(self) -> str:
-        r"""Answer as text, "\r" between its lines."""
+        r"""Answer as text, with "\r" between its lines."""
         return "\r".join(self.lines)
 
 
@@ -71,11 +71,11 @@ class Module:
         speech: the protocol of the module.
         transcript: records the dialogue.
         may_move: also send commands that may step the motor.
-        report: called, once, with a message for the user about a long exchange.
+        report: called once with a message for the user about a long exchange.
 
     Attributes:
         port, speech, transcript, may_move, report: the arguments.
-        entering: this session has begun program entry, and not ended it.
+        entering: whether this session has begun program entry and not ended it.
     """
 
     def __init__(
@@ -100,13 +100,13 @@ class Module:
     def ask(self, command: str) -> ModuleAnswer:
         """Send a command; return its answer.
 
-        A command that arrived damaged is sent again, and so is a query that is refused, or whose answer is damaged or
+        A command that arrived damaged is sent again; so is a query that is refused, or whose answer is damaged or
         missing.
 
         Raises:
             MotionRefused: the command may step the motor, which is not allowed.
-            RefusedCommand: the module has refused it.
-            NoAnswer, DamagedAnswer: the effect of a command, not a query, is unknown.
+            RefusedCommand: the module has refused the command.
+            NoAnswer, DamagedAnswer: the effect of a command (not of a query) is unknown.
             EndlessInput: characters still arrive after the time of the longest answer.
             PortLost: the port is gone.
         """
@@ -143,10 +143,10 @@ class Module:
 
         Args:
             data: the characters to send; None: the command in the format of the part.
-            again: it was sent before, and not answered.
+            again: the command was sent before, and not answered.
             enough: returns whether received data is enough, so that the wait may end.
-            longest: the greatest number of characters of the answer; None: that of the protocol.
-            wait_s: the least time to wait, whatever the part needs.
+            longest: the maximum number of characters in the answer; None: that of the protocol.
+            wait_s: the minimum time to wait, whatever the part needs.
 
         Raises:
             MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.
@@ -179,7 +179,7 @@ class Module:
         return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
 
     def value(self, what: str) -> str:
-        """Return the answer to a query of the sheet: `what` is one of `speech.questions`.
+        """Return the answer to a query in the sheet; `what` is one of `speech.questions`.
 
         Raises:
             DamagedAnswer: the answer is not one of this part, after several attempts.
@@ -201,7 +201,7 @@ class Module:
         """Wait as long as the module answers that it is busy.
 
         Raises:
-            RefusedCommand: it is still busy after `seconds`.
+            RefusedCommand: the module is still busy after `seconds`.
             NoAnswer, DamagedAnswer, PortLost: as for `ask`.
         """
         for waits_left in reversed(range(round(seconds / BUSY_S) + 1)):
@@ -227,8 +227,7 @@ class Module:
         Args:
             silence: the number of seconds without a character that ends the wait.
             seconds: the longest wait, even if characters still arrive.  Time for which this process was stopped does
-                not
-                count.
+                not count.
             what: the expected data, for messages.
 
         Raises:
@@ -256,7 +255,7 @@ class Module:
                 )
 
     def report_once(self, text: str) -> None:
-        """Report to the user, once, the reason for a long wait."""
+        """Report the reason for a long wait to the user, once."""
         if not self._is_reported:
             self._is_reported = True
             self.report(f"{self.name}: {text}")
@@ -265,7 +264,7 @@ class Module:
         """Return the characters received until there is silence for `silence` seconds.
 
         Args:
-            longest: the greatest number of characters expected.
+            longest: the maximum number of characters expected.
 
         Raises:
             EndlessInput: there is no silence after the time that these characters take.
@@ -276,7 +275,7 @@ class Module:
         """Record unsolicited characters, such as a late answer, until there is silence.
 
         Args:
-            longest: the greatest number of characters expected.
+            longest: the maximum number of characters expected.
 
         Raises:
             EndlessInput: as for `listen`.
@@ -290,7 +289,7 @@ class Module:
         """Check that a command may be sent.
 
         Raises:
-            MotionRefused: it may step the motor, which is not allowed.
+            MotionRefused: the command may step the motor, which is not allowed.
         """
         row = self.speech.row(command)
         stored = self.entering and self.speech.shows_entry and row is not None and row.stored

@@ -30,7 +30,7 @@ IFLAG = 0  # index in the result of termios.tcgetattr
 
 
 class Chunk(NamedTuple):
-    """Characters received together, and their instant (ns of `time.monotonic_ns`)."""
+    """Characters received together, and the instant of reception (ns of `time.monotonic_ns`)."""
 
     data: bytes
     ns: int
@@ -41,7 +41,7 @@ class ModulePort(Closing):
 
     Args:
         where: the port, as pySerial takes it.
-        setting: rate and format.
+        setting: the rate and format.
         raw: records all characters on the line.
         echo: the line echoes: drop the echo.
 
@@ -79,7 +79,7 @@ class ModulePort(Closing):
             self.raw.note(self.setting.in_full)
 
     def _see_faults(self) -> None:
-        """Make the driver replace a character with a parity or framing fault by NUL, if it can."""
+        """Make the driver replace each character with a parity or framing fault by NUL, if it can."""
         try:
             import termios
 
@@ -107,7 +107,7 @@ class ModulePort(Closing):
         """Check that sent characters do not come back.
 
         Raises:
-            NoAnswer: they do, and the port was opened without `echo`.
+            NoAnswer: they do come back, and the port was opened without `echo`.
         """
         if self.echo.shows:
             raise NoAnswer(
@@ -117,10 +117,10 @@ class ModulePort(Closing):
 
     # --------------------------------------------------------------------------------------------------- out and back
     def write(self, data: bytes) -> int:
-        """Send characters; return the instant just before (ns of `time.monotonic_ns`).
+        """Send characters; return the instant just before the write (ns of `time.monotonic_ns`).
 
         Raises:
-            PortLost: the port is gone, or takes no characters for `WRITE_S`.
+            PortLost: the port is gone, or accepts no characters for `WRITE_S`.
         """
         now = time.monotonic_ns()
         self.echo.sent(data, self.clock(), len(data) * self.setting.character_s)
@@ -130,7 +130,7 @@ class ModulePort(Closing):
         return now
 
     def read(self, silence: float) -> Chunk:
-        """Return the next characters, or none after `silence` seconds without any.
+        """Return the next characters; none if there are none for `silence` seconds.
 
         Raises:
             PortLost: the port is gone.
@@ -159,7 +159,7 @@ class ModulePort(Closing):
         return self.echo.rest(data, self.clock())
 
     def clock(self) -> float:
-        """Return a monotonic time in seconds: of the wall clock, or of a module in virtual time."""
+        """Return a monotonic time in seconds, of the wall clock or of a module in virtual time."""
         return float(getattr(self.line, "clock", time.monotonic)())
 
     def pause(self, seconds: float) -> None:

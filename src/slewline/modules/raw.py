@@ -5,7 +5,7 @@ r"""The raw characters on a line, in a file: the answers of a module are kept, h
             1042 > V2\r
            18231 < V70\r\n
 
-A line is written as soon as it has come.  Without received characters there is no file.
+A line is written as soon as it has arrived.  Without received characters there is no file.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from time import gmtime, monotonic_ns, strftime
 from typing import BinaryIO
 
 LARGEST = 16_000_000  # bytes of a file
-KEPT_LINES = 1000  # bytes kept of data sent before the first character came
+KEPT_LINES = 1000  # bytes kept of the data sent before the first character arrived
 HEAD = r"; slewline raw 1: us since {}, > to the module or < from it, characters (\r, \n, \\ and \xNN)"
 FULL = f"; {LARGEST // 1_000_000} MB: the rest is not recorded"
 
@@ -33,7 +33,7 @@ class RawRecord:
 
     Attributes:
         path, failed: the arguments.
-        is_kept: there is a file.
+        is_kept: whether there is a file.
     """
 
     def __init__(self, path: str | PathLike[str], failed: Callable[[str], object] = lambda _text: None) -> None:
@@ -58,7 +58,7 @@ class RawRecord:
             self._line(ns, "<", _shown(data))
 
     def note(self, text: str) -> None:
-        """Record the line settings from now on."""
+        """Record new line settings."""
         self._line(monotonic_ns(), "=", text)
 
     def close(self) -> None:
@@ -110,5 +110,5 @@ class RawRecord:
 
 
 def _shown(data: bytes) -> str:
-    r"""Return bytes as ASCII: a carriage return as \r, other control codes and bytes above ASCII as \xNN."""
+    r"""Return bytes as ASCII: a carriage return as \r, other control codes and non-ASCII bytes as \xNN."""
     return data.decode("latin-1").encode("unicode_escape").decode("ascii")

@@ -1,11 +1,11 @@
-"""A proxy between a host program and its module: every character is passed on immediately, and recorded.
+"""A proxy between a host program and its module: every character is passed on immediately and recorded.
 
     host program <--> pty or TCP port <--> proxy <--> serial port <--> module
                                              |
                                        dialogue file
 
-One thread only passes characters on, and a second one writes the file, so that a slow disk never delays a character.
-The rate that a host sets on a pty, and RTS/CTS, are set on the serial port.
+One thread only passes characters on, and a second thread writes the file, so that a slow disk never delays a character.
+The rate and the RTS/CTS setting that a host makes on a pty are applied to the serial port.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ def prompt_port(url: str, *more: Any, **options: Any) -> Any:
 
 
 class LatenessHistogram:
-    """Histogram of the delays of characters, in bins of 10 µs; delays over 10 ms are in the last one."""
+    """A histogram of character delays, in bins of 10 µs; delays over 10 ms are in the last bin."""
 
     def __init__(self) -> None:
         self.counts = [0] * (BINS + 1)
         self.worst_ns = 0
 
     def note(self, late_ns: int, characters: int = 1) -> None:
-        """Count characters with a delay."""
+        """Count characters with a given delay."""
         self.counts[min(late_ns // (BIN_US * 1000), BINS)] += characters
         self.worst_ns = max(self.worst_ns, late_ns)
 
@@ -70,7 +70,7 @@ class LatenessHistogram:
         return sum(self.counts)
 
     def within_us(self, share: float) -> float:
-        """Return the delay that a fraction of all characters does not exceed, such as 0.99 of them (µs)."""
+        """Return the delay (µs) that a fraction of all characters, such as 0.99, does not exceed."""
         wanted, seen = share * self.characters, 0
         for number, count in enumerate(self.counts[:-1]):
             seen += count
@@ -89,7 +89,7 @@ class LatenessHistogram:
 
 
 class DialogueRecorder:
-    """Writes a dialogue file in a separate thread, which has the priority of the thread that makes it."""
+    """A writer of a dialogue file in a separate thread, which has the priority of the thread that creates it."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file
@@ -123,7 +123,7 @@ class DialogueRecorder:
 
 
 class ProxyEnd:
-    """One end of a proxy, in the role of a line for its port: its input is the output of the other end."""
+    """One end of a proxy, which acts as the line for its port: its input is the output of the other end."""
 
     greetings, share = TEXT, CHUNK
 
@@ -163,7 +163,7 @@ class ProxyEnd:
         self.proxy.passed_on(self, data)
 
     def put(self, data: bytes) -> None:
-        """Output characters at this end."""
+        """Output characters from this end."""
         lost = len(data) if self.write is None else self.write(data)
         if lost and not self.lost:
             self.event(f"{self.name}: takes no characters; {lost} and all further ones are lost")
@@ -182,27 +182,27 @@ class ProxyEnd:
         call()
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Let a host that sends no more receive answers until it closes: only the module knows their end."""
+        """Let a host that has finished sending receive answers until it closes: only the module knows their end."""
 
     def obey(self, on: bool) -> None:
-        """Record the RTS/CTS setting of a host."""
+        """Record the RTS/CTS setting that a host has made."""
 
     def opened_at(self, baud: int) -> None:
         """Record the rate that a host has set."""
 
 
 class HostEnd(ProxyEnd):
-    """The end for the host program."""
+    """The proxy end for the host program."""
 
     def room(self) -> int:
-        """Return the number of bytes that may arrive now; a host that sends faster than the line is held up."""
+        """Return the number of bytes that may arrive now; a host that sends faster than the line is held off."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
             self.proxy.loop.after(FULL_S, self.resume)
         return room
 
     def obey(self, on: bool) -> None:
-        """Switch RTS/CTS of the serial port on or off."""
+        """Switch RTS/CTS on the serial port on or off."""
         self.proxy.set_port("rtscts", on)
 
     def opened_at(self, baud: int) -> None:
@@ -217,9 +217,9 @@ class Proxy:
 
     Args:
         device: the serial port, as pySerial takes it.
-        setting: rate and format of the line.
+        setting: the rate and format of the line.
         recorder: records all characters.
-        open_host: opens the port for the host, from the loop and the line.
+        open_host: opens the port for the host, given the loop and the line.
         report: called with messages for the user.
         echo: the line of the module echoes: the echo goes neither to the host nor into the record.
 
@@ -254,7 +254,7 @@ class Proxy:
 
     @property
     def waiting(self) -> int:
-        """Number of characters that wait for the serial port."""
+        """Number of characters waiting for the serial port."""
         return len(self.device.stream.outgoing)
 
     def set_port(self, name: str, value: Any) -> bool:
@@ -270,7 +270,7 @@ class Proxy:
         return True
 
     def passed_on(self, end: ProxyEnd, data: bytes) -> None:
-        """Send the characters received at one end to the other, then record them."""
+        """Send the characters received at one end to the other end, then record them."""
         now_ns = monotonic_ns()
         if end is self.host:
             self.echo.sent(data, now_ns / NS_PER_S, len(data) * self.setting.character_s)
@@ -279,7 +279,7 @@ class Proxy:
             if not data:
                 return
         (self.module if end is self.host else self.host).put(data)
-        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that wakes the loop
+        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that woke the loop
 
     def _answers(self, data: bytes, now_ns: int) -> bytes:
         """Return the characters sent by the module, without the echo of the line if it is to be dropped."""
@@ -294,7 +294,7 @@ class Proxy:
         return data
 
     def _let_go(self) -> None:
-        """Pass on characters kept back as the possible start of an echo."""
+        """Pass on characters that were kept back as the possible start of an echo."""
         if self.echo.keeps:
             self.passed_on(self.module, b"")
 
@@ -303,7 +303,7 @@ class Proxy:
         self.recorder.characters(end, data, came_ns)
 
     def run(self) -> None:
-        """Pass characters on until `stop`."""
+        """Pass on characters until `stop`."""
         with fine_timer():
             while not self.over:
                 self.loop.serve(self.loop.sleep(None))

@@ -1,4 +1,4 @@
-"""The protocol of a part on a serial line, from its data sheet: rate, format, frames, ends of answers."""
+"""The protocol of a part on a serial line, from its data sheet: rate, format, frames, and ends of answers."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ FETCH_S = 50e-6  # per byte of memory, at most: the end of an endless line is se
 
 
 class LineSpeech(Speech):
-    """The protocol of a part that answers every line with lines.
+    """The protocol of a part that answers every line with one or more lines.
 
-    `kept` are the bits that are set in all its checksums; some old modules have none.
+    `kept` contains the bits that are set in all its checksums; some old modules have none.
     """
 
     kept = KEPT
@@ -47,12 +47,12 @@ class LineSpeech(Speech):
 
     @property
     def rates(self) -> tuple[int, ...]:
-        """Rates that can be strapped, the highest first."""
+        """Rates that can be selected by straps, the highest first."""
         return tuple(sorted(self.line.bauds.values(), reverse=True))
 
     @property
     def probe(self) -> str:
-        """Last of its queries."""
+        """The last of its queries."""
         if not self.questions:
             raise UsageError(f"{self.sheet.part}: its sheet has no queries; add `questions` to its dialect")
         return [*self.questions.values()][-1][0]
@@ -62,7 +62,7 @@ class LineSpeech(Speech):
         return self.dialect.questions
 
     def framed(self, command: str) -> bytes:
-        """Return a line with address, checksum and carriage return, if the part uses them."""
+        """Return a line with address, checksum and carriage return, as far as the part uses them."""
         if not command.isascii() or CR.decode() in command or not command:
             raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
@@ -72,7 +72,7 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line has come: for a listing, a line that cannot be in a program."""
+        """Return whether the last line has arrived; in a listing, that is a line that cannot be in a program."""
         if not received.endswith(CR):
             return False
         row = self.row(command)
@@ -82,7 +82,7 @@ class LineSpeech(Speech):
         return (last[:-1] if self.checked else last).decode("latin-1") in self.dialect.answers
 
     def longest(self, command: str) -> int:
-        """Return the greatest number of characters of an answer: for a listing, those of a full memory."""
+        """Return the maximum number of characters in an answer; for a listing, that of a full memory."""
         row = self.row(command)
         if row is None or row.role != "list":
             return super().longest(command)
@@ -125,22 +125,22 @@ class QuerySpeech(Speech):
 
     @property
     def rates(self) -> tuple[int, ...]:
-        """Rates that it detects, the highest first."""
+        """Rates that the part detects, the highest first."""
         return tuple(sorted(self.line.bauds, reverse=True))
 
     @property
     def usual_baud(self) -> int:
-        """Second highest rate: the highest one needs a fast crystal."""
+        """Second-highest rate, because the highest one needs a fast crystal."""
         return self.rates[min(1, len(self.rates) - 1)]
 
     @property
     def probe(self) -> str:
-        """First of its queries."""
+        """The first of its queries."""
         return next(iter(self.questions.values()))[0]
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Queries, by the registers that they read."""
+        """Queries, by the register that they read."""
         names = {register.letter: register.name for register in self.sheet.registers} | dict(self.dialect.asked)
         return {
             names.get(letter, letter): (
@@ -151,17 +151,17 @@ class QuerySpeech(Speech):
         }
 
     def framed(self, command: str) -> bytes:
-        """Return a command with its carriage return, unless it has none."""
+        """Return a command with its carriage return, unless the command needs none."""
         if not command.isascii() or CR.decode() in command or not command:
             raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:
-        """Return a query, preceded by the end of the unanswered line, which may have arrived in part."""
+        """Return a query, preceded by the end of the unanswered line, part of which may have arrived."""
         return CR + self.framed(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None if it is not a command, or an incomplete one."""
+        """Return the row of a command; None if the text is not a command, or is incomplete."""
         decoder = self.dialect.decoder(self.sheet)
         found: CommandText | None = None
         for byte in self.framed(command):
@@ -169,22 +169,22 @@ class QuerySpeech(Speech):
         return None if found is None else found.row
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether a query has all the lines of its answer."""
+        """Return whether all lines of the answer to a query have arrived."""
         if not self.answers(command):
             return True
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
 
     def answer_timeout(self, command: str) -> float:
-        """Return the silence, in seconds, after which no answer is expected any more."""
+        """Return the length of silence, in seconds, after which no answer is expected any more."""
         looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
         return super().answer_timeout(command) + looked
 
     def longest(self, command: str) -> int:
-        """Return the greatest number of characters of an answer: for a listing, those of the whole memory."""
+        """Return the maximum number of characters in an answer; for a listing, that of the whole memory."""
         return super().longest(command) + self.sheet.buffer_bytes * bool(self.listed_lines(command))
 
     def listed_lines(self, command: str) -> int:
-        """Return the number of memory lines that a query requests, without the pointer."""
+        """Return the number of memory lines that a query requests, not counting the pointer."""
         found = re.fullmatch(rf"{re.escape(self.dialect.query)} ?{self.dialect.listing}[ ,]+([0-9]+)", command)
         return int(found[1]) if found else 0
 
@@ -204,8 +204,7 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
 
     Raises:
         UsageError: the part has no serial line and cannot be read back over a bus, or does not have that rate, checksum
-            or
-            address.
+            or address.
     """
     serial = next((channel for channel in sheet.channels if isinstance(channel, (*KINDS,))), None)
     if serial is None:

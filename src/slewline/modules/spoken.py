@@ -1,6 +1,6 @@
-"""The protocol of a part on a real port: the base of all kinds.
+"""The protocol of a part on a real port: the base class of all kinds.
 
-A speech is made from a sheet, one kind for each kind of line; it does no input and no output.
+A protocol object is made from a sheet, one class for each kind of line; it does no input and no output.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from .failures import DamagedAnswer
 CR = b"\r"
 FAULTY = 0  # replacement for a character with a parity or framing fault
 ANSWER_S = 1.0  # silence after which no answer is expected; no sheet states a time
-STORED_S = 15.0  # the same, of a command that writes an EEPROM
-LONGEST = 80  # characters of an answer that is not a listing
-SLACK_S = 5.0  # for an exchange, in addition to twice the time of its characters
+STORED_S = 15.0  # the same for a command that writes an EEPROM
+LONGEST = 80  # maximum length of an answer that is not a listing, in characters
+SLACK_S = 5.0  # time for an exchange, in addition to twice the time of its characters
 
 
 class Speech:
@@ -28,7 +28,7 @@ class Speech:
         sheet: the sheet of the part.
         baud: the rate; None: `usual_baud`.
         checked: lines end in their checksums; None: they do not.
-        address: the address of the module on a shared line; None or 0: none is sent.
+        address: the address of the module on a shared line; None or 0: no address is sent.
 
     Raises:
         UsageError: a rate, checksums or an address that the part does not have.
@@ -70,7 +70,7 @@ class Speech:
 
     @property
     def probe(self) -> str:
-        """Query that may be sent at any time, and changes nothing."""
+        """A query that may be sent at any time and changes nothing."""
         raise NotImplementedError
 
     @property
@@ -87,11 +87,11 @@ class Speech:
         raise NotImplementedError
 
     def again(self, command: str) -> bytes:
-        """Return a query in the form for a repetition, after an unanswered one."""
+        """Return a query in the form used to repeat an unanswered one."""
         return self.framed(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None if it is not a command."""
+        """Return the row of a command; None if the text is not a command."""
         raise NotImplementedError
 
     def is_complete(self, command: str, received: bytes) -> bool:
@@ -105,7 +105,7 @@ class Speech:
             line: the line without its carriage return.
 
         Raises:
-            DamagedAnswer: a character came with a fault, or the checksum does not fit.
+            DamagedAnswer: a character arrived with a fault, or the checksum does not match.
         """
         if FAULTY in line:
             raise DamagedAnswer(f"{line!r}: a character came with a parity or framing fault")
@@ -117,20 +117,20 @@ class Speech:
 
     @property
     def busy(self) -> str | None:
-        """Answer of a module that is executing a program or a motion; None if there is none."""
+        """Answer of a module that is executing a program or a motion; None if the part has no such answer."""
         return getattr(self.sheet.dialect, "busy", None)
 
     def value(self, what: str, reply: str) -> str:
-        """Return a value as text, from the match of its query's pattern in an answer."""
+        """Return a value as text, taken from an answer by the pattern of its query."""
         return reply
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an answer says that the command arrived damaged, and had no effect."""
+        """Return whether an answer states that the command arrived damaged and had no effect."""
         return False
 
     # -----------------------------------------------------------------------------------------------common to all kinds
     def _refuse(self, checked: bool | None, address: int | None) -> None:
-        """Refuse checksums and addresses, for a part that has none."""
+        """Refuse checksums and addresses for a part that has none."""
         for name, value in (("--checksum", checked), ("--address", address)):
             if value:
                 raise UsageError(f"{name}: lines for the {self.sheet.part.upper()} have none; leave it out")
@@ -151,26 +151,26 @@ class Speech:
         return row is not None and row.role in ("question", "list")
 
     def moves(self, command: str) -> bool:
-        """Return whether a command may step the motor, if it is sent outside program entry; an unknown one may."""
+        """Return whether a command may step the motor if it is sent outside program entry; an unknown command may."""
         row = self.row(command)
         return row is None or row.may_step
 
     def answer_timeout(self, command: str) -> float:
-        """Return the silence, in seconds, after which no answer to a command is expected any more."""
+        """Return the length of silence, in seconds, after which no answer to a command is expected any more."""
         row = self.row(command)
         silence = STORED_S if row is not None and row.role == "store" else ANSWER_S
         return silence + (len(command) + 4) * self.character_s
 
     def longest(self, command: str) -> int:
-        """Return the greatest number of characters of the answer to a command."""
+        """Return the maximum number of characters in the answer to a command."""
         return LONGEST
 
     def seconds(self, characters: int, silence: float) -> float:
         """Return the longest duration of an exchange, in seconds, however much is received.
 
         Args:
-            characters: the greatest number of characters in both directions.
-            silence: the silence before the first one, in seconds.
+            characters: the maximum number of characters in both directions together.
+            silence: the silence before the first character, in seconds.
         """
         return 2 * characters * self.character_s + max(SLACK_S, silence)
 

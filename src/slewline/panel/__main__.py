@@ -1,8 +1,9 @@
 """Run the panel as a separate process: python -m slewline.panel --attach HOST:PORT.
 
 It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts it before there is a
-control port gives --attach -, and later writes HOST:PORT as a line to the standard input.  The token of the control
-port, if it has one, comes in the environment, SLEWLINE_TOKEN: a command line is visible to everybody on the machine.
+control port passes --attach -, and later writes HOST:PORT as a line to its standard input.  The token of the control
+port, if it has one, is passed in the environment, SLEWLINE_TOKEN: a command line is visible to everybody on the
+machine.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Open the panel for these options, until it is ended."""
+    """Open the panel with these options, and run it until it is ended."""
     from .relay import Access
     from .web_server import PanelServer
 

@@ -1,10 +1,10 @@
-"""Protection against foreign access: pages of other sites, names bound to our address, frames around the page.
+"""Protection against foreign access: pages of other sites, foreign names bound to our address, frames around the page.
 
-A browser sends in each request the name that it has resolved (Host) and, when it opens a websocket, the origin of the
-page (Origin).  A foreign page cannot forge either; a foreign name bound to 127.0.0.1 shows in Host.
+In each request a browser sends the name that it has resolved (Host) and, when it opens a websocket, the origin of the
+page (Origin).  A foreign page cannot forge either; a foreign name bound to 127.0.0.1 shows up in Host.
 
 Loopback names and addresses cannot be bound by others, so they are accepted with any port: through a tunnel (ssh -L) or
-a container (docker -p) the port in the browser differs from the one on which we listen.
+a container (docker -p), the port seen by the browser differs from the one on which we listen.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ HEADERS = {
 
 
 class Guard:
-    """Refuses requests that no page of the panel makes, and adds security headers to each answer.
+    """A guard that refuses requests no page of the panel makes, and adds security headers to each answer.
 
     Args:
-        app: the application that answers the other requests.
+        app: the application that answers all other requests.
         port: the port on which the panel listens.
         name: the name or address on which it listens.
         allow_remote: browsers on other machines may connect, by an address or by that name.
@@ -60,7 +60,7 @@ class Guard:
         self.name = f"[{name}]" if ":" in name else name.lower()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or open a websocket."""
+        """Answer a request, or accept a websocket."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -82,7 +82,7 @@ class Guard:
             await PlainTextResponse(f"{why}\n", 403)(scope, receive, send_guarded)
 
     def refused(self, headers: Headers, is_socket: bool) -> str | None:
-        """Return the reason why a request is refused; None if it is not."""
+        """Return the reason why a request is refused; None if it is allowed."""
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not self.is_ours(hosts[0]):
             return "This panel has a different name or address."
@@ -92,7 +92,7 @@ class Guard:
         return None
 
     def is_ours(self, host: str) -> bool:
-        """Return whether this is a loopback name, an allowed address, or our name with our port."""
+        """Return whether a host is a loopback name, an allowed address, or our name with our port."""
         found = HOST.fullmatch(host.lower())
         if found is None:
             return False
@@ -103,7 +103,7 @@ class Guard:
 
 
 def is_address(name: str) -> bool:
-    """Return whether this is an address, which cannot be bound to another one, and not a name."""
+    """Return whether a name is in fact an address, which cannot be bound to another one."""
     try:
         return ip_address(name.strip("[]")) is not None
     except ValueError:

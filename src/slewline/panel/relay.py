@@ -2,14 +2,14 @@
 
     page  --- one websocket ---  relay  --- TCP ---  control port
 
-The first message of a page has the token from the page's address; a page without a token is read-only.  The token of
-the control port itself is sent from here and never reaches a browser.
+The first message from a page contains the token from the page's address; a page without a token is read-only.  The
+token of the control port itself is sent from here and never reaches a browser.
 
-The control port answers the requests of a connection in order, so one that waits (`until`, `step`) would block all
-later ones, including `pause`.  Each of these therefore has a connection of its own.
+The control port answers the requests on a connection in order, so a request that waits (`until`, `step`) would block
+all later ones, including `pause`.  Each request that waits therefore has its own connection.
 
-Memory is bounded: a message is passed on before the next one is read, in both directions, so a side that does not read
-blocks only its own sender; a page has at most `WAITS` waiting requests.
+Memory use is bounded: a message is passed on before the next one is read, in both directions, so a side that does not
+read blocks only its own sender; a page has at most `WAITS` waiting requests.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Hangup(Exception):
     """A request to close the websocket.
 
     Args:
-        code: the code of the protocol; from 4000 on, one of the panel's own.
+        code: the code of the protocol; codes of 4000 and above are the panel's own.
         why: the reason, shown by the page.
     """
 
@@ -52,10 +52,10 @@ class Hangup(Exception):
 
 
 class NotAllowed(Exception):
-    """A refusal of a request, which does not reach the server.
+    """The refusal of a request, which does not reach the server.
 
     Args:
-        why: the error of the reply.
+        why: the error in the reply.
         number: the `id` of the request.
     """
 
@@ -70,7 +70,7 @@ class Access:
 
     host: str
     port: int
-    token: str  # of the page
+    token: str  # the page's token
     control_token: str | None = None
     read_only: bool = False
     token_needed: bool = False  # required for reading, too
@@ -93,7 +93,7 @@ class Access:
 
 
 def same(one: str, other: str) -> bool:
-    """Return whether two tokens are equal, in a time independent of the number of equal characters."""
+    """Return whether two tokens are equal, in a time that does not depend on the number of equal characters."""
     return hmac.compare_digest(one.encode("utf-8", "replace"), other.encode("utf-8"))
 
 
@@ -101,9 +101,8 @@ def parsed(text: str) -> dict[str, Any]:
     """Return a message as the server will read it.
 
     Raises:
-        NotAllowed: it is not an object, or more than one line: JSON allows line feeds between its tokens, and the
-            server
-            would read the text after one as a separate, unchecked request.
+        NotAllowed: the message is not an object, or is more than one line: JSON allows line feeds between its tokens,
+            and the server would read the text after one as a separate, unchecked request.
     """
     if len(text.encode("utf-8", "replace")) > LONGEST:
         raise NotAllowed(f"the request has more than {LONGEST} bytes")
@@ -122,7 +121,7 @@ def checked(text: str, writes: bool) -> str:
     """Return the verb of a request.
 
     Raises:
-        NotAllowed: it is not allowed here, or not for this page.
+        NotAllowed: the verb is not allowed here, or not for this page.
     """
     request = parsed(text)
     do, number = request.get("do"), request.get("id")
@@ -145,7 +144,7 @@ class Relay:
         """Pass messages in both directions until one side has disconnected.
 
         Args:
-            admit: called with whether the page has the token; raises `Hangup` if there are too many such pages.
+            admit: called with whether the page has the token; it raises `Hangup` if there are too many such pages.
         """
         try:
             await self.page.accept()
@@ -183,12 +182,12 @@ class Relay:
             writer.transport.abort()
 
     async def send(self, text: str) -> None:
-        """Send a message to the page, when it has read earlier ones."""
+        """Send a message to the page once it has read the earlier ones."""
         async with self.sending:
             await self.page.send_text(text)
 
     async def hang_up(self, error: Hangup | KeyError) -> None:
-        """Close the websocket; a KeyError is a message that is not text."""
+        """Close the websocket; a KeyError means a message that is not text."""
         code, why = (error.code, error.why) if isinstance(error, Hangup) else (POLICY, "Messages are text.")
         with suppress(WebSocketDisconnect, RuntimeError):
             await self.page.close(code, why)
@@ -214,7 +213,7 @@ class Relay:
         return reader, writer
 
     async def upwards(self, writer: asyncio.StreamWriter, writes: bool) -> None:
-        """Pass requests on to the control port, and refuse those not allowed."""
+        """Pass on requests to the control port, and refuse any that are not allowed."""
         while True:
             text = await self.page.receive_text()
             try:
@@ -228,15 +227,15 @@ class Relay:
             await writer.drain()
 
     async def downwards(self, reader: asyncio.StreamReader) -> None:
-        """Pass replies and events on to the page; stop reading while the page does not read."""
+        """Pass on replies and events to the page; stop reading while the page does not read."""
         while True:
             await self.send(await line_of(reader))
 
     def wait(self, text: str) -> None:
-        """Pass on a request whose reply may take long.
+        """Pass on a request whose reply may take a long time.
 
         Raises:
-            NotAllowed: too many such requests are waiting already.
+            NotAllowed: too many such requests are already waiting.
         """
         if len(self.waits) >= WAITS:
             raise NotAllowed(f"{WAITS} requests are waiting already", json.loads(text).get("id"))
@@ -245,7 +244,7 @@ class Relay:
         task.add_done_callback(self.waits.discard)
 
     async def wait_for(self, text: str) -> None:
-        """Send a request on a connection of its own, and pass its reply on."""
+        """Send a request on its own connection, and pass on its reply."""
         number = json.loads(text).get("id")
         try:
             reader, writer = await self.connected()
@@ -258,13 +257,13 @@ class Relay:
         except Hangup as error:
             await self.send(NotAllowed(error.why, number).reply)
         except (OSError, WebSocketDisconnect, RuntimeError):
-            pass  # the page or the server has disconnected, which the other two tasks detect
+            pass  # the page or the server has disconnected; the other two tasks detect that
         finally:
             writer.transport.abort()
 
 
 async def line_of(reader: asyncio.StreamReader) -> str:
-    """Return the next line of the control port.
+    """Return the next line from the control port.
 
     Raises:
         Hangup: the connection has ended, or the line is too long.
@@ -279,7 +278,7 @@ async def line_of(reader: asyncio.StreamReader) -> str:
 
 
 async def first_to_end(*coroutines: Any) -> None:
-    """Run both directions until one ends; cancel the other, and ignore the loss of the page."""
+    """Run both directions until one ends; then cancel the other, and ignore the loss of the page."""
     tasks = [asyncio.ensure_future(coroutine) for coroutine in coroutines]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -1,8 +1,10 @@
 """The web server of the panel: the files of the page, and its websocket.
 
-panel = Panel(access, "127.0.0.1", 0)
-print(panel.url)
-panel.run()
+    panel = PanelServer(access, "127.0.0.1", 0)
+    print(panel.url)
+    panel.run()
+
+`run` serves until `stop`, SIGINT or SIGTERM.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ END_S = 1
 
 
 class HttpConnection(H11Protocol):
-    """A connection that is closed if its first request does not come, and refused if there are too many."""
+    """A connection that is closed if its first request does not arrive, and refused if there are too many."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Accept a connection."""
@@ -53,7 +55,7 @@ class HttpConnection(H11Protocol):
 
     @property
     def is_idle(self) -> bool:
-        """Whether no request is being answered on it."""
+        """Whether no request is being answered on this connection."""
         return hasattr(self, "deadline") and self.cycle is None
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -63,13 +65,13 @@ class HttpConnection(H11Protocol):
         super().connection_lost(exc)
 
     def give_up(self) -> None:
-        """Close an idle connection; leave one that has become a websocket alone."""
+        """Close the connection if it is idle, but not if it has become a websocket."""
         if self in self.connections and self.cycle is None:
             self.transport.abort()
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """A websocket that is not read while its pongs are not: answers to pings have no other bound."""
+    """A websocket that is not read while its pongs are not read: nothing else limits the answers to pings."""
 
     is_paused = False
 
@@ -92,7 +94,7 @@ class PageSocket(WebSocketsSansIOProtocol):
 class Pages:
     """The open pages: pages with the token, read-only pages, and pages that have not sent their token yet.
 
-    Each kind has its own limit, so that the user's own page is never shut out by others.
+    Each kind has its own limit, so that other pages never shut out the user's own.
     """
 
     def __init__(self) -> None:
@@ -117,10 +119,10 @@ class Pages:
             self.readers.discard(relay)
 
     def admit(self, relay: Relay, own: bool) -> None:
-        """Count a page, after it has sent its token, or none.
+        """Count a page when its first message has arrived, with the token or without.
 
         Raises:
-            Hangup: there are too many of its kind.
+            Hangup: there are too many pages of its kind.
         """
         self.undecided.pop(relay, None)
         pages = self.own if own else self.readers
@@ -135,7 +137,7 @@ def application(access: Access, port: int, name: str, allow_remote: bool = False
     Args:
         access: the control port, and the permissions of pages.
         port: the port of the application.
-        name: the name or address on which it listens.
+        name: the name or address on which the application listens.
         allow_remote: browsers on other machines may connect.
     """
     pages = Pages()
@@ -150,12 +152,12 @@ def application(access: Access, port: int, name: str, allow_remote: bool = False
 
 
 class PanelServer:
-    """A panel on a port of its own.
+    """A panel on its own port.
 
     Args:
         access: the control port, and the permissions of pages.
-        host: the address on which it listens.
-        port: 0: any free port.
+        host: the address on which the panel listens.
+        port: the port number; 0: any free port.
         allow_remote: browsers on other machines may connect.
 
     Raises:
@@ -195,9 +197,9 @@ class PanelServer:
     def run(self) -> None:
         """Serve until `stop`, SIGINT or SIGTERM."""
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: None)  # the server raises it again when it has ended
+            signal.signal(number, lambda *_: None)  # the server raises the signal again when it has ended
         asyncio.run(self.server.serve([self.socket]))
 
     def stop(self) -> None:
-        """End `run`; may be called in any thread."""
+        """End `run`; may be called from any thread."""
         self.server.should_exit = True

@@ -1,7 +1,7 @@
-"""slewline debug: a bench in a server process of its own, paused at first, and a screen in the terminal.
+"""slewline debug: a bench in a separate server process, paused at first, and a screen in the terminal.
 
-The screen uses only the control port of the bench.  The server is this command again, with `--control`: a front end of
-your own can do whatever the debugger does.
+The screen uses only the control port of the bench.  The server is this command again, with `--control`, so a front end
+of your own can do everything that the debugger does.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LEAST = 80, 24  # columns and lines of a terminal
 
 @dataclass
 class DebugCommand(BenchOptions):
-    """Target and options of a debug session."""
+    """The target and the options of a debug session."""
 
     target: str | None
     crystal: str | None
@@ -82,7 +82,7 @@ class DebugCommand(BenchOptions):
             )
 
     def arguments(self) -> list[str]:
-        """Return the arguments of this command for the server process."""
+        """Return the command-line arguments for the server process."""
         found = [str(self.target)]
         for name in ("chip", "crystal", "options", "memory"):
             if (value := getattr(self, name)) is not None:
@@ -117,7 +117,7 @@ class DebugCommand(BenchOptions):
         return 0
 
     def new_bench(self, journal: str) -> Bench:
-        """Return the bench: of a bench file, of a program and its chip, or of a chip with an idle host.
+        """Return the bench: that of a bench file, that of a program and its chip, or that of a chip with an idle host.
 
         Its journal makes every past instant reachable.
         """
@@ -194,12 +194,12 @@ def run(app: Debugger) -> int:
 
 @contextmanager
 def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
-    """Start `slewline debug --control` in a process of its own; yield the address of its control port, and the token.
+    """Start `slewline debug --control` in a separate process; yield the address of its control port, and the token.
 
-    The process ends with ours, however ours ends: its standard input closes.
+    The process ends when ours does, however ours ends, because its standard input closes.
 
     Raises:
-        UsageError: it has not started; the message is that of the process.
+        UsageError: the process has not started; the message is that of the process.
     """
     token = secrets.token_urlsafe(16)
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]

@@ -33,7 +33,7 @@ WORDS = "clear: continue after a halt; clear homing, clear homed: with current; 
 
 @dataclass(kw_only=True)
 class DriveCommand(ServeCommand):
-    """Options of a drive, and of the ports that it serves."""
+    """The options of a drive, and of the ports that it serves."""
 
     board: str
     of: str | None
@@ -100,7 +100,7 @@ class DriveCommand(ServeCommand):
         return super().check_options()
 
     def _folder(self, stack: ExitStack) -> Path:
-        """Return the folder of the recording; without a black box, a temporary one for the past of the session."""
+        """Return the folder of the recording; without a black box, a temporary folder for the past of the session."""
         from ...drive.blackbox import new_folder
 
         if self.no_black_box or self.check:
@@ -108,7 +108,7 @@ class DriveCommand(ServeCommand):
         return new_folder(self.black_box)
 
     def new_drive(self, bench: Bench, folder: Path) -> Drive:
-        """Return the drive, not yet opened."""
+        """Return the drive, which is not yet open."""
         from ...drive.motor_drive import Drive
 
         chip, axis = self._motor(bench)
@@ -148,7 +148,7 @@ class DriveCommand(ServeCommand):
         return bench.chips[name], int(number or 1)
 
     def server(self, bench: Bench, drive: Drive | None = None) -> Server:
-        """Return the server, without ports; the crystal of the board sets its pace."""
+        """Return the server, without ports; the board's crystal sets its pace."""
         from ...links.lines.pace import Paced
         from ...links.server import Server
 
@@ -164,7 +164,7 @@ class DriveCommand(ServeCommand):
             raise
 
     def _join(self, server: Server, drive: Drive) -> None:
-        """Call the drive from the loop of the server, and delay output to hosts until the motor has caught up."""
+        """Call the drive from the server's loop, and delay output to hosts until the motor has caught up."""
         from ...links.sockets.system import be_prompt
 
         for line in server.lines.values():
@@ -197,7 +197,7 @@ class DriveCommand(ServeCommand):
         self._watch_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
     def _watch_user(self, server: Server, drive: Drive, introduction: str) -> None:
-        """Print the introduction once SIGUSR2 means `clear`; read typed commands."""
+        """Print the introduction once SIGUSR2 means `clear`, and read typed commands."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 
@@ -242,7 +242,7 @@ class DriveCommand(ServeCommand):
 
 @contextmanager
 def kept_if_it_begins(folder: Path) -> Iterator[None]:
-    """Remove the folder of a session that fails to start: a mistake must not evict another black box."""
+    """Remove the folder of a session that fails to start: a failed start must not displace another black box."""
     try:
         yield
     except BaseException:

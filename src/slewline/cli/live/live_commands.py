@@ -1,4 +1,4 @@
-"""The commands that run until they are stopped: names, options, and the modules that do the work."""
+"""The commands that run until they are stopped: names, options, and the modules that do their work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""slewline panel: a web page for a chip, a bench file, a program, or a running server."""
+"""slewline panel: a web page that shows a chip, a bench file, a program, or a running server."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class PanelCommand(BenchOptions):
-    """Subject and options of a panel."""
+    """The subject and the options of a panel."""
 
     what: str | None
     attach: str | None
@@ -68,7 +68,7 @@ class PanelCommand(BenchOptions):
 
     # ------------------------------------------------------------------------------------------ a server that runs
     def show_server(self, address: str) -> int:
-        """Open the panel of another server, until the server or this command ends."""
+        """Open a panel for another server, until the server or this command ends."""
         from ...links.clients.control_client import reach
         from ...links.sockets import system
 

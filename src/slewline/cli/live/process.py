@@ -1,4 +1,4 @@
-"""The panel as a separate process of a server: it never delays a chip, and it ends with the command."""
+"""The panel as a separate process of a server: it never delays a chip, and ends when the command does."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ class PanelProcess(Closing):
         return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
 
     def open(self, server: Server) -> None:
-        """Open the page of a server in this process, which is notified when the panel ends by itself."""
+        """Open the page for a server in this process, which is notified if the panel ends by itself."""
         control = server.control(CONTROL, self.token).where
         self.attach(control)
         self._watch(server, control)
 
     def attach(self, control: str) -> None:
-        """Open the page of the server with this control port, HOST:PORT.
+        """Open the page for the server with this control port, HOST:PORT.
 
         Raises:
             UsageError: the page does not open.
@@ -83,7 +83,7 @@ class PanelProcess(Closing):
                 self.process.stdin.flush()
 
     def _opened(self, line: bytes) -> bool:
-        """Read the line with the address of the page; return whether it is such a line."""
+        """Read a line with the address of the page; return whether it is such a line."""
         self.url = line.decode().partition(": ")[2].strip()
         return bool(self.url)
 
@@ -91,7 +91,7 @@ class PanelProcess(Closing):
         """Restart a panel that has ended by itself, but only once; return whether it was restarted.
 
         Args:
-            report: called with a message: the event and its remedy.
+            report: called with a message that describes the event and its remedy.
         """
         status, out = self.process.wait(), self.process.stdout
         ended = f"the panel has ended ({how(status)})"
@@ -110,7 +110,7 @@ class PanelProcess(Closing):
         return True
 
     def _watch(self, server: Server, control: str) -> None:
-        """Make the loop of a server check whether the panel has ended, or a restarted one has opened."""
+        """Make a server's loop check whether the panel has ended, or a restarted panel has opened."""
         out, loop = cast("IO[bytes]", self.process.stdout), server.loop
 
         def read(data: bytes) -> None:
@@ -137,7 +137,7 @@ class PanelProcess(Closing):
         return self.process.wait()
 
     def stop(self) -> None:
-        """Close the standard input of the panel, which ends it; may be called in a signal handler."""
+        """Close the standard input of the panel, which ends the panel; may be called in a signal handler."""
         self.stopped = True
         if self.process.stdin is not None:
             with suppress(OSError):
@@ -157,7 +157,7 @@ class PanelProcess(Closing):
 
 @contextmanager
 def kept_journal(path: str | None) -> Iterator[str]:
-    """Yield the path of a journal, needed for going back in time: the given one, or a temporary one for this run."""
+    """Yield the path of a journal, which going back in time needs: the given path, or a temporary one for this run."""
     if path is not None:
         yield path
         return

@@ -1,4 +1,4 @@
-"""slewline firmware: write the prebuilt firmware of a board to a file, and print how to load it onto the board."""
+"""slewline firmware: write prebuilt firmware for a board to a file, and print how to load it onto the board."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HERE = Path(__file__).resolve().parents[2]
 
 
 class Firmware(NamedTuple):
-    """A firmware: its board, its file, its purpose, and how to load it."""
+    """A firmware image: its board, its file, its purpose, and how to load it."""
 
     board: str
     file: str
@@ -51,7 +51,7 @@ FIRMWARE = {
 
 
 def next_to_the_wheel() -> list[Path]:
-    """Return the folder of the wheel that was installed, if it was a file, and its firmware folder."""
+    """Return the folder of the installed wheel, if it was a file, and its firmware folder."""
     try:
         origin = distribution("slewline").read_text("direct_url.json")
     except PackageNotFoundError:
@@ -64,12 +64,12 @@ def next_to_the_wheel() -> list[Path]:
 
 
 def places() -> list[Path]:
-    """Return the folders that may contain firmware: of the wheel, of the package's checkout, and the current one."""
+    """Return the folders that may contain firmware: those of the wheel and of a checkout, and the current folder."""
     return [*next_to_the_wheel(), HERE.parents[1] / "build" / "firmware", Path("firmware"), Path()]
 
 
 def firmware_of(name: str, board: str | None = None) -> Firmware:
-    """Return the firmware with a name.
+    """Return the firmware image with a name.
 
     Raises:
         UsageError: there is none, or it is for another board.
@@ -83,7 +83,7 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
 
 
 def write_firmware(name: str | None, board: str | None, output: str | None, source: str | None) -> int:
-    """Write the firmware with a name, or list all; return the exit status.
+    """Write the firmware image with a name, or list all images; return the exit status.
 
     Raises:
         UsageError: there is no such firmware, it is for another board, or its file is in none of the folders.

@@ -44,7 +44,7 @@ STATUS_S = 1.0
 
 @dataclass
 class ServeCommand(BenchOptions):
-    """Chips, ports and options of a server."""
+    """The chips, ports and options of a server."""
 
     bench: str | None
     tcp: str | None
@@ -155,7 +155,7 @@ class ServeCommand(BenchOptions):
 
     # ---------------------------------------------------------------------------------------------------- the bench
     def new_bench(self, stores: Stores | None) -> Bench:
-        """Return the bench, of one chip or from a file."""
+        """Return the bench, with one chip or as described by a file."""
         if self.bench is not None:
             self.file = self.bench_file(self.bench)
             if not self.file.tables.serve:
@@ -208,19 +208,19 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
 
 
 def show_ports(found: Iterable[tuple[str, str]]) -> None:
-    """Print the name and address of each port, and flush: a program may be waiting for it."""
+    """Print the name and address of each port, and flush, because a program may be waiting for them."""
     for name, where in found:
         click.echo(f"{name}: {where}")
     sys.stdout.flush()
 
 
 def bus_of(part: str) -> str | None:
-    """Return the name of the bus of a part with several channels; None if it has one channel, or no such bus."""
+    """Return the name of the bus of a part with several channels; None if the part has one channel, or no such bus."""
     return over_which(sheet_of(part), REGISTERS)
 
 
 def over_which(sheet: Sheet, kind: str) -> str | None:
-    """Return the channel that a port of a kind serves, if a part has several; None for its only one."""
+    """Return the channel that a port of a given kind serves, if a part has several; None if it has only one."""
     if len(sheet.channels) == 1:
         return None
     wanted = FlowBus if kind == REGISTERS else AdaptiveLine
@@ -228,19 +228,19 @@ def over_which(sheet: Sheet, kind: str) -> str | None:
 
 
 def joined(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options from two sources; the second one overrides the first, and tables are merged row by row."""
+    """Return options merged from two sources: the second one overrides the first, and tables are merged row by row."""
     both = {name for name in one if isinstance(one[name], dict) and isinstance(two.get(name), dict)}
     return {**one, **two, **{name: one[name] | two[name] for name in both}}
 
 
 def keeps(part: str) -> bool:
-    """Return whether a part has non-volatile memory."""
+    """Return whether a part has a non-volatile memory."""
     sheet = sheet_of(part)
     return sheet.keeps or is_outside(sheet)
 
 
 def titled(line: HostLine) -> str:
-    """Return the name of a line; for chips that share a line or a bus, with their addresses."""
+    """Return the name of a line; if chips share a line or a bus, include their addresses."""
     from ...links.ports.prologix import PrologixLine
 
     if isinstance(line, PrologixLine):
@@ -254,7 +254,7 @@ def titled(line: HostLine) -> str:
 
 @contextmanager
 def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores | None]:
-    """Yield the memories of chips, by name, in a directory that one server at a time locks; None without a directory.
+    """Yield the memories of chips, by name, in a directory locked by one server at a time; None without a directory.
 
     Args:
         path: the path of the directory.
@@ -293,7 +293,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
 
 
 def background_store(path: Path, lockstep: bool) -> BackgroundStore:
-    """Return a memory in a file; a damaged file is reported now, not when a program is missing."""
+    """Return a memory in a file; a damaged file is reported now, not when a program turns out to be missing."""
     from ...links.lines.background import WRITE_TIMEOUT_S, BackgroundStore
     from ...links.lines.memory_file import FileStore
 
@@ -301,7 +301,7 @@ def background_store(path: Path, lockstep: bool) -> BackgroundStore:
 
 
 def finish(store: BackgroundStore) -> None:
-    """Wait until a memory is written to its file; report the wait, and any failure."""
+    """Wait until a memory has been written to its file; report the wait, and any failure."""
     if not store.wait(STATUS_S):
         remark(f"{store.path} is still being written: the disk is slow; the command ends when it is written")
     try:
@@ -311,13 +311,13 @@ def finish(store: BackgroundStore) -> None:
 
 
 def say(text: str, end: str = "\n") -> None:
-    """Print on the standard error, which may be closed."""
+    """Print to standard error, which may be closed."""
     with suppress(OSError):
         click.echo(f"{text}{end}", err=True, nl=False)
 
 
 def remark(text: str) -> None:
-    """Print a message of slewline itself on the standard error."""
+    """Print a message from slewline itself to standard error."""
     say(f"slewline: {text}")
 
 
@@ -329,7 +329,7 @@ def show(server: Server, end: str = "\n") -> None:
 
 
 def show_again(server: Server) -> None:
-    """Print a status line every second; on a terminal each overwrites the last."""
+    """Print a status line every second; on a terminal, each line overwrites the previous one."""
     show(server, "\033[K\r" if sys.stderr.isatty() else "\n")
     server.loop.after(STATUS_S, lambda: show_again(server))
 
@@ -343,7 +343,8 @@ def signals(server: Server) -> AbstractContextManager[None]:
 def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
     """Call `stop` on SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGBREAK; call `status` from the loop on SIGUSR1.
 
-    After the first one the others are ignored, because the process is ending.  A signal that was ignored stays ignored.
+    After the first of these signals the others are ignored, because the process is ending.  A signal that was ignored
+    before stays ignored.
     """
     from ...links.sockets import system
 

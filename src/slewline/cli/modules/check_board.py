@@ -1,4 +1,4 @@
-"""slewline firmware NAME --check PORT: compare the answers of a board in place of a module with those of the model."""
+"""slewline firmware NAME --check PORT: compare the answers of a board in a module's place with those of the model."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901"
 
 
 def entry(part: str) -> tuple[str, list[str]]:
-    """Return the command that begins program entry, and the commands that end it without a run: none or one."""
+    """Return the command that begins program entry, and the commands that end it without a run: one or none."""
     rows = sheet_of(part).rows(LineRow)
     begin = next(row.head for row in rows if row.role == "enter")
     return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]
 
 
 def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
-    """Return the lines of the dialogue.
+    """Return the lines of the check dialogue.
 
     Args:
         part: the module that the board replaces.
-        replace: include a program, which replaces the one in RAM; the EEPROM is not written.
+        replace: include a program, which replaces the program in RAM; the EEPROM is not written.
         move: include steps, 60 in each direction.
     """
     begin, end = entry(part)
@@ -56,7 +56,7 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
 
 def exchanges_with(speech: Speech, lines: list[str]) -> list[RecordedExchange]:
-    """Return lines as recorded exchanges, each with its pause."""
+    """Return lines in the form of recorded exchanges, each with its pause."""
     found: list[RecordedExchange] = []
     at_us = 0
     for number, line in enumerate(lines, start=1):
@@ -73,7 +73,7 @@ ONLY_CHECKED = ("baud", "checksum", "address", "echo", "replace", "move", "dialo
 def firmware(
     name: str | None, board: str | None, output: str | None, source: str | None, port: str | None, **check: Any
 ) -> int:
-    """Write firmware, or check a board that has it; return the exit status.
+    """Write firmware, or check a board that runs it; return the exit status.
 
     Raises:
         UsageError: options of both tasks are mixed, or the board does not replace a module.
@@ -118,7 +118,7 @@ class CheckBoard(SettingOptions):
             return performed(lambda: self._play(path)) or self._compare(path)
 
     def _play(self, path: Path) -> None:
-        """Send the dialogue to the board, and record it."""
+        """Send the dialogue to the board and record it."""
         from ...modules.comparing.playing import play
 
         module = self.found(self.port, sheet_of(chip_class(self.part)), may_move=self.move)

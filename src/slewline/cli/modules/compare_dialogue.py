@@ -1,4 +1,4 @@
-"""slewline compare DIALOGUE: the answers of a module against those of the model to the same lines."""
+"""slewline compare DIALOGUE: compare the answers of a module with those of the model to the same lines."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
 def is_dialogue(path: str) -> bool:
-    """Return whether a file begins as a dialogue does, or cannot be read: reading it later reports the cause."""
+    """Return whether a file begins like a dialogue, or cannot be read (reading it later then reports the cause)."""
     try:
         with opened(path) as file:
             return file.read(len(BOM + BEGINNING)).removeprefix(BOM).startswith(BEGINNING)
@@ -45,7 +45,7 @@ def is_dialogue(path: str) -> bool:
 
 
 class SendableFile(DialogueFile):
-    """A dialogue file without remarks, which go to the standard error."""
+    """A dialogue file without remarks; they are printed to standard error instead."""
 
     def note(self, text: str) -> None:
         """Print a remark."""
@@ -53,13 +53,13 @@ class SendableFile(DialogueFile):
 
 
 class ComparisonProgress:
-    """Printer of the progress of a long comparison."""
+    """A printer of the progress of a long comparison."""
 
     def __init__(self) -> None:
         self.next_s = monotonic() + PROGRESS_S
 
     def __call__(self, number: int) -> None:
-        """Receive the number of an exchange."""
+        """Print the number of the present exchange."""
         if monotonic() >= self.next_s:
             self.next_s += PROGRESS_S
             remark(f"the model is at exchange {number} ...")
@@ -118,7 +118,7 @@ class CompareDialogue(SettingOptions):
         return 0 if found.agree else FOUND
 
     def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
-        """Return the class of the part: named by the user, or by the dialogue, which is not trusted."""
+        """Return the class of the part that the user, or the dialogue, names; the dialogue is not trusted."""
         if self.part is not None:
             return chip_class(self.part)
         try:
@@ -146,7 +146,7 @@ class CompareDialogue(SettingOptions):
         return speech_of(sheet_of(cls), header.baud, header.checksum, header.address)
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
-        """Send a dialogue to the module now; return the new dialogue."""
+        """Send the commands of a dialogue to the module now; return the new dialogue."""
         from ...modules.comparing.playing import play
 
         with ExitStack() as stack:
@@ -158,7 +158,7 @@ class CompareDialogue(SettingOptions):
 
     @contextmanager
     def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
-        """Yield the module, with a file that records the dialogue; leave no file if nothing was exchanged."""
+        """Yield the module, with a file that records the dialogue; remove the file if nothing was exchanged."""
         from ...modules.module import TIDY_S, Module
         from ...modules.module_port import ModulePort
         from .pull_push import raw_record, say_raw

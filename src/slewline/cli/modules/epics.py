@@ -1,4 +1,4 @@
-"""slewline epics: the motor of a real module, as a motor record."""
+"""slewline epics: the motor of a real module, served as a motor record."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class EpicsCommand(SettingOptions):
-    """Module, motor and record to be served."""
+    """The module, the motor and the record to be served."""
 
     port: str
     part: str
@@ -94,7 +94,7 @@ class EpicsCommand(SettingOptions):
         return motor
 
     def values(self) -> Mapping[str, str]:
-        """Return the parameters of the ramp."""
+        """Return the ramp parameters."""
         found: dict[str, str] = {}
         for each in self.parameters:
             name, equals, value = each.partition("=")
@@ -104,7 +104,7 @@ class EpicsCommand(SettingOptions):
         return found
 
     def check_program(self, record: MotorRecord) -> None:
-        """Refuse to replace a program other than one of these moves."""
+        """Refuse to replace a program, unless it is one of this record's moves."""
         lines = 0 if self.replace else record.motor.foreign_program()
         if lines:
             record.close()

@@ -55,7 +55,7 @@ DIALOGUE = path("--dialogue", help="Record the dialogue in this new file; by def
 
 @dataclass
 class SettingOptions:
-    """Settings of a module."""
+    """The settings of a module."""
 
     baud: int | None
     checksum: bool | None
@@ -65,11 +65,11 @@ class SettingOptions:
 
     @property
     def crystal_hz(self) -> int | None:
-        """Clock of the module, Hz; None if unknown."""
+        """Clock frequency of the module, Hz; None if unknown."""
         return None if self.crystal is None else int(hertz(self.crystal))
 
     def found(self, port: str, sheet: Sheet, raw: RawRecord | None = None, *, may_move: bool) -> Module:
-        """Return the module at a port, after it has answered; raises as `find`."""
+        """Return the module at a port after it has answered; raise the same errors as `find`."""
         from ...modules.finding import find
         from ..live.serve import remark
 
@@ -94,5 +94,5 @@ def setting_options(function: Function) -> Function:
 
 
 def module_options(function: Function) -> Function:
-    """Add the port of a module, and all options of the connection, to a command."""
+    """Add the options for the port of a module, and all other connection options, to a command."""
     return PORT(PART(setting_options(DIALOGUE(MARKINGS(CLOCK(function))))))

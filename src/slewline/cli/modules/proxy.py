@@ -89,5 +89,5 @@ class ProxyCommand(SettingOptions):
 
 
 def report(proxy: Proxy) -> str:
-    """Return the latency of the relayed characters, in words."""
+    """Return a text about the latency of the relayed characters."""
     return f"slewline: to the module: {proxy.host.lateness}\nslewline: to the host: {proxy.module.lateness}"

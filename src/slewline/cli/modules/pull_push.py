@@ -30,7 +30,7 @@ DIALOGUE, RAW = ".dialogue", ".raw"
 
 @dataclass
 class PortOptions(SettingOptions):
-    """Port, part and settings of a module."""
+    """The port, the part and the settings of a module."""
 
     port: str
     part: str | None
@@ -39,7 +39,7 @@ class PortOptions(SettingOptions):
 
     @contextmanager
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
-        """Find the module, and record the dialogue with it; `shown` reports errors."""
+        """Find and yield the module; record the dialogue with it, and the raw characters, in files."""
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=None)
@@ -56,7 +56,7 @@ class PortOptions(SettingOptions):
 
 
 def free(beside: str, ending: str) -> Path:
-    """Return the name of a new file with an extension, next to another file."""
+    """Return the name of a new file with a given ending, next to another file."""
     path, number = Path(beside + ending), 1
     while path.exists():
         number += 1
@@ -66,7 +66,7 @@ def free(beside: str, ending: str) -> Path:
 
 @contextmanager
 def raw_record(beside: str) -> Iterator[RawRecord]:
-    """Record the characters of a module in a separate file; report its path after an error."""
+    """Record the characters of a module in a separate file; after an error, report its path."""
     raw = RawRecord(free(beside, RAW), remark)
     try:
         yield raw
@@ -84,7 +84,7 @@ def say_raw(raw: RawRecord) -> None:
 
 
 def performed(work: Callable[[], object]) -> int:
-    """Do a task on a module; return the exit status, 1 if the module has not done it."""
+    """Perform a task on a module; return the exit status, which is 1 if the module has not completed the task."""
     try:
         work()
     except ModuleFailure as failure:

@@ -1,4 +1,4 @@
-"""slewline terminal: an interactive terminal to a module."""
+"""slewline terminal: an interactive terminal connected to a module."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LEAVE = "Ctrl-D leaves, :help lists the commands"
 
 @dataclass
 class TerminalCommand(PortOptions):
-    """Module and options of a terminal."""
+    """The module and the options of a terminal."""
 
     plain: bool
     model: bool
@@ -37,7 +37,7 @@ class TerminalCommand(PortOptions):
     options: str | None
 
     def perform(self) -> int:
-        """Run the terminal until the user leaves; return the exit status."""
+        """Run the terminal until the user leaves it; return the exit status."""
         part = str(self.part)  # required on the command line
         sheet = sheet_of(part)
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
@@ -67,7 +67,7 @@ class TerminalCommand(PortOptions):
             converse(Conversation(module, shadow), self.lines)
 
     def lines(self, conversation: Conversation, lock: Lock) -> Iterator[str]:
-        """Return the lines of the user: from a terminal with completion, or from the standard input."""
+        """Return the user's lines, from a terminal with completion or from standard input."""
         if not sys.stdin.isatty():
             return piped(conversation)
         if not self.plain:
@@ -81,7 +81,7 @@ Lines = Callable[[Conversation, Lock], Iterator[str]]
 
 
 def converse(conversation: Conversation, lines: Lines) -> None:
-    """Send lines to a module and print its answers, until there are no more.
+    """Send lines to a module and print its answers until there are no more lines.
 
     Raises:
         PortLost: the port is gone.
@@ -102,7 +102,7 @@ def converse(conversation: Conversation, lines: Lines) -> None:
 
 
 def show(reply: Reply) -> None:
-    """Print the result of a line: findings with a !, and the answer with its meaning and its delay."""
+    """Print the result of a line: findings marked with !, and the answer with its meaning and its delay."""
     for text in reply.since:
         click.echo(f"  ! meanwhile, {text}")
     if reply.text:
@@ -119,14 +119,14 @@ def show(reply: Reply) -> None:
 
 
 def show_unasked(conversation: Conversation) -> None:
-    """Print unsolicited characters of the module."""
+    """Print unsolicited characters from the module."""
     if text := conversation.unasked():
         click.echo(f"unsolicited: {text.encode('unicode_escape').decode()}")
 
 
 # --------------------------------------------------------------------------------------------------------------- input
 def piped(conversation: Conversation) -> Iterator[str]:
-    """Yield lines of a file or of another program, and print each, because the user has not typed it."""
+    """Yield lines from a file or another program, and print each, because the user has not typed it."""
     for line in sys.stdin:
         click.echo(f"{conversation.sheet.part}> {line.rstrip()}")
         yield line
@@ -149,7 +149,7 @@ def typed(conversation: Conversation) -> Iterator[str]:
 
 @contextmanager
 def completed(conversation: Conversation) -> Iterator[None]:
-    """Enable tab completion of a line, if there is a readline."""
+    """Enable tab completion of a line, if a readline library is available."""
     try:
         readline: Any = import_module("readline")
     except ModuleNotFoundError:
@@ -170,7 +170,7 @@ def completed(conversation: Conversation) -> Iterator[None]:
 
 
 def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
-    """Return lines from a prompt that completes them, and shows the text of the manual below.
+    """Return lines from a prompt that completes them and shows the manual's text below.
 
     Raises:
         ModuleNotFoundError: the package of the prompt is not installed.
@@ -180,7 +180,7 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
     from prompt_toolkit.patch_stdout import patch_stdout
 
     class ManualCompleter(Completer):
-        """Completions of a line, with the text of the manual."""
+        """A completer of lines that also shows the manual's text."""
 
         def get_completions(self, document: Any, _event: Any) -> Iterator[Completion]:
             begun = document.text_before_cursor
@@ -211,7 +211,7 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
 
 @contextmanager
 def listening(conversation: Conversation, lock: Lock) -> Iterator[None]:
-    """Print unsolicited characters of a module while the user types."""
+    """Print unsolicited characters from a module while the user types."""
     over = Event()
 
     def listen() -> None:

@@ -1,4 +1,4 @@
-"""calibrate: friction and iron loss of a motor and its machine, from measurements."""
+"""calibrate: the friction and iron loss of a motor and its machine, from measurements."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def calibrate(
     motor: str, driver: str, load: str, start_stop: str | None, pull_out: str | None, torque: str, stepping: str,
     as_json: bool,
 ) -> int:  # fmt: skip
-    """Print the constants, and the rows for a bench file."""
+    """Print the constants and the rows for a bench file."""
     given = motor_value(motor)
     its = read_motor(given, OPTION)
     drives = read_driver(driver, "--driver", its)
@@ -69,7 +69,7 @@ def calibrate(
 
 
 def rate(text: str | None, name: str, per_turn: int) -> float | None:
-    """Return a rate in full steps/s; None without a text.
+    """Return a rate in full steps/s; None if there is no text.
 
     Args:
         per_turn: full steps per turn of the motor.
@@ -81,7 +81,7 @@ def rate(text: str | None, name: str, per_turn: int) -> float | None:
 
 
 def rows_of(found: Calibration, motor: str | Mapping[str, Any], load: str) -> list[str]:
-    """Return the lines for a bench file, with the `motor` as the user wrote it."""
+    """Return the lines for a bench file, with `motor` as the user wrote it."""
     iron = {} if found.iron is None else {"iron": float(f"{found.iron:.3g}")}
     if isinstance(motor, str) and not is_described(motor):
         rows = [f"motor = {toml({'like': motor} | iron if iron else motor)}"]

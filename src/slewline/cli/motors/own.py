@@ -1,4 +1,4 @@
-"""The value of --motor: a name of the list, the figures of a data sheet as text, a TOML table, or a TOML file."""
+"""The value of --motor: a name from the list, data sheet figures as text, a TOML table, or a TOML file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OPTION = "--motor"
 
 
 def motor_value(text: str) -> Any:
-    """Return the motor that --motor names or describes, as `read_motor` takes it; the table in a file is checked.
+    """Return the motor that --motor names or describes, in the form for `read_motor`; a table in a file is checked.
 
     Args:
         text: "QSH4218-51-10-049"; "current 2 A, resistance 1.4 ohm ..."; a table as in a bench file,
@@ -22,7 +22,7 @@ def motor_value(text: str) -> Any:
 
     Raises:
         BenchFileError: the file cannot be read, is not TOML, or is a bench file.
-        UnknownName, UsageError: not a motor, with the message of `read_motor`, and the name of the file.
+        UnknownName, UsageError: not a motor; the error has the message of `read_motor` and the name of the file.
     """
     if text.lstrip().startswith("{"):
         return _checked(read_toml(OPTION, f"motor = {text}")["motor"], OPTION)

@@ -1,4 +1,4 @@
-"""tune: the fastest ramp of a chip that a motor follows."""
+"""tune: the fastest ramp of a chip that a motor can follow."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ..files import Outputs, read_options
 from ..programs import print_json
 from .own import motor_value
 
-MOST_ROWS = 60  # of a map, as text
+MOST_ROWS = 60  # moves of a map shown as text
 
 
 def tune(
@@ -85,7 +85,7 @@ def tune(
 
 
 def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | None, bench: str | None) -> None:
-    """Write picture and bench file, if a move completes."""
+    """Write the picture and the bench file, if a move completes."""
     if found.best is None:
         return
     outputs.save(plot, lambda path: draw(path, found, calculator))
@@ -111,7 +111,7 @@ def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> Abstrac
 
 
 def draw(path: str, found: Tuned, calculator: Calculator) -> None:
-    """Draw map, pull-out curve and lag."""
+    """Draw the map, the pull-out curve and the lag."""
     from ...tuning.tuning_picture import save_tuning
 
     save_tuning(path, found, calculator)
@@ -150,7 +150,7 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
 
 
 def grid_text(grid: Grid, calculator: Calculator) -> str:
-    """Return a grid as text, without parameters whose only value is the default."""
+    """Return a grid as text, without the parameters whose only value is the default."""
     shown = [
         *grid.free,
         *calculator.without_defaults({name: of for name, of in grid.at(0).items() if name not in grid.free}),
@@ -165,13 +165,13 @@ def chosen_line(chosen: Chosen, calculator: Calculator) -> str:
 
 
 def values_text(calculator: Calculator, values: Any) -> str:
-    """Return parameter values as text, without those at their default."""
+    """Return parameter values as text, without the values at their default."""
     named: dict[str, Value] = calculator.without_defaults(values)
     return ", ".join(f"{name} {value}" for name, value in named.items())
 
 
 def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
-    """Yield the map, the fastest first: the moves that complete, and the perturbation that fails each other move."""
+    """Yield the map, fastest move first: the moves that complete, and the perturbation that fails each other one."""
     counts = Counter(place.says for place in found.map)
     yield f"map           {', '.join(f'{count} {verdict}' for verdict, count in counts.most_common())}"
     names = found.task.grid.free or found.task.grid.names[:1]
@@ -191,7 +191,7 @@ def _verdict(place: MapPlace) -> tuple[str, str, str]:
 # ------------------------------------------------------------------------------------------------------------- progress
 @contextmanager
 def progress() -> Iterator[OnProgress]:
-    """Show the best move so far, and the number of faster candidates left, on a terminal."""
+    """Show on a terminal the best move so far, and the number of faster candidates left."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return

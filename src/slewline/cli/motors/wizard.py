@@ -1,8 +1,8 @@
-"""Questions of `slewline tune` in a terminal: a prompt for each missing argument, with a list and a default.
+"""The questions of `slewline tune` in a terminal: a prompt for each missing argument, with a list and a default.
 
-An answer is a number of the list, a name, a part of a name, which shortens the list, or any other text; the enter key
-alone selects the default.  The option checks each answer, so any value of the option may be typed.  At the end the
-complete command line is printed, for the next time.
+An answer is a number from the list, a name, a part of a name, which shortens the list, or any other text; the enter key
+alone selects the default.  The option checks each answer, so any valid value of the option may be typed.  At the end
+the complete command line is printed, for the next time.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the answer that a text means: a name, in any case; a number of the list; else the text itself."""
+        """Return the answer that a text means: a name, in any case; a number from the list; else the text itself."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]
@@ -86,7 +86,7 @@ class Question:
         return shown[number - 1][0] if 1 <= number <= min(len(shown), MOST_SHOWN) else answer
 
     def show(self, rows: list[tuple[str, str]]) -> None:
-        """Print a list with numbers; only the beginning of a long one."""
+        """Print a numbered list; if it is long, only its beginning."""
         width = max((len(name) for name, _ in rows), default=0)
         for number, (name, description) in enumerate(rows[:MOST_SHOWN], 1):
             click.echo(f"  {number:2}  {name:<{width}}  {description}".rstrip(), err=True)
@@ -96,10 +96,10 @@ class Question:
 
 
 class AskingCommand(HintingCommand):
-    """Command `tune`, which prompts for missing arguments in a terminal."""
+    """The command `tune`, which prompts for missing arguments in a terminal."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; parameters of a ramp are allowed only in --grid."""
+        """Read the arguments; ramp parameters are allowed only in --grid."""
         values = [
             word for before, word in pairwise(["", *args]) if VALUE.fullmatch(word) and not before.startswith("--")
         ]
@@ -108,7 +108,7 @@ class AskingCommand(HintingCommand):
         return super().parse_args(ctx, args)
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments with the answers, and print the complete line."""
+        """Return the arguments completed with the answers, and print the complete line."""
         if not (sys.stdin.isatty() and sys.stderr.isatty()) or not self.missing(ctx, args):
             return args
         click.echo("Enter the missing arguments; the enter key takes the default, Ctrl-C ends.", err=True)
@@ -120,7 +120,7 @@ class AskingCommand(HintingCommand):
         return line
 
     def answers(self, ctx: click.Context, given: dict[str, Any]) -> Iterator[tuple[str, str]]:
-        """Ask, and yield each option with its answer; "" stands for an argument."""
+        """Ask, and yield each option with its answer; an argument has "" as its option."""
         for name, question in self.questions():
             param = next(each for each in self.get_params(ctx) if each.name == name)
             if name in given:

@@ -1,1 +1,1 @@
-"""Options of the command line: their values, completion in a shell, and help."""
+"""Options of the command line: their values, their completion in a shell, and their help."""

@@ -1,4 +1,4 @@
-"""Kinds of commands; suggestions for unknown commands and options."""
+"""Kinds of commands, and suggestions for unknown commands and options."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ EXAMPLES = {  # of commands that need more than one option
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """Return the option or command that a wrong name may mean; empty if none is near."""
+    """Return the option or command that a wrong name probably means; empty if none is similar."""
     return next((f". Did you mean {each!r}?" for each in near(name, names)), "")
 
 
 class HintingCommand(click.Command):
-    """A command that suggests a name for an unknown option, and lists all missing ones."""
+    """A command that suggests a name for an unknown option, and lists all missing options."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; suggest an option for an unknown one."""
@@ -95,11 +95,11 @@ class HintingCommand(click.Command):
         return [name for each in listed for name in (*each.opts, *each.secondary_opts) if name.startswith("--")]
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments, completed with the answers of the user."""
+        """Return the arguments, completed with the user's answers."""
         return args
 
     def given(self, ctx: click.Context, args: list[str]) -> dict[str, Any]:
-        """Return the arguments of the line, as they were written, by the names of the parameters."""
+        """Return the arguments of the line as they were written, by parameter name."""
         found, _, _ = self.make_parser(ctx).parse_args(list(args))
         return {
             name: value for name, value in found.items() if isinstance(value, (str, bool, list, tuple)) and value != ()
@@ -127,7 +127,7 @@ class ChipOption(click.Option):
 
 
 class CommandGroup(click.Group):
-    """The commands; an unknown one leads to a suggestion."""
+    """The group of all commands; for an unknown command it suggests a known one."""
 
     command_class = HintingCommand
 
@@ -162,7 +162,7 @@ class CommandWithGuide(HintingCommand):
 
 
 class OncePerName(click.Option):
-    """A repeatable option, NAME=VALUE, which refuses the same name twice: the last one would win silently."""
+    """A repeatable option, NAME=VALUE, that refuses a repeated name: otherwise the last value would win silently."""
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
         """Return the values, each with a different name."""

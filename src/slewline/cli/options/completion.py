@@ -1,6 +1,6 @@
 """Shell completion of arguments: parts, pins, options of a part, commands, parameters, examples.
 
-No code is imported for it that needs permission: a part given as module:Class has no completion.  Errors are hidden
+Completion imports no code that needs permission: a part given as module:Class has no completion.  Errors are hidden
 from the shell.
 """
 
@@ -20,7 +20,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem]:
-    """Return the words that begin with a text, whatever its case, each with its meaning."""
+    """Return the words that begin with a text, in upper or lower case, each with its meaning."""
     return [
         CompletionItem(word, help=description or None)
         for word, description in words
@@ -29,7 +29,7 @@ def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem
 
 
 def quietly(complete: Complete) -> Complete:
-    """Return a completer that finds nothing if it fails."""
+    """Return a completer that returns no completions if it fails."""
 
     def completed(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem]:
         try:
@@ -49,7 +49,7 @@ def parts(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comp
 
 
 def sheet(ctx: click.Context) -> Sheet | None:
-    """Return the data sheet of the part that the line names, by its argument or by a file extension."""
+    """Return the data sheet of the part that the line names, by an argument or by a file extension."""
     from ...chips import CATALOGUE, sheet_of
 
     known = CATALOGUE.names()
@@ -103,7 +103,7 @@ parameter = of_sheet(parameters)
 
 @quietly
 def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Complete the last of several names of pins, separated by commas."""
+    """Complete the last of several pin names, separated by commas."""
     found = sheet(ctx)
     before, comma, last = begun.rpartition(",")
     rows = [pin for pin in found.pins if pin.in_out not in ("power", "none")] if found is not None else []
@@ -115,7 +115,7 @@ def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comple
 
 @quietly
 def example(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Complete the name of an example, or of a folder of them."""
+    """Complete the name of an example or of an example folder."""
     from ...bench.files.shipped_files import named, title
 
     found = {place: title(path) for place, path in named().items()}

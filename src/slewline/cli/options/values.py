@@ -1,4 +1,4 @@
-"""Option values of kinds that click does not have."""
+"""Option values of kinds that click does not provide."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class Completed(click.ParamType[T]):
-    """A value that a shell can complete, by `complete`."""
+    """A value that a shell can complete, by means of `complete`."""
 
     complete: completion.Complete
 
@@ -60,7 +60,7 @@ class TimeWithUnit(click.ParamType[int]):
 
 
 class UnitsPerStep(click.ParamType[float]):
-    """A number, in a unit that another option sets."""
+    """A number in a unit that another option sets."""
 
     name = "number"
 
@@ -83,7 +83,7 @@ class WholeNumber(click.ParamType[int]):
     Args:
         example: an example, for messages.
         noun: the unit counted, which may follow the number.
-        also: more text for a message.
+        also: additional text for a message.
         least, most: the allowed range; None: the command checks it.
     """
 
@@ -95,7 +95,7 @@ class WholeNumber(click.ParamType[int]):
         self.example, self.noun, self.also, self.least, self.most = example, noun, also, least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number; for counts of steps, "400 steps" is allowed too."""
+        """Return the number; for step counts, "400 steps" is allowed too."""
         noun = rf"(?:{self.noun}?)?" if self.noun else ""
         found = re.fullmatch(rf"\s*([+-]?[0-9]{{1,12}})\s*{noun}\s*", str(value))
         if found is None:
@@ -132,7 +132,7 @@ STEPS = WholeNumber(400, "steps", "; a turn is 200 of most motors")
 
 
 class QuantityWithUnit(click.ParamType[float]):
-    """A number with its unit, of one row of the table of units.
+    """A number with a unit from one row of the table of units.
 
     Args:
         unit: the unit of the row, in which the number is returned.
@@ -156,7 +156,7 @@ class CheckedText(click.ParamType[str]):
 
     Args:
         name: the kind of value, for the usage line.
-        read: reads it, and raises UsageError or TimeError for a wrong text.
+        read: reads the text, and raises UsageError or TimeError if it is wrong.
     """
 
     def __init__(self, name: str, read: Callable[[str], object]) -> None:
@@ -172,7 +172,7 @@ class CheckedText(click.ParamType[str]):
 
 
 def step_rate(text: str) -> None:
-    """Check steps per second, with their unit."""
+    """Check a rate in steps per second, with its unit."""
     from ...drive.terminals import steps_a_second  # most commands do not need it
 
     steps_a_second(text)
@@ -206,7 +206,7 @@ class PinDrive(Completed[tuple[str, int, int]]):
 
 
 def wrong_level(value: str) -> str:
-    """Return a message that a level is 0 or 1, if the text has a pin and another level; else an empty string."""
+    """Return a message that a level must be 0 or 1, if the text has a pin and another level; else an empty string."""
     match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
     if match is None or match[2] in ("0", "1"):
         return ""
@@ -269,7 +269,7 @@ class Strap(Completed[tuple[str, int]]):
         return match[1], int(match[2])
 
     def wrong(self, value: str, sheet: Sheet | None) -> str:
-        """Return a message for a wrong strap: the error, the inputs of the chip, and the nearest name."""
+        """Return a message for a wrong strap: the error, the inputs of the chip, and the most similar name."""
         if sheet is None:
             return wrong_level(value) or "give a pin and its level, 0 or 1, such as 'chs=0'"
         inputs = {row.name: row.description for row in sheet.pins if row.in_out in ("in", "both")}

@@ -1,7 +1,7 @@
 """Words in the wrong order on a command line: the kind of each word, and the line that the user meant.
 
 A word is a chip, a port, a file, a parameter ...: `kind_of`.  The kinds that an argument takes follow from its name
-(`TAKES`); a word without an argument belongs to an option that takes its kind (`OPTIONS`).  A line in the right order
+(`TAKES`); a word that fits no argument belongs to an option that takes its kind (`OPTIONS`).  A line in the right order
 is left alone, and so is a line that cannot be put in order.
 """
 
@@ -89,7 +89,7 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
 
 
 def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], words: Sequence[str]) -> str:
-    """Return a message that an output file and a port are exchanged; empty if they are not."""
+    """Return a message that an output file and a port are swapped; empty if they are not."""
     written = next((each for each in command.params if "--output" in each.opts), None)
     first = next((each for each in command.get_params(ctx) if isinstance(each, click.Argument)), None)
     if written is None or first is None or TAKES.get(first.name or "") != TAKES["port"] or len(words) != 1:
@@ -119,7 +119,7 @@ def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) ->
 
 
 def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the words that are arguments, and all others.
+    """Return the words that are arguments, and all other words.
 
     Raises:
         LookupError: the command does not have the option.
@@ -153,7 +153,7 @@ def fits(kind: str, takes: Sequence[str] | None) -> bool:
 
 
 def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the word for an argument: of the kind that it prefers, else a word of unknown kind."""
+    """Return the word for an argument: one of the kind that it prefers, else a word of unknown kind."""
     if takes is None:
         return words[0] if words else None
     known = [each for kind in takes for each in words if each[1] == kind]
@@ -182,7 +182,7 @@ def kind_of(command: click.Command, word: str) -> str:
 
 
 def is_motor(command: click.Command, word: str) -> bool:
-    """Return whether a word is a motor of the list, and the command takes a motor."""
+    """Return whether a word is a motor from the list, and the command takes a motor."""
     if not has(command, "--motor"):
         return False
     from ...parts.motors.motors import MOTORS
@@ -196,7 +196,7 @@ def has(command: click.Command, option: str) -> bool:
 
 
 def is_given(command: click.Command, option: str, args: Sequence[str]) -> bool:
-    """Return whether an option is among some words, under any of its names."""
+    """Return whether an option is among the given words, under any of its names."""
     names = {name for each in command.params if option in each.opts for name in each.opts}
     return any(word.partition("=")[0] in names for word in args)
 
@@ -209,7 +209,7 @@ def option_of(command: click.Command, kind: str) -> str:
 
 
 def ending_of(path: str) -> str:
-    """Return the chip that a file extension names; empty if none."""
+    """Return the chip that a file extension names; empty if it names none."""
     from ...chips import CATALOGUE
 
     ending = Path(path).suffix[1:].lower()

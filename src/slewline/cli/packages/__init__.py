@@ -1,1 +1,1 @@
-"""Packages with a user's own chip or part, from templates: `slewline new-chip` and `slewline new-part`."""
+"""Packages that contain a user's own chip or part, from templates: `slewline new-chip` and `slewline new-part`."""

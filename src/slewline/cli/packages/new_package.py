@@ -1,6 +1,6 @@
 """slewline new-chip, new-part: write a package of the user's own, whose tests pass from the start.
 
-The templates are that package with words to replace, those of `words`.  Files common to every package are in the folder
+The templates are that package with words to be replaced (see `words`).  Files common to every package are in the folder
 `both`, those of a chip or a part in the other two.
 """
 
@@ -64,7 +64,7 @@ def words(kind: Kind, name: str) -> dict[str, str]:
 
 
 def check_shape(kind: Kind, name: str) -> None:
-    """Check that a name can be that of a package, a module, a class and a file.
+    """Check that a name can be used for a package, a module, a class and a file.
 
     Raises:
         UsageError: it cannot; the message describes the allowed names.
@@ -83,7 +83,7 @@ def check_free(kind: Kind, name: str) -> None:
     """Check that a name is not in use.
 
     Raises:
-        UsageError: it is in use; the message names the user of it.
+        UsageError: it is in use; the message names its user.
     """
     module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:
@@ -104,7 +104,7 @@ def check_free(kind: Kind, name: str) -> None:
 
 
 def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
-    """Return the files of a package by their paths in it, files of upper folders first."""
+    """Return the files of a package by their paths within it, those in upper folders first."""
     table = words(kind, name)
     pattern = re.compile("|".join(table))
 
@@ -123,7 +123,7 @@ def write_whole(place: Path, texts: Mapping[Path, bytes]) -> None:
     """Write a folder of files, completely or not at all.
 
     Raises:
-        UsageError: the system refuses; no file is left.
+        UsageError: the system refuses to write; no file is left.
     """
     part = place.with_name(f".slewline-{os.getpid()}.part")
     try:

@@ -1,1 +1,1 @@
-"""The commands about recordings of waveforms: against the model, and against data sheets."""
+"""The commands that compare recorded waveforms with the model and with data sheets."""

@@ -1,4 +1,4 @@
-"""check-capture: a recording of STEP and DIR against the data sheets of a driver and a part."""
+"""check-capture: compare a STEP and DIR recording with the data sheets of a driver and a part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""compare: the signals of a measured waveform file against those of the model's."""
+"""compare: the signals of a measured waveform file compared with those of the model."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def compare(
 
 
 def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
-    """Return the signals of the model whose measurement is inverted: named by either name, or all."""
+    """Return the model signals whose measurement is inverted: those given by either name, or all."""
     names = {part.strip() for text in given for part in text.split(",")}
     by_name = {name: each.name for each in signals if each.wire for name in (each.name, each.other)}
     if "all" in names:
@@ -69,7 +69,7 @@ def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
 
 
 def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tuple[str, str]]:
-    """Return the names of matching signals: as given, else equal names."""
+    """Return the names of matching signals: the given pairs, else signals with equal names."""
     pairs = [tuple(part.strip() for part in pair.partition("=")) for text in given for pair in text.split(",")]
     for name, equals, other in pairs:
         if not (name and equals and other):

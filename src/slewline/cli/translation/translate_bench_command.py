@@ -85,7 +85,7 @@ def translate_bench_file(
 
 
 def proven_alone(done: Translation) -> Proof | str:
-    """Prove a program without its bench; return a text with the reason if it does not run."""
+    """Prove a program without its bench; if the program does not run, return a text with the reason."""
     try:
         return proven(done)
     except ProgramError as error:
@@ -111,7 +111,7 @@ def whole_proof(done: BenchTranslation, path: str) -> BenchProof:
 
 
 def around(done: BenchTranslation, proof: BenchProof | None, refused: str) -> Iterator[tuple[str, str | None]]:
-    """Yield the report on the bench around the programs, each line with its colour."""
+    """Yield the report on the bench that surrounds the programs, each line with its colour."""
     for line in done.lines:
         becomes = line.becomes or "nothing"
         yield (

@@ -1,4 +1,4 @@
-"""slewline translate: a program for another part or controller, the report on each line, and the proof."""
+"""slewline translate: a program translated for another part or controller, the report on each line, and the proof."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def translate(
     plot: str | None,
     as_json: bool,
 ) -> int:
-    """Translate a program, print the result and the report; return the exit status."""
+    """Translate a program, and print the result and the report; return the exit status."""
     from ...translation.translate import known, refusal, translate_text
 
     known(to)
@@ -99,7 +99,7 @@ def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings:
 
 
 def meant(text: str, file: str, part: str) -> str:
-    """Return the part that a refused program may be for; empty if it is for this one."""
+    """Return the part for which a refused program may be meant; empty if it is meant for this one."""
     from ..dialects import foreign
 
     cls = chip_class(part)
@@ -107,7 +107,7 @@ def meant(text: str, file: str, part: str) -> str:
 
 
 def proven(done: Translation) -> Proof:
-    """Run source and result, and return the comparison."""
+    """Run source and result, and return their comparison."""
     from ...translation.proof.prove import prove
 
     return prove(done)
@@ -157,19 +157,19 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
 
 
 def once(lines: Sequence[str]) -> Iterator[str]:
-    """Yield lines; identical consecutive lines are merged, with their number."""
+    """Yield lines; identical consecutive lines are merged, with their count."""
     for text, same in groupby(lines):
         number = len(list(same))
         yield text if number == 1 else f"{text} ({number} times)"
 
 
 def described(verdict: LineVerdict) -> str:
-    """Return the text of a verdict, its limit and its remedy; empty for "the same"."""
+    """Return the text of a verdict, including its limit and its remedy; empty for "the same"."""
     return "; ".join(filter(None, (verdict.description, verdict.limit, verdict.remedy)))
 
 
 def proved(proof: Proof) -> str:
-    """Return the result of a proof, in one line."""
+    """Return the result of a proof as one line."""
     if proof.compared is None:
         return "not run: this target cannot be run here"
     lint = f"; the linter reports: {proof.lint[0]}" if proof.lint else ""

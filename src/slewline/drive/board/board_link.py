@@ -1,8 +1,8 @@
 """The host's end of the wire to a board, without a port or a clock: the caller supplies bytes and time.
 
-The line preserves the order of frames.  So the answer to a frame shows that each frame before it has been answered or
-is lost, and `wanted` of any answer shows which numbered frames were taken.  No frame is sent a second time before that
-is known; therefore every record arrives once.
+The line preserves the order of frames.  So the answer to a frame shows that each earlier frame has been answered or is
+lost, and the `wanted` field of any answer shows which numbered frames were taken.  No frame is sent a second time
+before that is known; therefore every record arrives exactly once.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none, but its clock is che
 REFILL = 5 * MS  # while records wait for slots
 SILENCE, LONGEST_SILENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
-REPEAT_NS = 5 * MS  # a repeated event follows the answer within this time, or it was lost again
-RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
-SMALL = 7  # bytes of one of these
+REPEAT_NS = 5 * MS  # a repeated event follows the answer within this time, or was lost again
+RESERVE = 11  # bytes of the room reserved for STOP, ASK and REPEAT
+SMALL = 7  # bytes of one such frame
 ASKS_KEPT = 8
 HOST_ROOM = 127
 
@@ -44,13 +44,15 @@ HOST_ROOM = 127
 class Link(Outbox):
     """Frames to and from one board.
 
-    `answer` is the last one, its tick unwrapped; `free` the slots without a record in transit to them; `backlog` the
-    records that the board has not taken yet.  `damaged` counts damaged frames of the board, `resent` the frames of the
-    host that were sent again.  `at_rest`: the motor is at rest, and no step is pending.
+    `answer` is the last answer, with its tick unwrapped; `free` is the number of slots without a record in transit to
+    them; `backlog` is the number of records that the board has not taken yet.  `damaged` counts damaged frames from the
+    board, `resent` counts the frames that the host has sent again.  `at_rest`: the motor is at rest, and no step is
+    pending.
 
-    `on_event` is called with each event of the board once, in order, its tick unwrapped.  `on_boot`: the board has
-    restarted; pending commands are discarded, and the board must be opened again.  `on_open`: it is open, with its
-    IDENT.  `on_refused`: the answer to a refused command (results 4, 5 and 6); it is dropped, later ones continue.
+    `on_event` is called with each event of the board once, in order, with its tick unwrapped.  `on_boot`: the board
+    has restarted; pending commands are discarded, and the board must be opened again.  `on_open`: the board is open,
+    and has sent its IDENT.  `on_refused`: the answer to a refused command (results 4, 5 and 6); the command is dropped,
+    later ones continue.
     """
 
     def __init__(self, clock: BoardClock) -> None:
@@ -91,18 +93,18 @@ class Link(Outbox):
         self._commands.append(BoardCommand(FrameKind.CONFIG, payload))
 
     def ask(self) -> None:
-        """Query the state of the board, as soon as possible."""
+        """Query the state of the board as soon as possible."""
         self._ask = True
 
     # ----------------------------------------------------------------------------------------------------------- state
     @property
     def lost_events(self) -> int:
-        """Number of events since opening that the board no longer stores and cannot repeat."""
+        """Number of events since opening that the board has discarded and cannot repeat."""
         return self._events.lost
 
     @property
     def idle(self) -> bool:
-        """Whether all pending commands have been taken, and every event reported."""
+        """Whether all pending commands have been taken, and all events reported."""
         return not (self._commands or self._stops or self._opening) and self._events.complete
 
     def unanswered_ns(self, now_ns: int) -> int:
@@ -139,7 +141,7 @@ class Link(Outbox):
         return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return the next time at which `outgoing` may have bytes, if none come in before; None if there is none."""
+        """Return the next time at which `outgoing` may have bytes, unless some are received before; None: never."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:
@@ -165,7 +167,7 @@ class Link(Outbox):
             if self._opening:
                 self._flight.clear()
             else:
-                out += self._send_ask()  # despite unanswered frames: lost, or ignored by the board
+                out += self._send_ask()  # despite unanswered frames: they were lost, or the board ignored them
         if self._opening:
             if not self._flight:
                 out += self._send(FrameKind.HELLO)
@@ -192,7 +194,7 @@ class Link(Outbox):
         return bytes(out)
 
     def _missing(self) -> list[tuple[int, int]]:
-        """Return the missing events without a pending repeat request, and the time to request each, in ns."""
+        """Return the missing events for which no repeat request is pending, and the time to request each, in ns."""
         return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:
@@ -204,7 +206,7 @@ class Link(Outbox):
         return self._ask or self._now - self._last_ask >= every
 
     def _next(self) -> BoardCommand | None:
-        """Return the next command that may be sent, as far as slots are concerned."""
+        """Return the next command that the free slots allow to be sent."""
         if self._sent >= len(self._commands):
             return None
         command = self._commands[self._sent]
@@ -238,7 +240,7 @@ class Link(Outbox):
 
     # ---------------------------------------------------------------------------------------------------------- in
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Receive bytes of the board; the hooks are called from here."""
+        """Receive bytes from the board; the hooks are called from here."""
         self._now = now_ns
         for frame in list(self._decoder.feed(data)):
             message = None if isinstance(frame, Damaged) else wire.read(frame)
@@ -278,7 +280,7 @@ class Link(Outbox):
         self._report()
 
     def _landed(self, answer: Answer) -> SentFrame | None:
-        """Return the frame that an answer is for."""
+        """Return the frame to which an answer belongs."""
         for flight in self._flight:
             if (flight.number, flight.kind) == (answer.echo, answer.kind):
                 return flight
@@ -310,7 +312,7 @@ class Link(Outbox):
         self._sent -= taken
 
     def _lost_before(self, flight: SentFrame | None, answer: Answer) -> None:
-        """Handle an answer: frames sent before its frame have been answered, or are lost."""
+        """Handle an answer: all frames sent before the answered one have been answered, or are lost."""
         if flight is None:
             return
         self._silences = 0
@@ -334,7 +336,7 @@ class Link(Outbox):
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:
-        """Send the command of a lost frame again, and the later ones, which the board cannot take."""
+        """Send the command of a lost frame again, and all later commands, which the board could not take."""
         command = flight.command
         if command is None or command.copies != flight.copy:
             return

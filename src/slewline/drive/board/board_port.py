@@ -1,4 +1,4 @@
-"""The serial port of a board: it never blocks, and its board is not reset when it is reopened."""
+"""The serial port of a board: it never blocks, and reopening it does not reset the board."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ LISTED = "python -m serial.tools.list_ports lists all ports"
 
 
 class BoardPort(Protocol):
-    """Bytes to and from a board, without blocking."""
+    """A port that exchanges bytes with a board without blocking."""
 
     def read(self) -> bytes:
         """Return the bytes received since the last call."""
 
     def write(self, data: bytes) -> int:
-        """Send bytes, or keep them until they can be sent; return the number taken."""
+        """Send bytes, or keep them until they can be sent; return the number accepted."""
 
     def fileno(self) -> int | None:
-        """Return a descriptor for a loop to wait for; None if there is none."""
+        """Return a descriptor that a loop can wait for, if the port has one; else None."""
 
     def close(self) -> None:
         """Close the port."""
 
 
 def opened(name: str) -> BoardPort:
-    """Return a port with a board, by its name; "twin" is a board in software.
+    """Return a port with a board, by its name; "twin" is a software board.
 
     Raises:
         UsageError: the port cannot be opened.
@@ -46,8 +46,8 @@ def opened(name: str) -> BoardPort:
 class BoardSerial:
     """A serial port with a board: 8N1, for exclusive use.
 
-    Opening a port raises DTR, and an Uno is reset by a rising DTR.  HUPCL is cleared, so that DTR stays high when the
-    port is closed: the board is reset once, when its cable is connected, and keeps its count after that.
+    Opening a port raises DTR, and a rising DTR resets an Uno.  HUPCL is cleared, so that DTR stays high when the port
+    is closed: the board is reset once, when its cable is connected, and then keeps its count.
 
     Args:
         name: such as "/dev/ttyUSB0" or "COM3".
@@ -87,20 +87,20 @@ class BoardSerial:
         termios.tcsetattr(fd, termios.TCSANOW, attributes)
 
     def reopen(self) -> None:
-        """Reopen the port, after its cable was unplugged and reconnected.
+        """Reopen the port after its cable was unplugged and reconnected.
 
         Raises:
-            UsageError: as when it was opened.
+            UsageError: as when it was first opened.
         """
         self.close()
         self._open()
 
     def fileno(self) -> int | None:
-        """Return the descriptor for a loop to wait for; None if this system has none, or the port is closed."""
+        """Return the descriptor that a loop can wait for; None if this system has none, or the port is closed."""
         return None if self._reader is None else self._reader.fileno()
 
     def read(self) -> bytes:
-        """Return the bytes received since the last call.
+        """Return all bytes received since the last call.
 
         Raises:
             OSError: the port is gone.
@@ -113,7 +113,7 @@ class BoardSerial:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes; bytes without room now follow with the next call.  Return the number taken.
+        """Send bytes; bytes for which there is no room yet follow with the next call.  Return the number accepted.
 
         Raises:
             OSError: the port is gone.

@@ -1,12 +1,12 @@
 """Commercial boards: their limits, and the purpose of each pin.
 
-A board reports in its IDENT which row of `BOARDS` it is.  With the messages of wire.py, the host needs no more than
-this row.  The firmware needs more of the pins: STEP is OC1A, the output of timer 1; `loop` is T0, the input of timer 0;
-the inputs are bits 0 to 5 of one port, all on one pin change interrupt; the phases are the high half of one port; IN,
-OUT and SBIS reach the ports of STEP and of the phases.
+A board reports in its IDENT which row of `BOARDS` describes it.  With the messages of wire.py, the host needs no more
+than this row.  The firmware has further requirements for the pins: STEP is OC1A, the output of timer 1; `loop` is T0,
+the input of timer 0; the inputs are bits 0 to 5 of one port, all on one pin change interrupt; the phases are the high
+half of one port; IN, OUT and SBIS can address the ports of STEP and of the phases.
 
-tests/firmware measures the limits of the Uno, in cycles of its processor.  They hold for each board with such timers,
-the same clock and the same instruction times; where an interrupt or a call takes longer, they must be measured.
+tests/firmware measures the limits of the Uno, in processor cycles.  They hold for each board with such timers, the same
+clock and the same instruction times; where an interrupt or a call takes longer, they must be measured.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from .wire import VERSION, Ident
 BAUD = 500_000  # common to all boards: the port is opened before the board is known
 
 FAST_TICKS = 640  # between steps: faster ones leave a board no time to brake at the next one
-SOONEST_TICKS = 1200  # from an edge, or a pause, to a step: time for all work that may come first
+SOONEST_TICKS = 1200  # from an edge, or a pause, to a step: time for all the work that may come first
 START_LEAD_TICKS, START_MOST_TICKS = 1600, 2**28  # from START to the first step; greatest distance of a start
 LEAST_CHECK = 256  # ticks between the pulses of a self-test
 
 
 class BoardPin(NamedTuple):
-    """A pin of a board: the name printed next to it, and the port of the microcontroller."""
+    """A board pin: the name printed next to it, and the microcontroller port."""
 
     printed: str
     port: str
 
 
 class BoardModel(NamedTuple):
-    """A kind of board with the firmware of slewline: its limits, and its pins by purpose.
+    """A kind of board with slewline firmware: its limits, and its pins by purpose.
 
-    `number`: the board field of its IDENT.  `hz`: ticks per second.  `slots`: records in its queue.  `shortest`: least
-    ticks between two steps.  Values that a board reports itself (IDENT) have precedence.  `high`, `low`: ticks for
-    which STEP is high and low at least, up to 45,000 steps/s; `setup`, `hold`: ticks for which DIR is stable at least
-    before STEP rises, and after.
+    `number`: the board field of its IDENT.  `hz`: ticks per second.  `slots`: records in its queue.  `shortest`: the
+    minimum number of ticks between two steps.  Values that a board reports itself (IDENT) have precedence.  `high`,
+    `low`: the minimum number of ticks for which STEP is high and low, up to 45,000 steps/s; `setup`, `hold`: the
+    minimum number of ticks for which DIR is stable before STEP rises, and after.
     """
 
     number: int
@@ -62,7 +62,7 @@ class BoardModel(NamedTuple):
     loop: BoardPin  # counts the pulses of a STEP that is wired to it, for the self-test
 
     def pin(self, printed: str) -> str | None:
-        """Return the purpose of a pin, by its printed name in either case: "step", "input 0"; None if it has none."""
+        """Return the purpose of a pin, "step" or "input 0", by its printed name in either case; None if it has none."""
         wanted = printed.upper()
         for purpose in ("step", "dir", "enable", "led"):
             if getattr(self, purpose).printed == wanted:
@@ -122,7 +122,7 @@ BOARDS = by_number(UNO)
 
 
 def board_of(ident: Ident) -> BoardModel:
-    """Return the row of a board by its IDENT.
+    """Return the row of a board, found by its IDENT.
 
     Raises:
         UsageError: the firmware has another version, the board is unknown, or its clock differs from that of its row.

@@ -1,9 +1,9 @@
 """The clock of a board as seen by its host: an estimate of its present tick, from round trips alone.
 
-The board takes a frame between the instant at which it was sent and the one at which its answer came.  Plotted over
-host time, the ticks are a line, and each round trip gives two bounds of it: an upper one at the first instant, a lower
-one at the second.  The tightest bounds of each second are kept for a minute or two.  The rate is the middle of the
-rates that satisfy all bounds, and the line is the middle of the lines with this rate.
+The board takes a frame at some instant between the transmission of the frame and the arrival of its answer.  Plotted
+over host time, the ticks form a line, and each round trip gives two bounds of it: an upper one at the first instant, a
+lower one at the second.  The tightest bounds of each second are kept for a minute or two.  The rate is the middle of
+the rates that satisfy all bounds, and the line is the middle of the lines with this rate.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # least distance of bounds, ns
 SOON = 6_000_000_000  # ns; before that they are closer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
-JUMP_S = 1.0  # a board is never further off, except for the error of a crystal since the last round trip
+JUMP_S = 1.0  # a board is never further off, except for the crystal error since the last round trip
 
 
 @dataclass(slots=True)
 class TickBounds:
-    """The tightest bounds since `start`: at most `above` at `early`, at least the other tick at `late`."""
+    """The tightest bounds since `start`: the tick is at most `above` at `early`, at least the other tick at `late`."""
 
     start: int
     early: int
@@ -40,10 +40,10 @@ def _nearest(tick: int, other: int) -> int:
 
 
 class BoardClock:
-    """Board ticks, which do not wrap here, and host nanoseconds.
+    """The relation between board ticks, which do not wrap here, and host nanoseconds.
 
-    `known` is whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible times of
-    the board: a sleeping computer stops its own clock, but not that of the board.
+    `known` is whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible board
+    times: a sleeping computer stops its own clock, but not the board's.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:
@@ -61,18 +61,18 @@ class BoardClock:
     def _forget(self) -> None:
         self.known = False
         self._bounds.clear()
-        self._origin = 0  # of the line: an instant of the host, its tick, and the uncertainty
+        self._origin = 0  # origin of the line: an instant of the host, its tick, and the uncertainty
         self._tick = self._doubt = 0.0
         self._newest = self._first = self._last = 0
 
     def restart(self) -> None:
-        """Handle a restart of the board: its ticks begin at 0, board time continues."""
+        """Handle a restart of the board: its ticks restart at 0, while board time continues."""
         self._lives = self._board_ns
         self._forget()
 
     # ------------------------------------------------------------------------------------------------ recorded bounds
     def note(self, sent_ns: int, received_ns: int, tick: int) -> None:
-        """Record that the board was at a tick (u32) between the two instants."""
+        """Record that the board was at a tick (u32) at some time between the two instants."""
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
@@ -112,7 +112,7 @@ class BoardClock:
             last.late, last.below = received, tick
 
     def _drawn(self) -> bool:
-        """Calculate the line; return whether one satisfies all bounds."""
+        """Calculate the line; return whether any line satisfies all bounds."""
         rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
         early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
         early, late = early - self._origin, late - self._origin
@@ -140,19 +140,19 @@ class BoardClock:
         return round(self._tick + (now_ns - self._origin) * self._rate)
 
     def ticks(self, now_ns: int) -> int:
-        """Return the tick of the board at an instant of the host; it never decreases, and is 0 while unknown."""
+        """Return the board tick at an instant of host time; it never decreases, and is 0 while unknown."""
         if self.known:
             self._last = max(self._last, self._at(now_ns))
         return self._last
 
     def at_ns(self, tick: int) -> int:
-        """Return the instant of the host at which the board is at a tick."""
+        """Return the instant of host time at which the board is at a tick."""
         return self._origin + round((tick - self._tick) / self._rate)
 
     def nanoseconds(self, now_ns: int) -> int:
-        """Return the time since the first message of the board, in ns of its crystal; it never decreases.
+        """Return the time since the first message from the board, in ns of its crystal; it never decreases.
 
-        It stops while a restarted board has not answered.
+        The time stops until a restarted board has answered.
         """
         if self.known:
             self._board_ns = max(
@@ -173,7 +173,7 @@ class BoardClock:
 
     @property
     def round_trip_ns(self) -> tuple[int, int, int]:
-        """Last round trip, the worst one of all, and the median of the last 64; zeros before the first one."""
+        """Last round trip, the worst of all, and the median of the last 64; zeros before the first one."""
         if not self._trips:
             return 0, 0, 0
         return self._trips[-1], self.worst_round_trip_ns, int(median(self._trips))

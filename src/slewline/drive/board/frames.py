@@ -1,8 +1,8 @@
-"""Frames: messages on a line that may lose or change bytes, and the detection of damage.
+"""Frames: messages on a line that may lose or corrupt bytes, and the detection of damage.
 
-A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, with a zero at its end.  So
-a receiver is synchronised again at the next zero, whatever was damaged.  That CRC is inverted at the end: otherwise a
-frame that ends in a zero would be valid with one zero more, and with one less.
+A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, and terminated by a zero.
+So a receiver is synchronised again at the next zero, whatever was damaged.  That CRC is inverted at the end: otherwise
+a frame that ends in a zero would also be valid with one zero more, or with one less.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ LONGEST_CHUNK = 80  # encoded bytes without the zero; a longer one is damaged
 
 
 class Frame(NamedTuple):
-    """A frame that arrived as it was sent."""
+    """A frame that arrived undamaged."""
 
     number: int
     kind: int
@@ -22,7 +22,7 @@ class Frame(NamedTuple):
 
 
 class Damaged(NamedTuple):
-    """A chunk that is not a valid frame; `why` is the reason."""
+    """A chunk that is not a valid frame; `why` gives the reason."""
 
     why: str
 
@@ -48,12 +48,12 @@ def crc(data: bytes) -> int:
 
 
 def stuff(data: bytes) -> bytes:
-    """Return bytes in COBS, without zeros and without the final zero.  Up to 253 bytes, more than any frame has."""
+    """Return bytes COBS-encoded, free of zeros and without the final zero; up to 253 bytes, more than any frame has."""
     return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
 
 
 def unstuff(chunk: bytes) -> bytes | None:
-    """Return the bytes of a chunk in COBS; None if it is not COBS."""
+    """Return the bytes of a COBS-encoded chunk; None if the encoding is invalid."""
     out, at = [], 0
     while at < len(chunk):
         end = at + chunk[at]
@@ -71,7 +71,7 @@ def encode(number: int, kind: int, payload: bytes = b"") -> bytes:
 
 
 def decode(chunk: bytes) -> Frame | Damaged:
-    """Return the frame of a chunk, the bytes between two zeros."""
+    """Return the frame in a chunk, the bytes between two zeros."""
     if len(chunk) > LONGEST_CHUNK:
         return Damaged(f"more than {LONGEST_CHUNK} bytes")
     data = unstuff(chunk)
@@ -85,18 +85,18 @@ def decode(chunk: bytes) -> Frame | Damaged:
 
 
 class Decoder:
-    """Decoder of the bytes of a line into frames, wherever reads are split.
+    """A decoder of the bytes on a line into frames, however the reads split them.
 
-    Of a chunk without an end, only enough is kept to detect that it is too long.
+    Of a chunk without an end, only enough is kept to detect that the chunk is too long.
     """
 
     def __init__(self) -> None:
         self._chunk = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Frame | Damaged]:
-        """Yield the frames completed by these bytes, and damaged chunks; empty chunks are skipped.
+        """Yield the frames and damaged chunks that these bytes complete; empty chunks are skipped.
 
-        The caller must exhaust the iterator: the rest would be lost.
+        The caller must exhaust the iterator, or the remaining frames would be lost.
         """
         *ends, rest = data.split(b"\0")
         for end in ends:

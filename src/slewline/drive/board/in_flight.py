@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from .outbox import BoardCommand
 from .wire import BoardEvent
 
-KEPT_EVENTS = 8  # events that a board can repeat
+KEPT_EVENTS = 8  # maximum number of events that a board can repeat
 
 
 @dataclass(slots=True)
 class SentFrame:
-    """An unanswered frame; `copy` is its number among the copies of its command."""
+    """An unanswered frame; `copy` is its index among the copies of its command."""
 
     number: int
     kind: int
@@ -21,14 +21,14 @@ class SentFrame:
     sent_ns: int
     command: BoardCommand | None = None
     copy: int = 0
-    event: int | None = None  # event to be repeated
+    event: int | None = None  # number of the event to be repeated
 
 
 class EventOrder:
-    """Events of a board, each once and in order, from the one with number `first` on.
+    """The events of a board, each once and in order, starting with number `first`.
 
-    `lost` counts the events that the board does not store any more; `asked` has the time of the next request for each
-    missing one.
+    `lost` counts the events that the board has discarded; `asked` has the time of the next request for each missing
+    event.
     """
 
     def __init__(self, first: int) -> None:
@@ -43,14 +43,14 @@ class EventOrder:
         return self._next == self._known
 
     def counted(self, number: int) -> None:
-        """Record the number of the board's next event, from an answer."""
-        self._known = number  # however many were lost: answers keep their order
+        """Record the number of the board's next event, as an answer reports it."""
+        self._known = number  # however many were lost, because answers keep their order
         while (self._known - self._next) % 256 > KEPT_EVENTS and self._next not in self._early:
             self.lost += 1
             self._go_on()
 
     def arrived(self, event: BoardEvent) -> None:
-        """Store an event until its turn; ignore a repeated one."""
+        """Store an event until its turn; ignore a repeated event."""
         if (event.number - self._next) % 256 < 128:
             self._early[event.number] = event
             if (event.number - self._known) % 256 < 128:
@@ -68,7 +68,7 @@ class EventOrder:
         self._next = (self._next + 1) % 256
 
     def missing(self, in_flight: Set[int | None]) -> list[tuple[int, int]]:
-        """Return the missing events without a pending request, and the time to request each, in ns."""
+        """Return the missing events for which no request is pending, and the time to request each, in ns."""
         count = (self._known - self._next) % 256
         numbers = ((self._next + more) % 256 for more in range(count))
         return [

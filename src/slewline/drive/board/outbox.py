@@ -1,4 +1,4 @@
-"""Commands of a host to a board, in the order in which the board is to take them."""
+"""Commands from a host to a board, in the order in which the board is to take them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class BoardCommand:
 
 
 class Outbox:
-    """Pending commands; calls have no effect while the link is closed."""
+    """The pending commands; calls have no effect while the link is closed."""
 
     def __init__(self) -> None:
         self.is_open = self._opening = False
@@ -49,14 +49,14 @@ class Outbox:
             self._commands.append(BoardCommand(kind, payload))
 
     def configure(self, config: BoardConfig) -> None:
-        """Send another CONFIG, which the board accepts in BOOT, IDLE and HALT."""
+        """Send a new CONFIG, which the board accepts in BOOT, IDLE and HALT."""
         self._put(FrameKind.CONFIG, config.pack())
         self._config = config
 
     def push(self, records: Iterable[Record]) -> None:
         """Queue records, which are sent as the board has room for them, in order with all other numbered commands.
 
-        Like all calls before `open` or after a boot, it has no effect then.
+        Like all calls before `open` or after a boot, this has no effect then.
         """
         if not (self._opening or self.is_open):
             return
@@ -68,11 +68,11 @@ class Outbox:
                 self._commands.append(BoardCommand(FrameKind.PUSH, records=[record]))
 
     def start(self, tick: int) -> None:
-        """Start the records pushed before; the first record begins at a tick."""
+        """Start the records pushed before; the first record begins at the given tick."""
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board, ahead of those waiting for slots: none become free before the start."""
+        """Start the records on the board, ahead of those waiting for slots: no slot becomes free before the start."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
@@ -82,12 +82,12 @@ class Outbox:
         return any(command.kind == FrameKind.START for command in self._commands)
 
     def abandon(self) -> None:
-        """Discard the unsent rest of a motion; records in transit may still be taken, and then wait for RESET."""
+        """Discard the unsent rest of a motion; records in transit may still be taken, and then remain until RESET."""
         later = [self._commands.pop() for _ in range(len(self._commands) - self._sent)]
         self._commands.extend(each for each in reversed(later) if each.kind not in MOTION)
 
     def stop(self, how: int) -> None:
-        """Stop the motor: 0, immediately; 1, by the tail.  It is sent first; numbered commands wait for its answer.
+        """Stop the motor: 0, immediately; 1, along the tail.  STOP goes first; numbered commands wait for its answer.
 
         Raises:
             UsageError: `how` is neither.
@@ -98,21 +98,21 @@ class Outbox:
             self._stops.append(how)
 
     def tail(self, entries: Sequence[tuple[int, int]]) -> None:
-        """Replace the tail: (interval in 1/256 tick, count), ascending; no more entries than the board has room for."""
+        """Replace the tail: (interval in 1/256 tick, count), in ascending order, within the room that the board has."""
         for first in range(0, len(entries), ENTRIES_A_FRAME):
             self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))
 
     def reset(self, position: int | None = None, *, known: bool = False, power: bool = False) -> None:
-        """Leave HALT, or clear the queue; set the position, if one is given.
+        """Leave HALT, or clear the queue; set the position if one is given.
 
         Args:
             known: the count is the position of the motor.
-            power: the driver may be switched on again, though the board has switched it off.
+            power: the driver may be switched on again, even if the board has switched it off.
         """
         self._put(FrameKind.RESET, wire.reset_payload(position, known=known, power=power))
 
     def outputs(self, mask: int, value: int) -> None:
-        """Set outputs: bits 0 to 3 are the user's, bit 4 is ENABLE."""
+        """Set outputs: bits 0 to 3 are the user outputs, bit 4 is ENABLE."""
         self._put(FrameKind.OUTPUTS, bytes((mask, value)))
 
     def check(self, count: int, interval: int) -> None:

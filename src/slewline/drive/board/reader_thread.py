@@ -1,7 +1,7 @@
-"""A separate thread reads a terminal, so that the loop of the drive never blocks.
+"""A separate thread that reads a terminal, so that the loop of the drive never blocks.
 
-Reading or polling a terminal of Linux waits for a worker of the kernel that delivers the bytes.  The worker has the
-priority of ordinary processes, whatever the reader's priority; on a busy machine that took half a second.
+Reading or polling a Linux terminal waits for a kernel worker that delivers the bytes.  The worker has the priority of
+ordinary processes, whatever the reader's priority; on a busy machine that took half a second.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ END_S = 1.0
 
 
 class PortReader:
-    """The input of a terminal, as the end of a pipe that never blocks.
+    """The input of a terminal, read through a pipe that never blocks.
 
     Args:
-        terminal: its descriptor, which the caller closes, after `close`.
+        terminal: the terminal's descriptor, which the caller closes after `close`.
     """
 
     def __init__(self, terminal: int) -> None:
@@ -33,7 +33,7 @@ class PortReader:
         self._thread.start()
 
     def _carry(self) -> None:
-        """Copy bytes until the terminal fails, or the pipe is closed."""
+        """Copy bytes until the terminal fails or the pipe is closed."""
         try:
             while self._over not in (ready := select([self._terminal, self._over], [], [])[0]):
                 with suppress(BlockingIOError):
@@ -47,7 +47,7 @@ class PortReader:
         os.close(self._over)
 
     def fileno(self) -> int:
-        """Return the end of the pipe, for a loop to wait for."""
+        """Return the end of the pipe that a loop can wait for."""
         return self._out
 
     def read(self) -> bytes:

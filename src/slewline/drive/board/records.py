@@ -1,4 +1,4 @@
-"""Records of a board's queue, steps in quadratic progression or a pause, and the fit of few records to many instants.
+"""Records of a board's queue (steps in quadratic progression, or a pause), and the fit of few records to many instants.
 
 Time is counted in 1/65536 tick, in whole numbers, as on the board.
 """
@@ -31,11 +31,11 @@ _RECORD = Struct("<BHIHi")
 
 
 class Record(NamedTuple):
-    """Steps, each interval `add` longer than the one before, or one interval without a step (PAUSE).
+    """Steps, each interval `add` longer than the previous one, or one interval without a step (PAUSE).
 
-    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval is constant, and `add` has the
-    number of steps of a stop ramp from the first step (low 16 bits), and its change with each step (high 16 bits,
-    signed: -1, 0 or 1).
+    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval is constant, and `add` holds
+    the number of steps of a stop ramp that starts at the first step (low 16 bits), and the change of that number with
+    each step (high 16 bits, signed: -1, 0 or 1).
     """
 
     flags: int
@@ -49,7 +49,7 @@ class Record(NamedTuple):
         return _RECORD.pack(*self)
 
     def with_ramp_left(self, ramp_left: int, slope: int) -> Record:
-        """Return a record of one interval with the length of the stop ramp from its first step, and its slope."""
+        """Return a record of one interval with the length and slope of the stop ramp that starts at its first step."""
         return self._replace(flags=self.flags | RAMP_LEFT, add=slope << 16 | ramp_left)
 
     @property
@@ -59,11 +59,11 @@ class Record(NamedTuple):
 
     @property
     def slope(self) -> int:
-        """Change of the stop ramp's length with each step, with WAY."""
+        """Change of the stop ramp's length with each step, if the record has WAY."""
         return self.add >> 16
 
     def ramp_left(self, step: int) -> int | None:
-        """Return the number of steps of a stop ramp from a step, counted from 0; None without WAY."""
+        """Return the number of steps of a stop ramp that starts at a step, counted from 0; None without WAY."""
         return (self.add & 0xFFFF) + step * self.slope if self.flags & RAMP_LEFT and not self.flags & PAUSE else None
 
     @property
@@ -84,7 +84,7 @@ class Record(NamedTuple):
         return self.count * self.first + self.count * (self.count - 1) // 2 * self.growth
 
     def times(self, base: int) -> Iterator[int]:
-        """Yield the instants of its steps, in 1/65536 tick, if it begins at `base`."""
+        """Yield the instants of the record's steps, in 1/65536 tick, if the record begins at `base`."""
         if self.flags & PAUSE:
             return
         interval = self.first
@@ -94,7 +94,7 @@ class Record(NamedTuple):
             interval += self.growth
 
     def good(self, shortest: int) -> bool:
-        """Return whether a board accepts the record, if its steps are at least `shortest` ticks apart."""
+        """Return whether a board accepts the record: its steps must be at least `shortest` ticks apart."""
         if self.flags & PAUSE:
             masks = self.count >> 8, self.count & 255
             sets = max(masks) <= USER_OUTPUTS if self.flags & OUT else self.count == 0
@@ -109,7 +109,7 @@ class Record(NamedTuple):
 
 
 def unpack(payload: bytes) -> list[Record]:
-    """Return the records of a payload that has whole records."""
+    """Return the records of a payload that contains whole records."""
     return [Record(*fields) for fields in _RECORD.iter_unpack(payload)]
 
 
@@ -122,12 +122,12 @@ assert _RECORD.size == RECORD_BYTES  # noqa: S101
 
 
 def length(records: Iterable[Record]) -> int:
-    """Return the total duration of records, in 1/65536 tick: the start of the next one."""
+    """Return the total duration of records, in 1/65536 tick: the next record starts then."""
     return sum(record.length for record in records)
 
 
 def pauses(gap: int, flags: int = 0) -> list[Record]:
-    """Return pauses with a total duration, in 1/65536 tick; all have these flags.
+    """Return pauses with a given total duration, in 1/65536 tick; all have the given flags.
 
     Raises:
         UsageError: the gap is shorter than 256 ticks.
@@ -155,11 +155,11 @@ def fit(
     shortest: int = 224,
     even: bool = False,
 ) -> list[Record]:
-    """Return records whose steps are within a tolerance of instants; all in 1/65536 tick, but `shortest` in ticks.
+    """Return records whose steps are within a tolerance of given instants, all in 1/65536 tick; `shortest` is in ticks.
 
-    Each record is as long as possible, and begins where the arithmetic of the board will end the previous one, so
-    errors do not accumulate.  `base` is the start of the first one.  A step more than 2^31 ticks away is preceded by
-    pauses.  `even`: the intervals of each record are equal.
+    Each record is as long as possible, and begins where the board's arithmetic will end the previous one, so errors do
+    not accumulate.  `base` is the start of the first record.  A step more than 2^31 ticks away is preceded by pauses.
+    `even`: the intervals within each record are equal.
 
     Raises:
         UsageError: steps follow one another faster than the board can make them.
@@ -190,7 +190,7 @@ Found = tuple[int, int, int]  # steps, first interval, add
 
 
 def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest: int) -> Found:
-    """Return the longest record for the steps at these offsets from its start; of 0 steps if there is none."""
+    """Return the longest record for the steps at these offsets from its start; it has 0 steps if none fits."""
     most = len(offsets)
     low, high = offsets - tolerance, offsets + tolerance
     best: Found = (0, 0, 0)
@@ -210,9 +210,9 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return a first interval and `add` that keep every step between its limits, or None; and the bounds of `add`.
+    """Return a first interval and `add` that keep every step within its limits, or None; and the bounds of `add`.
 
-    In the plane of `add` and the first interval each limit is a half-plane.  For a given `add` the possible intervals
+    In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add` the possible intervals
     are between two limits; if there are none, those two limits show on which side of this `add` there may be some.
     """
     count = len(low)
@@ -248,7 +248,7 @@ def _through(
 def _extended(
     count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
 ) -> Found:
-    """Return a record extended to all steps that fit the same interval and `add`."""
+    """Return a record extended to all steps that the same interval and `add` fit."""
     end = min(len(low), 8 * count)
     if add < 0:
         end = min(end, (first - shortest) // -add + 1)

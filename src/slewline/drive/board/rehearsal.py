@@ -1,4 +1,4 @@
-"""A board in software, at the speed of this computer's clock: the name of its port is `twin`."""
+"""A software board that runs at the speed of this computer's clock; its port name is `twin`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class TwinPort:
 
     Args:
         model: the board to simulate.
-        clock: nanoseconds of the wall clock.
+        clock: returns the wall-clock time in nanoseconds.
     """
 
     name = TWIN
@@ -42,7 +42,7 @@ class TwinPort:
         return tick
 
     def set_input(self, name: str, level: int) -> None:
-        """Set an input of the board, such as "A1", as a switch would: 0 is closed, to ground; 1 is open.
+        """Set an input of the board, such as "A1", as a switch would: 0 is closed (to ground); 1 is open.
 
         Raises:
             UsageError: there is no such input or level.
@@ -53,15 +53,15 @@ class TwinPort:
         self.twin.set_input(printed.index(name.upper()), level, self._present())
 
     def close_contacts(self, numbers: Iterable[int]) -> None:
-        """Close inputs, by their numbers, to ground; open all others."""
+        """Close the inputs with these numbers to ground; open all others."""
         for number in numbers:
             self.set_input(self.model.inputs[number].printed, 0)
 
     def fileno(self) -> None:
-        """Return None: there is nothing to wait for."""
+        """Return None: there is no descriptor to wait for."""
 
     def write(self, data: bytes) -> int:
-        """Send bytes to the board; return their number.  Its STEP is wired to its counter."""
+        """Send bytes to the board, whose STEP is wired to its counter; return the number of bytes."""
         tick = self._present()
         self.twin.receive(data, tick)
         for frame in self._decoder.feed(data):

@@ -1,4 +1,4 @@
-"""A board step by step, the reference for the firmware: slow and simple.  This file has its frames."""
+"""A step-by-step model of a board, the reference for the firmware: slow and simple.  This file handles its frames."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ def _signed(tick: int) -> int:
 
 
 class BoardTwin(MovingTwin):
-    """A board from its power-up on.
+    """A board, from its power-up.
 
     `steps`: tick, direction and position after each step.  `phases`, `outputs`: tick and value of each change; bits 0
-    to 3 of `outputs` are the user outputs, including lamps, bit 4 is ENABLE.  `enable`: tick and level of its pin, None
-    without one.  `sent`: frames for the host.
+    to 3 of `outputs` are the user outputs, including lamps, bit 4 is ENABLE.  `enable`: tick and level of the ENABLE
+    pin; the level is None if there is no such pin.  `sent`: frames for the host.
     """
 
     def __init__(self, model: BoardModel = UNO) -> None:
@@ -73,26 +73,26 @@ class BoardTwin(MovingTwin):
         return out
 
     def receive(self, data: bytes, tick: int) -> None:
-        """Receive bytes of the host; each frame that they complete takes effect at this tick."""
+        """Receive bytes from the host; each frame that they complete takes effect at this tick."""
         for frame in self._decoder.feed(data):
             self.run(tick)
             self._take(frame, tick)
             self._show(tick)
 
     def look_for_silence(self, tick: int) -> None:
-        """Check, as the main loop does, the time since the last frame, and how long the driver has not been needed."""
+        """Check, as the main loop does, the time since the last frame, and how long the driver has been idle."""
         self.look(tick)
         self.brake_if_silent(tick)
 
     def look(self, tick: int) -> None:
-        """Run the checks of the main loop, and switch the driver off if that is due."""
+        """Run the checks of the main loop, and switch the driver off if it is due."""
         self.run(tick)
         limit = self.config.watchdog
         self._silent |= bool(limit) and tick - self.last_frame >= limit
         self.power.watch(tick, self.state, self.config, self._silent)
 
     def brake_if_silent(self, tick: int) -> None:
-        """Brake if the last check has found the host silent."""
+        """Brake if the host was silent at the last check."""
         self.run(tick)
         if self._silent and self.state == RUN:
             self._brake(Happening.WATCHDOG, HOST, tick)
@@ -137,7 +137,7 @@ class BoardTwin(MovingTwin):
         self._repeated = b""
 
     def _judge(self, frame: Frame, tick: int) -> FrameResult:
-        """Return the error of a frame, except errors that only its execution shows."""
+        """Return the error in a frame, except errors that only its execution reveals."""
         number, kind, payload = frame
         if kind not in FROM_HOST:
             return FrameResult.BAD_CONTENT

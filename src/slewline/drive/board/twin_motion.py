@@ -1,9 +1,9 @@
-r"""The motion of a board step by step: records, brake and tail, reflexes and outputs; and their events.
+r"""The step-by-step motion of a board: records, brake and tail, reflexes and outputs, and their events.
 
 A brake makes the scheduled step, and one more if that is less than 640 ticks later (an underrun has no scheduled step),
-and then the tail: steps of the table that the host sent last.  Their number, and the first entry used, follow from the
-record of that step, if it has WAY: a count of steps, which changes by -1, 0 or 1 with each step.  So a board ramps down
-from any step by the law of its chip, without knowing it:
+and then the tail: steps from the table that the host sent last.  The number of tail steps, and the first entry used,
+follow from the record of the scheduled step, if it has WAY: a count of steps, which changes by -1, 0 or 1 with each
+step.  So a board ramps down from any step by the law of its chip, without knowing that law:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
@@ -13,16 +13,16 @@ from any step by the law of its chip, without knowing it:
 
     table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stops
 
-An interval of the table that is shorter than the last two steps were apart is lengthened to that: a brake does not
-accelerate the motor.  If these are less than 640 ticks apart it is at least 1/8 longer, so that there is time.  After
-the first step of a run there is no stop ramp.
+A table interval that is shorter than the last interval made is lengthened to it: a brake does not accelerate the motor.
+If the last interval is less than 640 ticks, the next one is at least 1/8 longer, so that the board has time.  After the
+first step of a run there is no stop ramp.
 
 If the record has no WAY (motions that begin while the motor moves, ramps without levels, pauses), the rate decides: the
-tail is all entries with intervals longer than the last one made; without a table each interval is 1/16 longer than the
-one before, up to the interval at which the motor may stop.
+tail consists of all entries with intervals longer than the last one made; without a table, each interval is 1/16 longer
+than the previous one, up to the interval at which the motor may stop.
 
 Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  Times that a twin cannot know are inputs:
-when the main loop takes a frame, when it sees an edge of an input, when it checks for silence.
+when the main loop takes a frame, when it sees an input edge, when it checks for silence.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ KEPT_EVENTS = 8
 
 
 class MovingTwin:
-    """The autonomous part of a board: `steps`, `phases`, `outputs` and events in `sent`, all by their ticks.
+    """The autonomous part of a board: `steps`, `phases`, `outputs` and events in `sent`, all with their ticks.
 
-    `pulses`: the ticks of those steps that have an edge on STEP: none in a dry run.
+    `pulses`: the ticks of the steps that produce an edge on STEP; there are none in a dry run.
     """
 
     def __init__(self, model: BoardModel) -> None:
@@ -53,11 +53,11 @@ class MovingTwin:
         self.outputs: list[tuple[int, int]] = []
         self.enable: list[tuple[int, int | None]] = []
         self.sent = bytearray()
-        self.inputs = 0x3F  # levels; open ones are high
+        self.inputs = 0x3F  # levels; open inputs are high
         self.power_up()
 
     def power_up(self, tick: int = 0) -> None:
-        """Clear everything but the levels of the inputs, and restart ticks.  Event 0 reports it to the host."""
+        """Clear everything except the input levels, and restart ticks.  Event 0 reports the power-up to the host."""
         self.now = tick
         self.sent.clear()
         self.state: BoardState = BOOT
@@ -74,7 +74,7 @@ class MovingTwin:
 
     def _forget_the_run(self) -> None:
         self.queue.clear()
-        self.record: Record | None = None  # the present one, or the last one before a tail
+        self.record: Record | None = None  # the present record, or the last one before a tail
         self.left = 0  # its remaining steps
         self.time = self.interval = 0  # 1/65536 tick: last instant, and interval to the next one
         self.last_step: int | None = None  # of this run
@@ -83,7 +83,7 @@ class MovingTwin:
         self.one_more = False  # step after the scheduled one, before the tail begins
 
     def run(self, tick: int) -> None:
-        """Run up to a tick, including it."""
+        """Run up to and including a tick."""
         while (at := self.next_time()) is not None and at <= tick:
             self.now = at
             self._happen(at)
@@ -91,7 +91,7 @@ class MovingTwin:
         self.now = max(self.now, tick)
 
     def next_time(self) -> int | None:
-        """Return the next tick with a step, or the end of a pause; None if there is none."""
+        """Return the tick of the next step, or of the end of a pause; None if there is none."""
         if self.state == BRAKE and self.tail is not None:
             return self.tail[0]
         if self.state in (RUN, BRAKE):
@@ -99,7 +99,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """Sample an input at this tick; several inputs in one sample are handled in ascending order."""
+        """Sample an input at this tick; inputs that change in one sample are handled in ascending order."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
@@ -180,14 +180,14 @@ class MovingTwin:
         self._set_phases(tick)
 
     def _brake(self, kind: Happening, which: int, tick: int) -> None:
-        """Ramp down to a halt by the tail, in RUN."""
+        """Ramp down to a halt along the tail; called in RUN."""
         assert self.record is not None  # noqa: S101
         playing = not self.record.flags & PAUSE and self.left
         if playing:
             self.state = BRAKE  # the step that is scheduled is made, then the tail begins
             self.one_more = self._following() < FAST_TICKS
         elif self.last_step is not None:
-            # after the last step of a record the first step of the tail may be near; in and after a pause it may not
+            # after the last step of a record, the first step of the tail may be near; in and after a pause it may not
             earliest = tick + SOONEST_TICKS if self.record.flags & PAUSE else tick
             self._begin_tail(self.last_step, earliest)
             self.state = BRAKE
@@ -196,7 +196,7 @@ class MovingTwin:
         self._report_event(kind, which, tick)
 
     def _following(self) -> int:
-        """Return the ticks from the scheduled step to the next one; many if none follows in this direction."""
+        """Return the ticks between the scheduled step and the next one; many if none follows in this direction."""
         assert self.record is not None  # noqa: S101
         if self.left > 1:
             return (self.interval + self.record.growth) >> 16
@@ -205,13 +205,13 @@ class MovingTwin:
         return self.queue[0].interval
 
     def _begin_tail(self, last_step: int, earliest: int) -> None:
-        """Schedule the steps of the tail, counted from the last step, none before the earliest tick."""
+        """Schedule the steps of the tail, counted from the last step; none comes before the earliest tick."""
         ticks = [last_step + each for each in self._stop_ramp()]
         late = max(0, earliest - ticks[0]) if ticks else 0
         self.tail = deque(each + late for each in ticks)
 
     def _stop_ramp(self) -> list[int]:
-        """Return the steps of the tail, in ticks from the last step."""
+        """Return the times of the tail steps, in ticks after the last step."""
         pace, start_stop = self.pace, self.config.start_stop
         out, time = [], 0
         ramp_left = None if self.record is None else self.record.ramp_left(self.record.count - self.left - 1)

@@ -1,11 +1,11 @@
-"""Rules for ENABLE, by which the driver of a board is switched on and off; no host can bypass them.
+"""Rules for ENABLE, by which a board switches its driver on and off; no host can bypass them.
 
     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
                  board has been allowed to by RESET since power-up, and since it last switched it off by itself
     on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
                  says, after a time
 
-In motion only an emergency stop cuts the current, because the motor would coast and the count be wrong.
+In motion only an emergency stop cuts the current, because otherwise the motor would coast and the count be wrong.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ HOLD_SHIFT = 16  # `enable_hold` counts 65,536 ticks
 
 
 class TwinPower:
-    """The current of the driver of a twin.
+    """The driver current of a twin.
 
     Args:
-        switch: called with True or False and a tick: sets ENABLE.
+        switch: a function that sets ENABLE, called with True or False and a tick.
 
     Attributes:
         on: whether the driver is enabled.
@@ -33,11 +33,11 @@ class TwinPower:
     def __init__(self, switch: Callable[[bool, int], object]) -> None:
         self._switch = switch
         self.on = self.unsure = False
-        self.locked = True  # RESET must unlock it after power-up as well
+        self.locked = True  # RESET must also unlock it after power-up
         self._seen = self._resting = 0
 
     def flags(self, estop: bool) -> int:
-        """Return the flags of ANSWER; `estop`: an emergency stop is active."""
+        """Return the flags for ANSWER; `estop`: an emergency stop is active."""
         flags = (
             (PowerFlag.ENERGISED, self.on),
             (PowerFlag.ESTOP, estop),
@@ -69,17 +69,17 @@ class TwinPower:
             self.unsure = False
 
     def begin_motion(self) -> None:
-        """Record the start of a motion: without current the motor does not follow."""
+        """Record the start of a motion: without current the motor does not follow it."""
         self.unsure |= not self.on
 
     def cut(self, moving: bool, tick: int) -> None:
-        """Switch off by itself; `moving`: the motor was moving."""
+        """Switch the driver off on the board's own initiative; `moving`: the motor was moving."""
         self.unsure |= moving or self.on
         self.locked |= self.on
         self.switch(False, tick)
 
     def watch(self, tick: int, state: BoardState, config: BoardConfig, silent: bool) -> None:
-        """Switch the driver off after a halt, at rest or without a host, as CONFIG says; called by the main loop."""
+        """Switch the driver off after a halt, at rest or without a host, as CONFIG says; the main loop calls this."""
         passed, self._seen = (tick >> HOLD_SHIFT) - self._seen, tick >> HOLD_SHIFT
         off = config.enable_off
         abandoned = state == HALT or (state == IDLE and silent)

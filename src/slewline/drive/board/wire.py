@@ -1,4 +1,4 @@
-"""The wire to a board: its messages as rows of fields, and their numbers."""
+"""The wire to a board: its messages, as rows of fields, and their numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ENTRY_BYTES = 6  # of a tail
 
 
 class FrameKind(IntEnum):
-    """Kinds of frames: from the host to the board, and from 0x80 on back."""
+    """Kinds of frames: from the host to the board below 0x80, and from the board to the host at 0x80 and above."""
 
     HELLO = 1
     PUSH = 2
@@ -42,7 +42,7 @@ class FrameKind(IntEnum):
     EVENT = 0x82
 
 
-# Taken in their order only; the others carry any number, a token that comes back with the answer.
+# Taken only in order; other frames carry any number, a token that comes back with the answer.
 NUMBERED = frozenset(
     (
         FrameKind.PUSH,
@@ -57,7 +57,7 @@ NUMBERED = frozenset(
 
 
 class BoardState(IntEnum):
-    """States of a board; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only."""
+    """States of a board; only RESET leaves HALT, and only CONFIG leaves BOOT, the state at power-up."""
 
     IDLE = 0
     RUN = 1
@@ -84,7 +84,7 @@ class Happening(IntEnum):
 
 
 class FrameResult(IntEnum):
-    """Results of a frame; only a frame that is taken uses up its number."""
+    """Results of a frame; only a frame that is accepted uses up its number."""
 
     TAKEN = 0
     DAMAGED = 1
@@ -96,7 +96,7 @@ class FrameResult(IntEnum):
 
 
 class Reflex(IntEnum):
-    """Immediate reactions of a board when an input becomes active; the last two are added to STOP and BRAKE."""
+    """Immediate reactions of a board when an input becomes active; the last two are modifiers of STOP and BRAKE."""
 
     NONE = 0
     STOP = 1
@@ -108,14 +108,14 @@ class Reflex(IntEnum):
 
 
 class DriverFlag(IntFlag):
-    """Properties of the driver: ENABLE is connected, with a known level; the run is dry, so STEP has no edges."""
+    """Properties of the driver: ENABLE is connected, its active level known; the run is dry, so STEP has no edges."""
 
     ENABLE = 1
     DRY = 2
 
 
 class EnableOff(IntEnum):
-    """Times at which a board switches the driver off by itself; at an emergency stop it always does."""
+    """Conditions under which a board switches the driver off by itself; at an emergency stop it always does."""
 
     NEVER = 0
     HALT = 1
@@ -123,7 +123,7 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntFlag):
-    """Flags of RESET: a position is given; it is that of the motor; the driver may be switched on again."""
+    """Flags of RESET: a position is given; it is the motor's position; the driver may be switched on again."""
 
     POSITION = 1
     KNOWN = 2
@@ -131,10 +131,10 @@ class ResetFlag(IntFlag):
 
 
 class PowerFlag(IntFlag):
-    """Flags of ANSWER for the driver.
+    """Flags of ANSWER that describe the driver.
 
     UNSURE: the position of the motor may differ from the count, after steps without current, a stop without a ramp,
-    or a driver that the board has switched off.  LOCKED: the board has done so by itself, and only RESET unlocks it.
+    or a driver that the board has switched off.  LOCKED: the board did so by itself, and only RESET unlocks it.
     """
 
     ENERGISED = 1
@@ -144,7 +144,7 @@ class PowerFlag(IntFlag):
 
 
 class Answer(NamedTuple):
-    """The result of a frame of the host, and the state of the board at that tick (u32)."""
+    """The result of a frame from the host, and the state of the board at that tick (u32)."""
 
     wanted: int
     echo: int
@@ -160,7 +160,7 @@ class Answer(NamedTuple):
 
 
 class BoardEvent(NamedTuple):
-    """An event on a board, numbered from its power-up on; `which` is the input, or 255."""
+    """An event on a board, numbered since its power-up; `which` is the number of the input, or 255."""
 
     number: int
     kind: int
@@ -172,10 +172,10 @@ class BoardEvent(NamedTuple):
 
 
 class Ident(NamedTuple):
-    """Properties of a board.
+    """The properties of a board.
 
-    `slots` of its queue, entries of its `tail`, bytes of frames that may be unanswered (`room`), the `shortest`
-    interval of steps, and its ticks per second (`hz`).
+    `slots`: records in its queue; `tail`: entries in its tail; `room`: bytes of frames that may be unanswered;
+    `shortest`: the shortest interval between steps; `hz`: its ticks per second.
     """
 
     wanted: int
@@ -191,7 +191,7 @@ class Ident(NamedTuple):
 _ANSWER, _EVENT, _IDENT = Struct("<BBBBBBBBiI"), Struct("<BBBBiI"), Struct("<BBBBBHI")
 _START, _RESET, _OUTPUTS, _CHECK, _ENTRY = Struct("<I"), Struct("<Bi"), Struct("<BB"), Struct("<HH"), Struct("<IH")
 _CONFIG = Struct("<IIBBBBBHBB6s8sB")
-SIZES = {  # of the payloads that have one size
+SIZES = {  # sizes of the payloads that have a fixed size
     FrameKind.HELLO: 0,
     FrameKind.START: _START.size,
     FrameKind.STOP: 1,
@@ -225,14 +225,14 @@ MOST = {  # of the numbers of CONFIG
 
 @dataclass(frozen=True, slots=True)
 class BoardConfig:
-    """The configuration of a board; times in its ticks.
+    """The configuration of a board; times are in its ticks.
 
     `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
     bit n, each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`: EnableOff, after `enable_hold` times
     65,536 ticks.  `filter`: number of samples, 4 us apart, for which an input must be unchanged before it counts; an
-    emergency stop is not filtered.  `fault_output`, `power_output`: number + 1 of the outputs that show a halt, and the
-    driver's current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of
-    half steps, all zero without phases; `phase`: the present index.
+    emergency stop is not filtered.  `fault_output`, `power_output`: number + 1 of the output that shows a halt, and of
+    the output that shows the driver current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits
+    0 to 3 by half-step index, all zero without phases; `phase`: the present index.
     """
 
     start_stop: int
@@ -275,7 +275,7 @@ class BoardConfig:
 
     @classmethod
     def unpack(cls, payload: bytes) -> BoardConfig:
-        """Return the configuration in a payload of CONFIG; its fields may be out of range (`check`)."""
+        """Return the configuration in a CONFIG payload; its fields may be out of range (`check`)."""
         *numbers, lamps, reflex, pattern, phase = _CONFIG.unpack(payload)
         return cls(*numbers, lamps & 15, lamps >> 4, tuple(reflex), tuple(pattern), phase)  # type: ignore[call-arg]
 
@@ -335,7 +335,7 @@ def ident_frame(ident: Ident) -> bytes:
 
 
 def read(frame: Frame) -> Answer | BoardEvent | Ident | None:
-    """Return the message in a frame of a board; None if boards send no such frame."""
+    """Return the message in a frame from a board; None if boards send no such frame."""
     number, kind, payload = frame
     if len(payload) != SIZES.get(kind):  # type: ignore[call-overload]  # any number
         return None
@@ -354,26 +354,26 @@ def start_payload(tick: int) -> bytes:
 
 
 def start_tick(payload: bytes) -> int:
-    """Return the tick of START."""
+    """Return the tick in a START payload."""
     tick: int
     (tick,) = _START.unpack(payload)
     return tick
 
 
 def tail_payload(first: int, entries: Sequence[tuple[int, int]]) -> bytes:
-    """Return the payload of TAIL: entries of (interval in 1/256 tick, count), the first with index `first`."""
+    """Return the payload of TAIL: entries of (interval in 1/256 tick, count), the first of which has index `first`."""
     return bytes((first,)) + b"".join(_ENTRY.pack(*entry) for entry in entries)
 
 
 def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
-    """Return the index of the first entry and the entries of TAIL; None if it does not have 1 to 10 of them."""
+    """Return the index of the first entry and the entries of TAIL; None if the number of entries is not 1 to 10."""
     if not 1 + _ENTRY.size <= len(payload) <= 1 + ENTRIES_A_FRAME * _ENTRY.size or (len(payload) - 1) % _ENTRY.size:
         return None
     return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]
 
 
 def reset_payload(position: int | None, *, known: bool = False, power: bool = False) -> bytes:
-    """Return the payload of RESET; without a position the board keeps its own.
+    """Return the payload of RESET; without a position the board keeps its own count.
 
     Args:
         known: the count is the position of the motor.
@@ -390,11 +390,11 @@ def reset_position(payload: bytes) -> int | None:
 
 
 def check_payload(count: int, interval: int) -> bytes:
-    """Return the payload of CHECK: pulses, and the ticks between them."""
+    """Return the payload of CHECK: the number of pulses, and the ticks between them."""
     return _CHECK.pack(count, interval)
 
 
 def check_numbers(payload: bytes) -> tuple[int, int]:
-    """Return pulses and ticks between them of CHECK."""
+    """Return the number of pulses, and the ticks between them, in a CHECK payload."""
     count, interval = _CHECK.unpack(payload)
     return count, interval

@@ -1,4 +1,4 @@
-"""The results of a recording: limits, steps, glitches, jitter and skew; with a picture of the worst place."""
+"""The results for a recording: limits, steps, glitches, jitter and skew, with a picture of the worst place."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class AxisCapture:
     Attributes:
         name: the name of the axis.
         steps: its steps, as `Waveforms.steps` returns them.
-        signals: its signals, "step" and "direction", by these names.
+        signals: its signals, under the names "step" and "direction".
         glitches: the instants of pulses and gaps of STEP or DIR that are too short to be intended, ps.
         glitch_ps: the length below which a pulse or gap of STEP is a glitch, ps.
         jitter: the jitter of the steps at a constant rate; None: the rate is not constant.
@@ -60,9 +60,9 @@ class CaptureReport:
 
     Attributes:
         axes: an `AxisCapture` for each axis.
-        limits: the limits of the data sheets, each with the times measured: a `TimingTable`.
-        skews: by the names of two axes, the delay of the second one's steps: a `Skew`, or None if no steps are near.
-        resolution_ps: the error of a time by sampling, ps.
+        limits: the data sheet limits, each with the times measured: a `TimingTable`.
+        skews: by the names of two axes, the delay of the second axis's steps: a `Skew`, or None if no steps are near.
+        resolution_ps: the timing error caused by sampling, ps.
         notes: restrictions of the result, one per line.
     """
 
@@ -94,7 +94,7 @@ class CaptureReport:
         return "\n".join([*lines, *self.notes])
 
     def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-        """Draw the worst place of an axis: the time that violates its limit most, else the one nearest to its limit.
+        """Draw the worst place of an axis: the time that violates its limit most, else the time nearest to its limit.
 
         Args:
             path: the file, SVG, PNG or PDF by its suffix.
@@ -142,7 +142,7 @@ class CaptureReport:
 
 
 def _room(row: Checked) -> float:
-    """Return the margin of the shortest time to its limit, as a fraction of the limit."""
+    """Return the margin between the shortest time and its limit, as a fraction of the limit."""
     return ((row.shortest_ps or 0) - (row.bound.least or 0)) / max(row.bound.least or 1, 1)
 
 

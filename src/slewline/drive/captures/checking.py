@@ -1,10 +1,10 @@
-"""Checks of a recording of STEP and DIR, of one axis or several.
+"""Checks of a STEP and DIR recording, of one axis or several.
 
     STEP  ____|‾‾‾‾|______|‾‾‾‾|____       high, low: the least times of the driver
     DIR   _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__     set-up before a step, hold after it
            |<->|               |<->|
 
-Times are those of a data sheet, a row each, as `bench.check_timing` has them for the model.
+Times are data sheet times, one row each, in the form that `bench.check_timing` uses for the model.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ COARSE = 4  # samples that a pulse should have
 
 
 def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
-    """Return the requirements of a driver's inputs, as rows of a data sheet.
+    """Return the requirements of a driver's inputs, as data sheet rows.
 
     Args:
-        edge: the edge of STEP with which a step begins, at the point of the recording.
+        edge: the STEP edge with which a step begins, at the point of the recording.
     """
     high, low = ("rises", "falls") if edge != "falling" else ("falls", "rises")
     active, idle = ("active", "inactive") if edge != "both" else ("high", "low")
@@ -73,18 +73,18 @@ def check_capture(
 ) -> CaptureReport:
     """Check a recording against the data sheets of a driver and of a part; `print` shows the result.
 
-    A time that is off by no more than the sampling period is not called a violation.
+    A time that misses its limit by no more than the sampling period is not called a violation.
 
     Args:
         capture: the result of `read_waveforms`, or the name of a file.
-        axes: by names of your choice, the signals STEP and DIR of each axis: {"x": ("D0", "D1")}; DIR may be None.
+        axes: by names of your choice, the STEP and DIR signals of each axis: {"x": ("D0", "D1")}; DIR may be None.
         driver: the driver that receives them, such as "DM542", or the times of its data sheet, such as
             "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew.
-        edge: the edge of STEP with which a step begins at the point of the recording: "rising", "falling", or "both".
+        edge: the STEP edge with which a step begins at the point of the recording: "rising", "falling", or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
-        idle: the level of STEP where it floats or is unknown, as for `Waveforms.steps`.
+        idle: the level assumed for STEP where it floats or is unknown, as for `Waveforms.steps`.
         glitch: shorter pulses and gaps are glitches; by default half of the median pulse or gap
-            of STEP, and on DIR a whole one; with both edges, where a pulse lasts a step, none.
+            of STEP, and on DIR a whole one; with both edges, where a pulse lasts a whole step, no pulse is a glitch.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked, too.
         pins: its pins, and their signals: {"pulse": "D0", "direction": "D1"}.
         crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
@@ -120,7 +120,7 @@ def check_capture(
 
 
 def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt: int) -> Iterator[Checked]:
-    """Yield the checked times of a driver, of every axis."""
+    """Yield the checked times of a driver, for every axis."""
     for axis in axes:
         for limit in limits_of(sheet, edge):
             if "direction" in axis.signals or "direction" not in limit.edges:
@@ -138,7 +138,7 @@ def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
 
 
 def _driver(text: str) -> StepDriver:
-    """Return a driver by its name, or by its times."""
+    """Return a driver, given by its name or by its times."""
     return own_driver(text) if " " in text.strip() else step_driver(text, f"give its times, such as {OWN!r}")
 
 
@@ -187,7 +187,7 @@ def _short(signal: SignalEdges, shorter: int) -> Iterator[int]:
 
 
 def _signal(waves: Waveforms, name: str, idle: int | None) -> SignalEdges:
-    """Return the edges of a wire; unknown levels are replaced by `idle`, or else by the level before."""
+    """Return the edges of a wire; unknown levels are replaced by `idle`, or else by the previous level."""
     import numpy as np
 
     times, levels = waves.edges(name)
@@ -208,7 +208,7 @@ def _checked(name: str, limit: Limit, signals: Mapping[str, SignalEdges], crysta
 def _of_part(
     waves: Waveforms, part: str, pins: Mapping[str, str], crystal: str | int | None, doubt: int
 ) -> Iterator[Checked]:
-    """Yield the checked limits in the data sheet of a part, for recorded pins."""
+    """Yield the checked data sheet limits of a part, for the recorded pins."""
     sheet = sheet_of(part)
     known = {pin.name for pin in sheet.pins}
     for pin in pins:

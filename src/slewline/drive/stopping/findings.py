@@ -1,4 +1,4 @@
-"""Reports of a drive: findings of its chip, and the position register that belongs to a count."""
+"""Reports of a drive: findings of its chip, and the position register that corresponds to a count."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ if TYPE_CHECKING:
 
 
 def signed(number: int) -> int:
-    """Return a number modulo 2^32 as a signed one."""
+    """Return a number modulo 2^32 as a signed number."""
     return (number + (1 << 31)) % (1 << 32) - (1 << 31)
 
 
 class DriveFindings:
-    """Reporter of troubles of a drive; `reported` has their texts."""
+    """The reporter of a drive's troubles; `reported` has their texts."""
 
     def __init__(self, state: DriveState, feeder: Feeder) -> None:
         self.state, self.feeder, self.reported = state, feeder, list[str]()
 
     def report(self, code: str, text: str, position: int | None = None) -> None:
-        """Report a trouble as a finding of the chip, and, with a position, set its register."""
+        """Report a trouble as a finding of the chip; if a position is given, set the chip's register to it."""
         self.reported.append(f"{code}: {text}")
         self.state.chip.motor_report(code, text, self.state.number, position)
 
@@ -31,13 +31,13 @@ class DriveFindings:
         self.report("position-uncertain", text)
 
     def register(self, missing: int) -> int:
-        """Return the position register minus some steps; a register that did not count them is unchanged."""
+        """Return the position register minus a number of steps; a register that did not count them is unchanged."""
         axis = self.state.axis
         counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
         return axis.low + (axis.position - counted - axis.low) % axis.modulus
 
     def taken_over(self, missing: int) -> None:
-        """Report that the chip has made `missing` net steps more than the motor; set its register."""
+        """Report that the chip has made `missing` more net steps than the motor, and set its register."""
         if missing:
             register = self.register(missing)
             self.report(

@@ -1,4 +1,4 @@
-"""Halting of a chip whose motor has stopped by itself: it is stopped as well, and takes over the motor's position."""
+"""Halting of a chip whose motor has stopped by itself: the chip is stopped too, and takes over the motor's position."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def stop_modes_of(chip: Chip) -> list[str]:
 
 
 def stop_mode(chip: Chip, how: str | None) -> str:
-    """Return the stop mode of a chip: the given one, or, for None, the first one that the chip has.
+    """Return the stop mode of a chip: the given mode, or, for None, the first mode that the chip has.
 
     Raises:
         UsageError: the chip has no such input.
@@ -37,10 +37,10 @@ def stop_mode(chip: Chip, how: str | None) -> str:
 
 
 class StopChip:
-    """Stops the chip, and takes the count of the board over when it is at rest.
+    """The piece that stops the chip, and makes it take over the board's count when it is at rest.
 
-    It uses one of the chip's inputs, the effect of its command to end all (K of a GS-C), or its supply.  After a reset
-    or without supply the registers are those of power-up, and the user must home.
+    It uses one of the chip's inputs, the effect of its command to end everything (K of a GS-C), or its supply.  After a
+    reset or without supply, the registers have their power-up values, and the user must home.
 
     Args:
         how: "abort", "kill", "reset" or "power".
@@ -56,7 +56,7 @@ class StopChip:
         return False
 
     def stopped(self, event: BoardEvent) -> None:
-        """Stop the chip now."""
+        """Stop the chip immediately."""
         self._acting, self._at_rest = True, False
         self._act()
 
@@ -81,13 +81,14 @@ class StopChip:
         return self.state.chip.pin(pin).row.active or 0
 
     def halted(self, event: BoardEvent) -> None:
-        """Take the count over, as soon as the chip is at rest."""
+        """Take the board's count over as soon as the chip is at rest."""
         self._position = event.position
 
     def turn(self) -> None:
-        """Take the count over if the chip is now at rest; stop a motion that its host begins then as well.
+        """Take the count over if the chip is now at rest; also stop a motion that its host begins then.
 
-        An input that stops it is released at rest: some chips ignore one that is active when a motion begins.
+        An input that stops the chip is released at rest, because some chips ignore an input that is active when a
+        motion begins.
         """
         axis = self.state.axis
         if axis.moving or axis.log.in_progress:
@@ -105,7 +106,7 @@ class StopChip:
 
     @property
     def settled(self) -> bool:
-        """Whether the chip is at rest, and has taken the count over."""
+        """Whether the chip is at rest and has taken the count over."""
         return self._position is None and (self._at_rest or not self._acting)
 
     def clear(self) -> None:

@@ -1,11 +1,11 @@
-"""Inputs of a board that are pins of a chip: immediate reactions of the board, by the law of the chip.
+"""Board inputs that are pins of a chip: immediate reactions of the board, by the law of the chip.
 
     inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)
 
 Inputs have the names printed next to the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the level of the
-input; with "!" before its name, the other one.  An emergency stop has a normally closed contact: it is also active when
-its wire breaks.
+input; with "!" before its name, the opposite level.  An emergency stop has a normally closed contact: it is also active
+when its wire breaks.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ SOUGHT = "stop sought"
 
 
 class Homing(NamedTuple):
-    """A homing in progress: the direction of its outward motion; the pin that it seeks, if any, and its level there.
+    """A homing run in progress: the direction of its outward motion; the pin that it seeks, if any, and its level.
 
-    The direction is 0 if there is none.
+    The direction is 0 if no homing run is in progress.
     """
 
     direction: int = 0
@@ -51,7 +51,7 @@ class Homing(NamedTuple):
 
     @classmethod
     def of(cls, axis: Axis) -> Self:
-        """Return the homing of an axis."""
+        """Return the homing run of an axis."""
         return cls(axis.homing, *axis.sought or ())
 
 
@@ -61,8 +61,8 @@ NO_HOMING = Homing()
 class BoardInput(NamedTuple):
     """An input of a board.
 
-    `pin` is the pin of the chip, "" for an emergency stop; `reflex` a word of its column; `acts` the level of the pin
-    at which it acts; `inverted`: the pin has the other level than the input.
+    `pin` is the pin of the chip, "" for an emergency stop; `reflex` is a word from the pin's reflex column; `acts` is
+    the level at which the pin acts; `inverted`: the pin has the opposite level of the input.
     """
 
     number: int
@@ -72,7 +72,7 @@ class BoardInput(NamedTuple):
     inverted: bool
 
     def level(self, inputs: int) -> int:
-        """Return the level of the pin, from all inputs of a board as bits."""
+        """Return the level of the pin, given all inputs of a board as bits."""
         return (inputs >> self.number & 1) ^ self.inverted
 
     def code(self, homing: Homing) -> int:

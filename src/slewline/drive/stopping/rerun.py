@@ -1,4 +1,4 @@
-"""Another run of a chip: its cause, and the point where its motion comes to rest."""
+"""Another run of a chip: its cause, and the point at which its motion comes to rest."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 class Cause(NamedTuple):
-    """The cause of a stop of the board: inputs with their instants of the model (ps); the first one stopped it."""
+    """The cause of a board's stop: inputs with their instants in the model (ps); the first input stopped the board."""
 
     entries: Sequence[Mapping[str, Any]]
     without: tuple[int, ...] = ()
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, with the first one moved to act at an instant (ps); none comes before it."""
+        """Return the inputs, with the first one moved so that it acts at an instant (ps); none acts before it."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -28,7 +28,7 @@ class Cause(NamedTuple):
 
 
 class Rewound(NamedTuple):
-    """Another run, and its result."""
+    """Another run and its result."""
 
     bench: Bench
     instant: int  # at which the chip received the inputs (ps)
@@ -39,9 +39,9 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant to try next (ps): between a too early and a too late one, if there are both.
+    """Return the instant to try next (ps): between one that is too early and one that is too late, if there are both.
 
-    With only one of them, move on by the number of missing steps; None: there are none.
+    If there is only one of them, move by the number of missing steps; None: no step is missing.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)
@@ -54,7 +54,7 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
 
 
 def named(chip: Chip, text: str) -> str:
-    """Return the name of the command that a chip executes, from its own text."""
+    """Return the name of a command that a chip executes, taken from the chip's own text for it."""
     forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 

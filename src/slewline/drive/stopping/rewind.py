@@ -1,19 +1,19 @@
-"""Stops of the motor by inputs of the board, as the chip would make them: by its own law, at the instant of the change.
+"""Stops of the motor by board inputs, as the chip would make them: by its own law, at the instant of the change.
 
     model     ......m.............. now          the present; the board is a horizon behind it
     board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
 Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count overrides the time
-stamp*: if the law of the chip samples the pin between time stamp and step, the model would take a step more or less
+stamp*: if the law of the chip samples the pin between time stamp and step, the model would make one step more or fewer
 than the board has; then the input is moved past the next sample, until the counts agree.  If no instant leads to that
 count, the nearest run is used, and the position register is set to the position of the motor.  If the chip does not
 stop, or going back would take longer than is allowed, or the time stamp is older than the last rest, the chip is
 stopped at the present, and takes over the count of the board: the finding is `late-input`.
 
-A command of the host that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board, and is
-moved as well.  An input that holds the motor is one that stops it: in the other run the chip holds it by its own law,
-and continues when it is released.
+A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board, and is moved
+as well.  An input that holds the motor is an input that stops it: in the other run the chip holds the motor by its own
+law, and continues when the input is released.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ REST_PS = 5 * 10**12  # time for a chip to come to rest
 SLICE_PS = 10**10
 FOLLOW_PS = 2 * 10**11  # at rest: following more often would keep an idle drive busy
 MOST_NS = 10_000_000  # time per turn for following the past
-LINE_MS = 40  # greatest delay of a line and a board, from a command to its answer
-MEASURED = 10  # entries for measuring the cost of one
+LINE_MS = 40  # longest delay of a line and a board, from a command to its answer
+MEASURED = 10  # number of entries over which the cost per entry is measured
 LOOK_BACK_PS = 10**12  # range of the search for the step at which the board has stopped
 ALLOWED_S = 0.25  # time that going back may take on a usual machine
 WRITES = ("write", "send")  # journal entries with bytes of a host
 
 
 class Rewind:
-    """Stops a chip where the board has stopped, at the same instant.
+    """The piece that stops a chip where the board has stopped, at the same instant.
 
     Args:
-        otherwise: stops the chip if this cannot.
+        otherwise: stops the chip if this piece cannot.
         motor: stops, moves to another bench and lets a stopped board continue.
         past: the past of the present bench; the drive follows by itself.
 
@@ -92,7 +92,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:
-        """Follow the past, and prepare the board for a homing that begins: called before each turn of the drive."""
+        """Follow the past, and prepare the board for a homing run that begins; called before each turn of the drive."""
         state = self.state
         if state.phase != "ok":
             return
@@ -112,7 +112,7 @@ class Rewind:
             self.link.configure(state.config)
 
     def _see(self, inputs: int) -> None:
-        """Set the pins to the levels of the board's inputs, as bits, where they differ."""
+        """Set the pins to the levels of the board inputs, given as bits, where they differ."""
         for number, each in self.inputs.items():
             level = each.level(inputs)
             if each.pin and self.levels.get(number) != level:
@@ -120,7 +120,7 @@ class Rewind:
             self.levels[number] = level
 
     def commanded(self, text: str) -> None:
-        """Handle a command of the host; one that acts immediately goes to the board immediately."""
+        """Handle a command from the host; a command that acts immediately is sent to the board immediately."""
         state = self.state
         row = next(
             (row for row in state.chip.sheet.commands if row.at_once and row.name in (text, named(state.chip, text))),
@@ -132,7 +132,7 @@ class Rewind:
         self.motor.stop(at_once=row.at_once == "stop")
 
     def event(self, event: BoardEvent) -> None:
-        """Handle an event of the board: levels of inputs."""
+        """Handle an event of the board: changed input levels."""
         state = self.state
         instant = self._instant(event)
         for number, each in self.inputs.items():
@@ -153,7 +153,7 @@ class Rewind:
         return event.kind in STOPS and event.which in self.inputs
 
     def _instant(self, event: BoardEvent) -> int:
-        """Return the instant of the model for an event of the board (ps)."""
+        """Return the instant of the model that corresponds to an event of the board (ps)."""
         state = self.state
         late = state.horizon if self.cable.in_progress or self.stop is not None else 0
         return min(max(self.ticks.ps(self.clock.unwrap(event.tick) - late), 1), state.kernel.now)
@@ -180,7 +180,7 @@ class Rewind:
 
     @property
     def going_back_to(self) -> int | None:
-        """Tick from which on no output may leave the cable, because it may be withdrawn; None if there is none.
+        """Tick after which no output may leave the cable, because it may be withdrawn; None if there is none.
 
         The answer to a command that has stopped the motor is the same in both runs.
         """
@@ -226,7 +226,7 @@ class Rewind:
             self.otherwise.halted(final)
 
     def _forget(self) -> None:
-        """Discard the stop: there is no instant to go back to any more."""
+        """Discard the stop, because there is no longer an instant to go back to."""
         self.stop, self.final, self.edges, self.command = None, None, [], None
         self.state.leave_open(False)
 
@@ -236,13 +236,13 @@ class Rewind:
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip that was stopped otherwise; inputs may have changed without a report of the board."""
+        """Release a chip that was stopped at the present; inputs may have changed without a report from the board."""
         self.levels.clear()
         self.otherwise.clear()
 
     # ------------------------------------------------------------------------------------------------------ going back
     def _cause(self, stop: BoardEvent, instant: int) -> Cause:
-        """Return the inputs of the chip for the other run.
+        """Return the chip inputs for the other run.
 
         Raises:
             UsageError: the bytes of a command are not found.
@@ -274,9 +274,9 @@ class Rewind:
         return each if each is not None and each.reflex == "hold" else None
 
     def _kept(self, stop: BoardEvent, hold_input: BoardInput) -> tuple[int, int] | None:
-        """Return a journal entry and its instant: the input was released, and held the motor again before a step.
+        """Return a journal entry and its instant, if the input was released and held the motor again before a step.
 
-        In the other run it is not released.
+        In the other run the input is not released.
         """
         state, name, found = self.state, f"{self.state.chip.name}.{hold_input.pin}", None
         for offset, entry in self.past.entries():
@@ -289,7 +289,7 @@ class Rewind:
         return found if before == stop.position else None
 
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
-        """Bring the chip to the position of the board, by going back; return "", or why not; None: not yet."""
+        """Bring the chip to the position of the board by going back; return "", or why it failed; None: not yet."""
         state = self.state
         now, instant = state.kernel.now, self._instant(stop)
         cause = self._cause(stop, instant)
@@ -316,7 +316,7 @@ class Rewind:
         return f"the law of the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
-        """Run again with the inputs at an instant; compare the rest position of the chip with a count of the board."""
+        """Run again with the inputs at an instant; compare the rest position of the chip with a board count."""
         first, inputs = instant - cause.lead_ps, cause.at(instant)
         bench = self.past.at(first).rerun(inputs, now, without=cause.without, allowed_s=self.allowed_s)
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
@@ -329,7 +329,7 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take another run over; if its chip comes to rest later than now, wait for that first: return None."""
+        """Take over another run; if its chip comes to rest later than now, first wait for that and return None."""
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None
@@ -338,7 +338,7 @@ class Rewind:
 
     @staticmethod
     def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
-        """Return the steps missing at the end of a motion in this direction, and the instant of its last step."""
+        """Return the steps missing at the end of a motion in this direction, and the instant of the last step."""
         times, travel, _ = travelled(axis, max(instant - LOOK_BACK_PS, 0), now)
         if not times:
             return (position - axis.travel) * sign, instant
@@ -362,11 +362,11 @@ class Rewind:
         times, travel, _ = travelled(state.axis, found.rest_ps, state.kernel.now)
         self.motor.resume(travel[0] if times else state.axis.travel, found.rest_ps)
         if (answer := self.link.answer) is not None:
-            self._see(answer.inputs)  # changes while the board was reopened have no event
+            self._see(answer.inputs)  # changes made while the board was being reopened have no event
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:
-        """Replace the present bench by another one, which was the same up to an instant (ps)."""
+        """Replace the present bench by another one that was the same up to an instant (ps)."""
         self.state.chip.on_command.remove(self.commanded)
         self.past.go_on(bench, since_ps)
         self.motor.move(bench)
@@ -375,7 +375,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
-        """Apply an edge to the chip at the motor's instant; at the present, if it would change its steps."""
+        """Apply an edge to the chip at the motor's instant, or at the present if it would change the chip's steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
         now, why = state.kernel.now, "it is before the last rest"

@@ -3,14 +3,14 @@
     table     the plan's own stop ramp, intervals and counts: sent once per motion
     a record  the number of its steps that remain, from each step of the record on (WAY)
 
-A chip whose input decelerates the motor does so by a law of its own, in a word of REFLEXES:
+A chip with an input that decelerates the motor does so by its own law, which is a word of REFLEXES:
 
     brake         down the levels below the one of the last step, each in full; at the top the whole stop ramp, and
                   during deceleration the rest of it
     brake back    down by as many steps as the acceleration has made; it ends at the first rate, at the first step of it
 
-The board makes the scheduled step, and then the stop ramp.  For a plan that does not begin at rest, or has levels that
-change too fast for a record each, no number is sent; then the rate of the motor decides.
+The board makes the scheduled step, and then the stop ramp.  For a plan that does not begin at rest, or whose levels
+change too fast for one record each, no number is sent; then the rate of the motor decides.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
 LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
 QUEUE_LEVELS = 40  # levels that every board can queue
-LEVEL_PS = 1_250_000_000  # least time per level of a longer ramp: some 800 records a second
-FAST_STEPS = 3  # least steps of an entry with fast steps: a board needs that long to load an entry
+LEVEL_PS = 1_250_000_000  # minimum time per level of a longer ramp: some 800 records per second
+FAST_STEPS = 3  # minimum number of fast steps per entry: a board needs that long to load one
 Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
 class RampPiece(NamedTuple):
-    """Steps of a plan, from `first` on and before `end`; the stop ramp from the first has `ramp_left` steps.
+    """Steps `first` up to, but not including, `end` of a plan; the stop ramp from the first has `ramp_left` steps.
 
-    From each next one it has `slope` more: -1, 0, 1.  `ramp_left` is -1 if unknown.
+    From each following step it has `slope` more: -1, 0, 1.  `ramp_left` is -1 if unknown.
     """
 
     first: int
@@ -52,7 +52,7 @@ class RampPiece(NamedTuple):
 
 
 def law_of(chip: Chip) -> str:
-    """Return the law by which an input decelerates the motor of a chip, as a word of REFLEXES; "" if no input does."""
+    """Return the law by which an input decelerates a chip's motor, as a word of REFLEXES; "" if no input does."""
     words = {row.reflex for row in chip.sheet.pins}
     return BACK if BACK in words else LEVELS if LEVELS in words else ""
 
@@ -84,19 +84,19 @@ def ramp_pieces(plan: Plan, law: str) -> list[RampPiece]:
 
 
 def below(up: Runs, interval: int) -> int:
-    """Return the number of steps of an acceleration that have longer intervals."""
+    """Return the number of steps in an acceleration whose intervals are longer."""
     return sum(count for each, count in up if each > interval)
 
 
 def fast(leg: Leg, step: int, slow: int) -> int:
-    """Return the number of steps of a leg that are not at the first rate, from a step of the plan on."""
+    """Return the number of steps of a leg, counted from a step of the plan, that are not at the first rate."""
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 
 def _add(found: list[RampPiece], piece: RampPiece) -> None:
-    """Append a piece; no stop ramp is shorter than 0."""
+    """Append a piece; the length of a stop ramp is never negative."""
     first, end, ramp_left, slope = piece
-    if slope < 0 and end > first + ramp_left + 1:  # the last ones would be below 0
+    if slope < 0 and end > first + ramp_left + 1:  # the last values would be below 0
         zero = max(first + ramp_left + 1, first)
         if zero > first:
             _add(found, RampPiece(first, zero, ramp_left, slope))
@@ -111,10 +111,10 @@ def _add(found: list[RampPiece], piece: RampPiece) -> None:
 
 
 class StopRamps:
-    """Sender of a chip's stop ramps to the board of a drive: tables, and by `pieces` the values in records.
+    """The sender of a chip's stop ramps to the board of a drive: tables, and through `pieces` the values in records.
 
     Args:
-        send: called with the table of a motion, and the instant at which that begins (ps).
+        send: called with the table of a motion, and the instant at which the motion begins (ps).
     """
 
     def __init__(self, state: DriveState, link: Link, send: Callable[[Entries, int], object]) -> None:
@@ -127,7 +127,7 @@ class StopRamps:
         self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Send a stop ramp from any rate, if steps are fast and have no plan."""
+        """Send a stop ramp that can start at any rate, if steps are fast and have no plan."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
@@ -143,7 +143,7 @@ class StopRamps:
         return ident is not None
 
     def _send_ramp(self, stretch: Segment) -> None:
-        """Send the stop ramp of a stretch, when it begins there, if it has changed."""
+        """Send the stop ramp of a stretch at the start of the stretch, if the ramp has changed."""
         ident = self.link.ident
         if not self._knows() or ident is None or stretch.plan is self._plan:
             return
@@ -154,7 +154,7 @@ class StopRamps:
             self._send(entries, stretch.start)
 
     def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[RampPiece]:
-        """Yield the steps a ... b-1 of the train of a stretch, by the length of the stop ramps from them."""
+        """Yield the steps a ... b-1 of the train of a stretch, grouped by the length of their stop ramps."""
         plan = stretch.plan
         if plan is not None:
             self._send_ramp(stretch)
@@ -178,7 +178,7 @@ class StopRamps:
 
 
 def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
-    """Return whether records can contain the stop ramps of a plan: not too many of them, nor too long ones."""
+    """Return whether records can hold the stop ramps of a plan: there are not too many of them, nor too long ones."""
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(
         max(ramp_left, ramp_left + slope * (end - first - 1)) > MOST_RAMP_LEFT
@@ -189,7 +189,7 @@ def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]
 
 
 def from_rest(axis: Axis, stretch: Segment) -> bool:
-    """Return whether the plan of a stretch began a motion, rather than changed one."""
+    """Return whether the plan of a stretch began a motion rather than changed one."""
     past = axis.past
     at = next((number for number in range(len(past) - 1, -1, -1) if past[number] is stretch), 0)
     while at and past[at].step and past[at - 1].plan is stretch.plan:
@@ -202,11 +202,10 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- tables
 def stop_ramp(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
-    """Return the stop ramp of the plan of a stretch, as the tail of a board.
+    """Return the stop ramp of a stretch's plan, as the tail of a board; empty if there is no ramp.
 
-    It is the last decelerating leg of the plan, or, if a motion has none, its acceleration, mirrored; the last interval
-    is not followed by a step.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no
-    ramp.
+    It is the last decelerating leg of the plan, or, if a motion has none, its mirrored acceleration; the last interval
+    is not followed by a step.  A board has room for `most` entries, so neighbours may share an entry.
     """
     if stretch.plan is None or stretch.playing is None:
         return []
@@ -240,20 +239,20 @@ def join(rows: list[tuple[int, int, int]], n: int) -> None:
 
 
 def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
-    """Return the error of two rows of a stop ramp if they were merged, in clocks."""
+    """Return the error, in clocks, that merging two rows of a stop ramp would cause."""
     return other[2] * (one[1] + other[1]) - one[0] - other[0]
 
 
 def too_short(entries: Entries) -> int | None:
-    """Return an entry, not the last one, that is too short for a board to load the next one in time."""
+    """Return an entry, other than the last, that is too short for a board to load the next one in time."""
     fast = FAST_TICKS << 8
     return next((n for n, (each, count) in enumerate(entries[:-1]) if each < fast and count < FAST_STEPS), None)
 
 
 def spread(shortest: int, start_stop: int, most: int) -> Entries:
-    """Return a stop ramp from any rate to the one at which the motor may stop, for trains without a plan.
+    """Return a stop ramp from any rate down to the rate at which the motor may stop, for trains without a plan.
 
-    It decelerates by some 1/16 per step, as a board without a table does, but by a few steps at a time.
+    It decelerates by some 1/16 per step, like a board without a table, but a few steps at a time.
     """
     out: Entries = []
     interval = float(shortest)

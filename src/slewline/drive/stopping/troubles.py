@@ -1,4 +1,4 @@
-"""Reports of a board about its motor, and their consequences: findings of the chip, states of the drive."""
+"""Reports from a board about its motor, and their consequences: findings of the chip, states of the drive."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ RESULTS = {
 
 
 class Troubles:
-    """Handler of the board's reports, which halts the drive.
+    """The handler of the board's reports, which halts the drive.
 
     Args:
         stopping: stops the chip; it may be replaced.
-        on_event: called with each event, before it has any effect.
+        on_event: called with each event, before the event has any effect.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Troubles:
             self.stopping.halted(event)
 
     def _stopped(self, event: BoardEvent, tick: int) -> None:
-        """Handle the end of the model's steps on the board."""
+        """Handle the point at which the board stops making the model's steps."""
         state = self.state
         rate = self._rate(tick)
         state.halt()
@@ -118,7 +118,7 @@ class Troubles:
         self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
 
     def _check_count(self, event: BoardEvent) -> None:
-        """Check, at rest, that the board has counted the steps that it was sent."""
+        """Check, at rest, that the board has counted all the steps sent to it."""
         state, net = self.state, self.feeder.net
         if not self.feeder.running and event.position != (wanted := signed(state.counted_from + net)):
             self.report(
@@ -129,11 +129,11 @@ class Troubles:
             state.correct(event.position - wanted)
 
     def _position(self, count: int) -> int:
-        """Return the position register that belongs to a count of the board."""
+        """Return the position register that corresponds to a count of the board."""
         return self.findings.register(signed(self.state.axis.travel - count))
 
     def _rate(self, tick: int) -> float:
-        """Return the velocity of the motor at a tick of the board, in steps/s."""
+        """Return the motor's velocity at a tick of the board, in steps/s."""
         state = self.state
         at = self.ticks.ps(tick - state.horizon)
         return abs(state.axis.velocity_at(min(max(at, 0), state.kernel.now)))
@@ -147,7 +147,7 @@ class Troubles:
         return state.board.hz * 65536 / first if first else state.board.hz / state.config.start_stop
 
     def goes_on(self, found: FoundBoard) -> None:
-        """Handle a board that was in use before it was opened, and the position of its motor."""
+        """Handle a board that was already in use when it was opened, and the position of its motor."""
         if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
             return
         axis = self.state.axis
@@ -167,7 +167,7 @@ class Troubles:
         )
 
     def port_lost(self, error: OSError) -> None:
-        """Handle the loss of the port, which may also supply the board."""
+        """Handle the loss of the port, which may also power the board."""
         if self.state.phase not in ("closed", "unknown"):
             self.report(
                 "port-lost",
@@ -200,14 +200,14 @@ class Troubles:
             self._halt()
 
     def note_message(self) -> None:
-        """Handle a message of the board: after an unreported halt, its count once it is at rest."""
+        """Handle a message from the board: after an unreported halt, take its count once it is at rest."""
         state, answer = self.state, self.link.answer
         if self._before_halt is None or answer is None or answer is self._before_halt:
             return
         if state.phase != "halted" or state.final:
             self._before_halt = None
         elif answer.state == BoardState.RUN and self.link.idle:
-            self.link.stop(1)  # a START that was lost, and came after the stop
+            self.link.stop(1)  # a START that was lost, and arrived after the stop
         elif answer.state not in MOVING and self.link.idle:
             self._before_halt = None
             state.finish()
@@ -246,7 +246,7 @@ class Troubles:
             self.report("board-refused", f"the board has refused {kind}: {why}; stop the motor, and report this")
 
     def moved_by_itself(self) -> None:
-        """Halt the drive: the chip moves without a command."""
+        """Halt the drive, because the chip moves without a command."""
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
@@ -262,7 +262,7 @@ class Troubles:
         self.report("too-fast", f"{error}; steps were not made")
 
     def not_started(self) -> None:
-        """Handle a motion whose start the board has not taken a horizon after it was due."""
+        """Handle a motion whose start the board has not taken one horizon after it was due."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -272,7 +272,7 @@ class Troubles:
         )
 
     def stopped_at_rest(self) -> None:
-        """Halt the drive: the host stops a motor that is at rest, and steps are pending."""
+        """Halt the drive, because the host stops a motor that is at rest while steps are pending."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -289,7 +289,7 @@ class Troubles:
         )
 
     def clock_jumped(self) -> None:
-        """Handle a sleep of this computer: its clock stopped, and the board's did not."""
+        """Handle a sleep of this computer, during which its clock stopped but the board's did not."""
         if self.state.phase == "ok" and self.cable.in_progress:
             self._halt()
             self.report(

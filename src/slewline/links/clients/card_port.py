@@ -1,4 +1,4 @@
-"""The parallel card that `slewline serve` offers on TCP with `--registers`: the client for a host program.
+"""The client for a parallel card that `slewline serve` offers on TCP with `--registers`, for a host program.
 
     from slewline.links.clients.card_port import CardPort
 
@@ -7,7 +7,7 @@
         print(card.ask("? P"))                           # P=00000000
 
 The registers are those of parts/boards/parallel_card.py, the messages those of links/ports/register_port.py.  This file
-and chipset_port.py need only the standard library: a host program may take copies of them to another machine.
+and chipset_port.py need only the standard library: both can be copied to another machine.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ import re
 from .chipset_port import DATA, IN, OUT, READY, STATUS, ChipsetPort
 
 CONTROL = 2
-REQUEST, DRIVE = 0x01, 0x02  # bits of the control register
-IS_READY, IS_FREE = 0x80, 0x40  # bits of the status: BUSY high, FPL high
+REQUEST, DRIVE = 0x01, 0x02  # control register bits
+IS_READY, IS_FREE = 0x80, 0x40  # status bits: BUSY high, FPL high
 ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait for BUSY low, for FPL low
 STEP_MS = 200  # longest wait of one request
 MODE = re.compile(r"O ?([0-9][0-9A-F]*)(H?)")
-LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of memory, after the pointer
-ON_BUS = (0x05, 0x01)  # of the mode register: mask, and value while messages are sent over the bus
+LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # memory lines, after the pointer
+ON_BUS = (0x05, 0x01)  # mode register: mask, and value while messages are sent over the bus
 
 
 class CardPort(ChipsetPort):
-    """A chip on its parallel bus, reached through a parallel card, over TCP; arguments and errors as for `ChipsetPort`.
+    """A chip on its parallel bus, reached over TCP through a parallel card; arguments and errors as for `ChipsetPort`.
 
     On connection the card releases all lines that an earlier program has left driven.
 
     Attributes:
-        messages: the bytes that the chip has sent and no call has returned yet.
-        heeds: True if FPL is evaluated: this program has sent a mode command that directs messages to the bus.
+        messages: the bytes that the chip has sent and that no call has returned yet.
+        heeds: True if FPL is evaluated, because this program has sent a mode command that directs messages to the bus.
     """
 
     can_foresee = False
@@ -50,10 +50,10 @@ class CardPort(ChipsetPort):
         return self.inp(STATUS)
 
     def until(self, request: int, ms: int, bit: int, wanted: int) -> int:
-        """Repeat a request until a bit of the status has a value; return the status.
+        """Repeat a request until a status bit has a given value; return the status.
 
         Args:
-            request: the request, which is answered with the status.
+            request: the request; its answer is the status.
             ms: the longest wait, in milliseconds of chip time.
             bit: the mask of the bit.
             wanted: the value of the status under this mask.
@@ -70,7 +70,7 @@ class CardPort(ChipsetPort):
                 raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
 
     def free(self, ms: int) -> None:
-        """Wait until the chip is ready for a byte, at most `ms` milliseconds of chip time; read its messages.
+        """Wait until the chip is ready for a byte, for at most `ms` milliseconds of chip time; read its messages.
 
         Raises:
             TimeoutError: the chip is not ready in time.
@@ -79,7 +79,7 @@ class CardPort(ChipsetPort):
             self._fetch()
 
     def _fetch(self, asked: bool = False) -> None:
-        """Read a byte of a message; `asked`: IO_REQUEST is low, and BUSY has responded."""
+        """Read a message byte; `asked`: IO_REQUEST is low, and BUSY has responded."""
         if not asked:
             self.out(CONTROL, REQUEST)
             self.until(ANSWER, STEP_MS, IS_READY, 0)
@@ -102,7 +102,7 @@ class CardPort(ChipsetPort):
             self._fetch(asked=True)
 
     def write(self, data: bytes) -> None:
-        """Send bytes by handshakes, all of them in one message; the chip must be ready to take them.
+        """Send bytes with handshakes, all in one message; the chip must be ready to take them.
 
         Raises:
             TimeoutError: the chip has not taken one of the bytes.
@@ -117,7 +117,7 @@ class CardPort(ChipsetPort):
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:
-        """Send a command, with a carriage return after it; when the call returns it has been received, not executed.
+        """Send a command and a carriage return; when the call returns, the command has been received, not executed.
 
         Raises:
             TimeoutError: the chip does not take the command within `ms` milliseconds of chip time.
@@ -129,7 +129,7 @@ class CardPort(ChipsetPort):
             self.heeds = int(match[1], 16 if match[2] else 10) & mask == value
 
     def enter(self, program: str, ms: int = 5000) -> None:
-        """Store a program from the memory pointer on, one command per line.
+        """Store a program, one command per line, starting at the memory pointer.
 
         Raises:
             TimeoutError: the chip takes longer than `ms` milliseconds of chip time to store a byte.
@@ -158,7 +158,7 @@ class CardPort(ChipsetPort):
         return answer
 
     def listen(self, ms: int) -> bytes:
-        """Wait until the chip sends something, `ms` milliseconds of chip time at most, and return the bytes sent.
+        """Wait until the chip sends something, for at most `ms` milliseconds of chip time, and return the bytes sent.
 
         Raises:
             TimeoutError: the chip has sent nothing.

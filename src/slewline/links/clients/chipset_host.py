@@ -1,4 +1,4 @@
-"""A host computer for a chipset on a TCP port: packets by name, their checksums checked.
+"""A host computer for a chipset on a TCP port: it sends packets by name and verifies their checksums.
 
     from slewline.links.clients.chipset_host import ChipsetHost
 
@@ -8,8 +8,8 @@
         host.wait("motion_complete")
         print(host.query("GET_TRGT_POS"))
 
-The calls are those of `bench.host(x)`, except that nothing is queued: each returns when it is done.  Times are those of
-the wall clock, written as everywhere: "10 s", "500 ms".
+The calls are those of `bench.host(x)`, except that nothing is queued: each call returns when it is done.  Times are
+wall-clock times, written as everywhere else: "10 s", "500 ms".
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ class ChipsetHost:
         self.updated = False  # the cycle of the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
-        """Send a command and check the checksum; return the value that the command returns, None if it returns none.
+        """Send a command and verify the checksum; return the value that the command returns, None if it returns none.
 
         Args:
             name: the mnemonic.
-            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", with the usual
+            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", with the standard
                 crystal.
-            axis: the axis that is made the current one first; 0: whichever is current.
+            axis: the axis to select first; 0 keeps the current axis.
 
         Raises:
             UsageError: no such command, or arguments that do not fit it.
@@ -72,18 +72,18 @@ class ChipsetHost:
 
         Raises:
             UsageError: no such command, or one that returns nothing.
-            ChecksumError: as `command`.
+            ChecksumError: as for `command`.
         """
         if not packets.row(self.sheet, name).reads:
             raise UsageError(f"{name} returns nothing, so there is no query; send it with command()")
         return self.command(name, axis=axis)  # type: ignore[return-value]
 
     def ask(self, command: str, axis: int = 0) -> int:
-        """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
+        """Send a command as text, as written in a script ("GET_STATUS"), and return the value that it returns.
 
         Raises:
             UsageError: not a command, or one that returns nothing.
-            ChecksumError: as `command`.
+            ChecksumError: as for `command`.
         """
         line = packets.command(self.sheet, command)
         if not line.row.reads:
@@ -91,11 +91,11 @@ class ChipsetHost:
         return packets.values(line.row.reads, self._exchange(packet_of(line.row, line.values), axis))[0]
 
     def send(self, data: str | bytes, axis: int = 0) -> None:
-        """Send packets: text is commands, one per line; bytes are a command byte and the bytes of its words.
+        """Send packets: text contains commands, one per line; bytes are a command byte and the bytes of its words.
 
         Raises:
-            UsageError: text that is not a command, before any is sent, or half a word.
-            ChecksumError: as `command`; the commands after it are not sent.
+            UsageError: the text has a line that is not a command, or the bytes end within a word; nothing is sent.
+            ChecksumError: as for `command`; the remaining commands are not sent.
         """
         if isinstance(data, str):
             for command in [packets.command(self.sheet, line) for _, _, line in host_lines(data)]:
@@ -106,21 +106,21 @@ class ChipsetHost:
             raise UsageError(f"{data!r}: expected a code and whole words, two bytes each")
 
     def packet(self, code: int, *words: int, reads: int = 0, checksum: bool = True) -> tuple[int, ...]:
-        """Send any packet: a command byte and words; return the words that are read after them.
+        """Send any packet, a command byte and words; return the words that are read afterwards.
 
         Args:
             code: the command byte, 0 to 255.
-            words: the words that are written, each 0 to 65535.
-            reads: how many words are read, the checksum not counted.
-            checksum: read a checksum at the end, and check it.
+            words: the words to write, each 0 to 65535.
+            reads: the number of words to read, not counting the checksum.
+            checksum: read a checksum at the end, and verify it.
 
         Raises:
-            ChecksumError: as `command`.
+            ChecksumError: as for `command`.
         """
         return self._exchange(Packet(code, words, reads, checksum))
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = "1 ms") -> int:
-        """Poll the status word of the current axis until a bit is 1, or, with "!" before its name, 0; return the word.
+        """Poll the status word of the current axis until a bit is 1 (0 if its name begins with "!"); return the word.
 
         Args:
             bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
@@ -170,5 +170,5 @@ class ChipsetHost:
 
 
 def seconds(time: Time) -> float:
-    """Return a time in seconds of the wall clock."""
+    """Return a time in wall-clock seconds."""
     return picoseconds(time) / PS_PER_S

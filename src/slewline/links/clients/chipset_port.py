@@ -1,4 +1,4 @@
-"""The registers of a chipset that `slewline serve` offers on TCP: the client for a host program.
+"""The client for the registers of a chipset that `slewline serve` offers on TCP, for a host program.
 
     from slewline.links.clients.chipset_port import COMMAND, DATA, ChipsetPort
 
@@ -9,14 +9,14 @@
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
 Only the lowest four bits of an address are used, so 0x342 is the command register too.  The messages are those of
-register_port.py.  A server with another card (--card) sends the offsets of its registers in its first line: `at`.
+register_port.py.  A server with another card (--card) sends the register offsets in its first line; they are in `at`.
 
 A packet is one message.  In lockstep, OUT and a poll with a predictable answer do not wait for the answer: HostRdy is
 low after a command and after the second byte of a word, until a poll has found it low, and high after the first byte.
-The server executes these requests at the instants at which it would have, had the client waited for every answer.  An
-older server reports that it does not know the request 90 02; the client then uses the old protocol.
+The server executes these requests at the same instants as if the client had waited for every answer.  An older server
+reports that it does not know the request 90 02; the client then uses the old protocol.
 
-This file needs only the standard library: a host program may take a copy of it to another machine.
+This file needs only the standard library: it can be copied to another machine.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import socket
 from collections.abc import Iterable
 
 DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets of the registers, on the board of the application note
-HOSTRDY = 0x80  # in the status
+HOSTRDY = 0x80  # in the status register
 IN, OUT, READY, POLL, HELLO, SERIES, ON = 0x00, 0x10, 0x24, 0x54, 0x90, 0xC0, 0xC1
 VERSION, LOCKSTEP, OLDER = 2, 0x80, 0xFF  # in the answer to HELLO
 LONGEST = 255  # requests of a series
@@ -36,11 +36,11 @@ PATIENCE_MS = 100  # HostRdy is low for 82 µs, and for 3.3 ms after a reset
 
 
 class ChipsetPort:
-    """The registers of a chipset with its interface board, over TCP.
+    """The registers of a chipset on its interface board, accessed over TCP.
 
     Args:
         host, port: the address on which `slewline serve` listens.
-        timeout: the longest wait for an answer, in seconds of the wall clock.
+        timeout: the longest wait for an answer, in wall-clock seconds.
         plain: use only requests that older servers support as well.
 
     Attributes:
@@ -53,16 +53,16 @@ class ChipsetPort:
         TimeoutError: no answer; every call may raise it.
     """
 
-    can_foresee = True  # the next poll is known from the accesses
+    can_foresee = True  # the accesses predict the next poll
 
     def __init__(self, host: str, port: int, timeout: float = 10.0, plain: bool = False) -> None:
         self.where = f"{host}:{port}"
         self.hello: int | None = OLDER if plain else None  # the server's answer to HELLO; None: not sent yet
         self.sent: list[tuple[int, int]] = []  # requests whose answers have not been read
-        self.stays_low = False  # requests are kept, and the first one is a poll: HostRdy has stayed low
+        self.stays_low = False  # requests are kept, the first of which is a poll: HostRdy has stayed low
         self.foreseen: list[int] = []  # predicted results of the next polls
         self.high = False  # HostRdy, as the last poll found it
-        self.halves: set[int] | None = None  # half-transferred word; None: unknown
+        self.halves: set[int] | None = None  # whether a word is half transferred; None: unknown
         self.socket = socket.create_connection((host, port), timeout)
         try:
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -72,7 +72,7 @@ class ChipsetPort:
             raise
 
     def _greeted(self) -> tuple[str, int, dict[str, int]]:
-        """Return the part, the number of its axes, and the offsets of its registers."""
+        """Return the part name, the number of axes, and the register offsets."""
         line = bytearray()
         while not line.endswith(b"\n") and len(line) < 200:
             line += self._read(1)
@@ -107,8 +107,8 @@ class ChipsetPort:
     def series(self, *requests: tuple[int, int]) -> bytes:
         """Send requests as one series, which is abandoned if a wait in it fails; return the answers, one byte each.
 
-        Requests after a failed wait are not executed, and are answered with FF.  An older server receives the requests
-        one by one, and executes those after a failed wait as well.
+        Requests after a failed wait are not executed and are answered with FF.  An older server receives the requests
+        one by one, and also executes those after a failed wait.
         """
         if self._version() == OLDER:
             return self.exchange(*requests)
@@ -143,7 +143,7 @@ class ChipsetPort:
         executes any later request of this program after it.
 
         Args:
-            address: the address of the register, of which only the lowest four bits are used: `at["data"]`,
+            address: the register address, of which only the lowest four bits are used: `at["data"]`,
                 `at["command"]` ...
             byte: 0 to 255.
 
@@ -165,8 +165,7 @@ class ChipsetPort:
         """Read a byte from a register, as IN does on a PC.
 
         Args:
-            address: the address of the register, of which only the lowest four bits are used: `at["data"]`,
-                `at["status"]`.
+            address: the register address, of which only the lowest four bits are used: `at["data"]`, `at["status"]`.
         """
         register = address & 0x0F
         if not self._foreseeing():
@@ -184,7 +183,7 @@ class ChipsetPort:
         return byte
 
     def ready(self, ms: int = PATIENCE_MS) -> bool:
-        """Wait until HostRdy is high, for up to `ms` milliseconds (0 to 255) of chipset time; return whether it is."""
+        """Wait until HostRdy is high, for at most `ms` milliseconds (0 to 255) of chipset time; return its level."""
         request = READY, allowed("ms", ms, 0xFF)
         self.settle()
         if self.stays_low:
@@ -201,11 +200,11 @@ class ChipsetPort:
         return self.can_foresee and OLDER != self._version() >= LOCKSTEP
 
     def _forget(self) -> None:
-        """Predict no polls until a command is written while HostRdy is high."""
+        """Stop predicting polls until a command is written while HostRdy is high."""
         self.foreseen, self.high, self.halves = [], False, None
 
     def _used(self, request: int, _value: int = 0) -> None:
-        """Predict the next polls, after an access to the data or command register."""
+        """Predict the next polls after an access to the data or command register."""
         if request == OUT + self.at["command"] and self.high:
             self.halves = set()
         elif self.halves is not None:
@@ -234,7 +233,7 @@ class ChipsetPort:
             raise
 
     def _collect(self) -> int:
-        """Read the answers to pending requests; return the last one.  After a failed poll, requests are kept."""
+        """Read the answers to pending requests; return the last answer.  After a failed poll, the requests are kept."""
         answers = self._exchange(b"", len(self.sent))
         both = zip(self.sent, answers, strict=True)
         vain = next((at for at, (sent, got) in enumerate(both) if sent[0] == POLL and not got & HOSTRDY), None)
@@ -308,7 +307,7 @@ class ChipsetPort:
         """Close the connection; the chipset keeps running."""
         try:
             if self.sent and not self.stays_low and self.socket.fileno() >= 0:
-                self._read(len(self.sent))  # unread bytes may cause the loss of sent ones when a socket is closed
+                self._read(len(self.sent))  # unread bytes may cause the loss of sent bytes when a socket is closed
         except OSError:
             pass
         finally:
@@ -323,13 +322,13 @@ class ChipsetPort:
 
 
 def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
-    """Return a series as one message: SERIES, or ON, which depends on the previous message."""
+    """Return a series as one message: SERIES, or ON if it is executed only after a successful previous message."""
     data = b"".join(map(bytes, requests))
     return bytes((kind, len(data) // 2)) + data
 
 
 def allowed(what: str, number: int, most: int) -> int:
-    """Return a number in the range 0 to `most`.
+    """Return a number that is in the range 0 to `most`.
 
     Raises:
         ValueError: the number is out of range.

@@ -1,4 +1,4 @@
-"""A client of the control port, for programs with asyncio: front ends, editors, tests.
+"""A client of the control port, for asyncio programs: front ends, editors, tests.
 
     from slewline.links.clients.control_client import ControlClient
 
@@ -37,15 +37,15 @@ NONE = "no control port answers there; use the address that slewline serve --con
 
 
 class ConnectionEnded(SlewlineError, ConnectionError):
-    """The server has ended, or has closed the connection."""
+    """The server has terminated, or has closed the connection."""
 
 
 class ControlClient:
     """A connection to a control port, made by `connect`.
 
-    `view` is the view sent by `subscribe`, with all changes since; `now_ps` the virtual time of the last line.
-    `on_event` is called with every event, after `view` is updated; `on_end` with the reason when the connection has
-    ended.
+    `view` is the view sent by `subscribe`, with all later changes; `now_ps` is the virtual time of the last line.
+    `on_event` is called with every event, after `view` is updated; `on_end` is called with the reason when the
+    connection has ended.
     """
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, token: str | None = None) -> None:
@@ -57,7 +57,7 @@ class ControlClient:
         self._reader, self._writer, self._token = reader, writer, token
         self._owed: dict[int, asyncio.Future[Data]] = {}  # by request number
         self._number = 0
-        self._anew = False  # the next view is a complete one
+        self._anew = False  # the next view is complete
         self._task = asyncio.create_task(self._read())
 
     @classmethod
@@ -65,7 +65,7 @@ class ControlClient:
         """Connect to a port, HOST:PORT, and check that it answers.
 
         Args:
-            token: the token of the server; None without one.
+            token: the token of the server; None if the server has none.
             remote: the server may be on another machine.
 
         Raises:
@@ -98,7 +98,7 @@ class ControlClient:
         """Send a request, and return its reply.
 
         Raises:
-            UsageError: the server refuses it; the message is the server's.
+            UsageError: the server refuses the request; the message is the server's.
             ConnectionEnded: the connection ended before the reply.
         """
         if not self.open:
@@ -118,12 +118,12 @@ class ControlClient:
         return reply
 
     async def subscribe(self, every: str) -> Data:
-        """Subscribe to events, at a minimum interval such as "50 ms"; return the view, which is updated from now on."""
+        """Subscribe to events, at a minimum interval such as "50 ms"; return the view, which later events update."""
         self.view = (await self.request("subscribe", every=every)).get("view", self.view)
         return self.view
 
     async def events(self) -> AsyncIterator[Data]:
-        """Yield the events from now on, until the connection ends."""
+        """Yield events from this moment until the connection ends."""
         queue: asyncio.Queue[Data | None] = asyncio.Queue()
         take, end = self.on_event.add(queue.put_nowait), self.on_end.add(lambda _why: queue.put_nowait(None))
         try:
@@ -190,7 +190,7 @@ def reach(address: str, token: str | None = None) -> None:
     """Check that a control port answers at an address, HOST:PORT, before anything is displayed.
 
     Raises:
-        UsageError: none answers, or the token is missing or wrong.
+        UsageError: no control port answers, or the token is missing or wrong.
     """
 
     async def ask() -> None:
@@ -204,7 +204,7 @@ def reach(address: str, token: str | None = None) -> None:
 
 
 def merged(old: Any, new: Any) -> Any:
-    """Return a view with changes merged: objects by key, lists of objects of the same length one by one."""
+    """Return a view with changes merged into it: objects key by key, lists of the same length item by item."""
     if isinstance(old, dict) and isinstance(new, dict):
         return {**old, **{key: merged(old[key], value) if key in old else value for key, value in new.items()}}
     if not isinstance(old, list) or not isinstance(new, list) or len(old) != len(new):

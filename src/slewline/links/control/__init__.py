@@ -6,5 +6,5 @@ A verb is a row, with its keys and those of its reply, and a method do_... of th
     rows_of_views.py, view_verbs.py  views of chips and parts; events that a client subscribes to
     rows_of_time.py, time_verbs.py   pause, steps, breakpoints, going back
 
-Schema and page are generated from the rows (`tools/describe_docs.py`).
+The schema and its documentation page are generated from the rows (`tools/describe_docs.py`).
 """

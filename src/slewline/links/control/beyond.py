@@ -1,4 +1,4 @@
-"""The relay of a client's requests to the process of a branch, and of replies and events back."""
+"""The relay that forwards a client's requests to the process of a branch, and its replies and events to the client."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MARKED = json.dumps({"id": MARK})[:-1].encode()
 
 
 class Beyond:
-    """A relay of a client's requests to the process of a branch, and of replies and events back.
+    """A relay for one client: it forwards requests to the process of a branch, and sends replies and events back.
 
     Raises:
         OSError: the branch does not answer.
@@ -43,7 +43,7 @@ class Beyond:
         self.stream.write(json.dumps(request).encode() + b"\n")
 
     def forward(self, request: Data) -> None:
-        """Send a request of the client."""
+        """Send a request made by the client."""
         client = self.client
         if request["do"] == "breakpoints":
             client.perform(request)  # requests for the next branch
@@ -74,7 +74,7 @@ class Beyond:
                 client.server.loop.ask(client.go_on)
 
     def settle(self, reply: bytes) -> None:
-        """Count a reply as sent: the one to the oldest request with its id."""
+        """Record that a reply has been sent: the reply to the oldest request with its id."""
         known = json.loads(reply).get("id") if len(self.owed) > 1 else None  # a client that waits for each has one
         at = next((n for n, request in enumerate(self.owed) if request.get("id") == known), 0)
         del self.owed[at : at + 1]

@@ -5,13 +5,13 @@ reply has `time_ps`, the virtual time; a reply with `error` reports the fault, a
 `requests.py` has the requests, as rows; docs/reference/control.md shows them.  A client that subscribes receives events
 as well: lines with `event`, between the replies.
 
-In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  The next request of a client may
-come at any time; it is read after the reply to the previous one has been sent.  A client that has closed its side still
-receives every reply; its last line may lack the line feed.  Empty lines are ignored.
+In lockstep, `until` lets time pass as `advance` does; when paced, time passes by itself.  A client may send its next
+request at any time; it is read after the reply to the previous request has been sent.  A client that has closed its
+side still receives every reply; its last line may lack the line feed.  Empty lines are ignored.
 
-Clients on this machine are allowed; those on others only if the server has a token, which every client must then send
-with its first request.  If the first line of a connection is not such a request, the connection is closed and the rest
-is not read: a browser that was made to POST here begins with a request line of HTTP.  Connections that
+Clients on this machine are allowed; those on other machines only if the server has a token, which every client must
+then send with its first request.  If the first line of a connection is not such a request, the connection is closed and
+the rest is not read: a browser that was made to POST here begins with an HTTP request line.  Connections that
 `links/sockets/preamble.py` recognises are closed before that line ends.
 """
 
@@ -55,11 +55,11 @@ SHORTEST_TOKEN = 8  # characters
 OFTENEST_S = 0.005  # events of a client
 OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema", "unplug", "plug")  # requests that are answered here
 GATHER_S = 0.0003  # time for comparing a view per turn of the loop
-CLOCK_S = 0.1  # between two events with nothing but the time
+CLOCK_S = 0.1  # between two events that only report the time
 
 
 class Requests(PinVerbs, TimeVerbs, ViewVerbs):
-    """Handlers of all requests; None from a handler: the reply comes later."""
+    """Handlers of all requests; if a handler returns None, the reply comes later."""
 
     def perform(self, request: Data) -> Data | None:
         """Execute a request, and return its reply."""
@@ -68,7 +68,7 @@ class Requests(PinVerbs, TimeVerbs, ViewVerbs):
 
 
 class Control(Closing):
-    """A control port, for any number of clients at the same time.
+    """A control port, for any number of simultaneous clients.
 
     Args:
         token: the token that every client must send with its first request, at least 8 characters; None: no token.
@@ -105,7 +105,7 @@ class Control(Closing):
 
 
 class Client:
-    """A client of the control port: requests are read and replies sent, one after the other."""
+    """A client of the control port: requests are read and replies sent one after another."""
 
     def __init__(self, control: Control, connection: socket.socket) -> None:
         self.control, self.server, self.connection = control, control.server, connection
@@ -114,7 +114,7 @@ class Client:
         self.known = self.refused = False  # set by the first line
         self.beginning = Preamble(CONTROL)
         self.postponed = False  # requests wait for the next turn of the loop
-        self.every_s = 0.0  # between two events, of a client that has subscribed
+        self.every_s = 0.0  # between two events, for a subscribed client
         self.seen: Data = {}  # the view that the client has
         self.sent = (0, 0, 0.0)  # entries sent so far, and the time of the last event
         self.watching = 0  # the number of its subscription
@@ -129,11 +129,11 @@ class Client:
         return self.control.token
 
     def room(self) -> int:
-        """Return the number of bytes that may be read now: none while a reply is pending, or replies are not read."""
+        """Return the number of bytes that may be read now: 0 while a reply is pending, or replies are not read."""
         return 0 if self.waiting or self.postponed or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
-        """Receive bytes: requests, or pieces of them."""
+        """Receive bytes: complete requests, or parts of them."""
         self.incoming += self.beginning.take(data)
         if self.beginning.protocol:
             self.refuse(f"this port does not support {self.beginning.protocol}")
@@ -145,7 +145,7 @@ class Client:
         self.work()
 
     def work(self) -> None:
-        """Answer received requests, for a share of the loop's turn; the rest waits until all others have had a turn."""
+        """Answer received requests for a share of a loop turn; the rest waits until all others have had a turn."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -170,7 +170,7 @@ class Client:
                 return
 
     def greet(self, line: bytes) -> bool:
-        """Return whether the first line comes from a client; close the connection if not."""
+        """Return whether the first line is one that a client sends; close the connection if it is not."""
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
@@ -188,7 +188,7 @@ class Client:
         self.stream.finish()
 
     def answer(self, line: bytes) -> None:
-        """Answer one request, a line."""
+        """Answer one request, given as a line."""
         request: Data = {}
         self.server.catch_up()
         try:
@@ -205,7 +205,7 @@ class Client:
             self.reply(request, self.failed(request, error))
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return the reply for an error: our own message, or a reference to the terminal of the server."""
+        """Return the reply for an error: its message if it is a slewline error, else a reference to the terminal."""
         if isinstance(error, SlewlineError):
             return {"error": str(error)}
         do = request.get("do", "request")
@@ -213,13 +213,13 @@ class Client:
         return {"error": f"{do}: an internal error of slewline; the terminal of the server shows it"}
 
     def perform(self, request: Data) -> Data | None:
-        """Execute a request; None: the reply comes later."""
+        """Execute a request and return its reply; None if the reply comes later."""
         return Requests(self.server, self).perform(request)
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
     ) -> None:
-        """Reply when a condition is met, or at an instant (ps); `pushes`: paused time runs for it."""
+        """Reply when a condition is met, or at an instant (ps); with `pushes`, paused time runs until then."""
         answer = self.answer_later(request)
         wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
 
@@ -231,7 +231,7 @@ class Client:
         self.server.pace.wait(wait)
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
-        """Register a later reply; return the function that sends it.  A subscribed client may have several pending."""
+        """Register a delayed reply; return the function that sends it.  A subscribed client may have several."""
         self.waiting = not self.every_s
 
         def answer(found: Data) -> None:
@@ -243,7 +243,7 @@ class Client:
 
     # -------------------------------------------------------------------------------------------------------- events
     def subscribe(self, every_s: float) -> Data:
-        """Send events from now on, at this minimum interval; 0: stop.  Return the present view."""
+        """Start sending events, at this minimum interval; 0 stops them.  Return the present view."""
         dialogue = self.server.dialogue
         self.seen, self.sent = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
         self.gathering = None
@@ -251,14 +251,14 @@ class Client:
         return self.seen
 
     def watch(self, every_s: float) -> None:
-        """Check for changes at this interval from now on, within its limits; 0: stop."""
+        """Start checking for changes at this interval, within the limits for intervals; 0 stops the checks."""
         self.every_s = every_s and max(every_s, OFTENEST_S)
         self.watching += 1
         if self.every_s:
             self.server.loop.after(self.every_s, partial(self.notify, self.watching))
 
     def notify(self, watching: int) -> None:
-        """Send changes, unless the client has not read the last ones."""
+        """Send changes, unless the client has not yet read the previous ones."""
         if watching != self.watching or not self.stream.open:
             return
         self.server.loop.after(self.every_s, partial(self.notify, watching))
@@ -275,7 +275,7 @@ class Client:
             self.gather()
 
     def gather(self) -> None:
-        """Find changes of the view, for a share of the loop's turn, so that answers of modules are not delayed."""
+        """Find changes of the view, for a share of a loop turn, so that answers from modules are not delayed."""
         end_s = perf_counter() + GATHER_S
         for path, value in self.gathering or ():
             old = at(self.seen, path)
@@ -293,7 +293,7 @@ class Client:
             self.sent = *self.sent[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
-        """Send requests to the control port of a branch from now on; "": answer them here again."""
+        """Start sending requests to the control port of a branch; "" answers them here again."""
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
@@ -302,7 +302,7 @@ class Client:
         self.seen, self.sent = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def lead(self, where: str) -> None:
-        """Route later requests to the control port of a branch, or to this one, ""."""
+        """Route later requests to the control port of a branch, or to this port if `where` is ""."""
         self.beyond = None
         if where:
             with suppress(OSError):  # the branch has ended: the server detects that, too, and shows the first run
@@ -315,7 +315,7 @@ class Client:
             self.stream.write(json.dumps(event).encode() + b"\n")
 
     def go_on(self) -> None:
-        """Answer requests received meanwhile, and continue to read."""
+        """Answer the requests received meanwhile, and continue to read."""
         self.postponed = False
         self.work()
         if not self.postponed:
@@ -338,7 +338,7 @@ class Client:
 
 
 def numbered(line: bytes) -> Data:
-    """Return the `id` of an unreadable request, so that the client can match the error."""
+    """Return the `id` of an unreadable request, so that the client can assign the error to it."""
     try:
         request = as_object(line)
     except (SlewlineError, ValueError):
@@ -347,5 +347,5 @@ def numbered(line: bytes) -> Data:
 
 
 def same(token: object, expected: str) -> bool:
-    """Return whether a token is the expected one, in a time independent of the number of correct characters."""
+    """Return whether a token is the expected one; the time does not depend on the number of correct characters."""
     return isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), expected.encode("utf-8"))

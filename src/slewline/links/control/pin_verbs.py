@@ -23,7 +23,7 @@ Line = TypeVar("Line", bound=HostLine)
 
 
 class Verbs:
-    """Handlers of requests, each a method with the name of its verb; None: the reply comes later."""
+    """Handlers of requests, each a method with the name of its verb; if it returns None, the reply comes later."""
 
     def __init__(self, server: ServerFace, client: ClientFace) -> None:
         self.server, self.client, self.bench = server, client, server.bench
@@ -62,7 +62,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_pulse(self, request: Data) -> Data:
-        """Drive a pin for a time."""
+        """Drive a pin for a given time."""
         self.bench.pin(request["pin"]).pulse(request["level"], request["width"])
         return {}
 
@@ -117,7 +117,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_clear(self, request: Data) -> Data:
-        """End the faults of a line, and reply with the number of characters affected; or end faults of an EEPROM."""
+        """End the faults of a line and reply with the number of characters affected, or end the faults of an EEPROM."""
         if "chip" in request:
             return self.eeprom(request, False)
         line = self.line(request["line"])
@@ -135,7 +135,7 @@ class PinVerbs(Verbs):
         return status(self.server)
 
     def do_findings(self, request: Data) -> Data:
-        """Reply with the last findings, of a chip or part or of all."""
+        """Reply with the latest findings of a chip, of a part, or of all."""
         start = picoseconds(request.get("start", 0))
         owner = self.bench[request["source"]] if "source" in request else self.bench
         found = [one for one in owner.findings if one.time_ps >= start]

@@ -1,7 +1,7 @@
-"""The requests of the control port: the keys of each, and of its reply, as rows.
+"""The requests of the control port, as rows: the keys of each request and of its reply.
 
-The JSON schema is generated from them, and `validator.py` checks each request against it; so is the page of the
-documentation.  The handler of a request is the method of its name in `pin_verbs.py`, `time_verbs.py` and
+The JSON schema and the documentation page are generated from these rows, and `validator.py` checks each request
+against the schema.  The handler of a request is the method of its name in `pin_verbs.py`, `time_verbs.py` and
 `view_verbs.py`.
 """
 
@@ -26,7 +26,7 @@ COMMON = (
 
 
 def read(line: bytes) -> Data:
-    """Return a request.
+    """Return the request in a line.
 
     Raises:
         UsageError: not a JSON object with a known "do", or unknown keys or wrong values.
@@ -48,7 +48,7 @@ def kind_of(do: str) -> Data:
 
 # -------------------------------------------------------------------------------------------------------------- schema
 def schema() -> Data:
-    """Return all requests and replies as JSON schema: `definitions` has `drive`, `drive_reply` and so on."""
+    """Return the JSON schema of all requests and replies; `definitions` contains `drive`, `drive_reply` and so on."""
     made: Data = {row.name: request_schema(row) for row in REQUESTS}
     made |= {f"{row.name}_reply": reply_schema(row) for row in REQUESTS}
     made |= {row.name: event_schema(row) for row in EVENTS}
@@ -70,7 +70,7 @@ def request_schema(row: RequestSpec) -> Data:
 
 
 def reply_schema(row: RequestSpec) -> Data:
-    """Return the schema of the reply to a request, unless it is an error; later versions may add keys."""
+    """Return the schema of a successful reply to a request; later versions may add keys."""
     always = {key.name: described(key) for key in row.reply if not key.default}
     sometimes = {key.name: described(key) for key in row.reply if key.default}
     return record(always | {"time_ps": WHOLE}, sometimes | {"id": {}})

@@ -1,4 +1,4 @@
-"""The requests for views of chips and parts, and the events that a client receives after `subscribe`, as rows."""
+"""The requests for views of chips and parts, and the events that a subscribed client receives, as rows."""
 
 from __future__ import annotations
 

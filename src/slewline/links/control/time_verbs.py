@@ -31,7 +31,7 @@ class TimeVerbs(Verbs):
         return {}
 
     def do_go(self, request: Data) -> Data:
-        """Let time run with the wall clock again."""
+        """Let time follow the wall clock again."""
         pace = self.server.pace
         if isinstance(pace, Paced):
             pace.go(request.get("rate"))
@@ -52,7 +52,7 @@ class TimeVerbs(Verbs):
         self.push(request, condition, self.limit(request))
 
     def push(self, request: Data, condition: Condition, limit_ps: int) -> None:
-        """Let paused time run up to a condition; a breakpoint, `pause` or `go` on the way ends the run, too."""
+        """Let paused time run up to a condition; a breakpoint, `pause` or `go` before that also ends the run."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
         is_awaited = request["do"] != "advance"
@@ -65,7 +65,7 @@ class TimeVerbs(Verbs):
         self.client.wait(request, reply if is_awaited else lambda _over: {}, pushing, limit_ps, True)
 
     def outcome(self, met: bool, condition: Condition) -> Data:
-        """Return whether a condition was met; if not, its faults, and the activity of each chip and part."""
+        """Return whether a condition was met; if not, also its faults, and the activity of each chip and part."""
         if met:
             return {"met": True}
         odd = str(condition).removeprefix(condition.text).lstrip(", ")
@@ -73,7 +73,7 @@ class TimeVerbs(Verbs):
         return {"met": False, "why": "; ".join(filter(None, (odd, *(doing or [RESTING]))))}
 
     def do_advance(self, request: Data) -> None:
-        """Let time run in lockstep, or while it is paused; reply afterwards."""
+        """Let time run, in lockstep or while time is paused; reply afterwards."""
         pace = self.server.pace
         end = self.bench.now_ps + picoseconds(request["time"])
         if pace.paused:
@@ -85,7 +85,7 @@ class TimeVerbs(Verbs):
             raise UsageError("advance: time follows the wall clock here; pause it, or start the server with --lockstep")
 
     def next_event(self, request: Data) -> Condition:
-        """Return the condition of a step."""
+        """Return the condition that ends a step."""
         if "pin" in request:
             return PinCondition(self.bench.pin(request["pin"]), request.get("edge", "any"))
         chip, by = self.chip(request["chip"]), request["by"]
@@ -98,7 +98,7 @@ class TimeVerbs(Verbs):
         return CommandCondition(chip) if by == "command" else FindingCondition(self.bench, chip.name)
 
     def do_until(self, request: Data) -> None:
-        """Wait for a condition; reply when it is met or has timed out."""
+        """Wait for a condition; reply when it is met or the wait has timed out."""
         condition = self.condition(request)
         limit = condition.at if isinstance(condition, InstantCondition) else self.limit(request)
         if self.server.pace.paused:
@@ -109,7 +109,7 @@ class TimeVerbs(Verbs):
             self.client.wait(request, lambda met: self.outcome(met, condition), condition, limit, False)
 
     def condition(self, request: Data) -> Condition:
-        """Return the condition of a request: a level of a pin, a position of an axis, an instruction of a program."""
+        """Return the condition in a request: a pin level, an axis position, or an instruction of a program."""
         if "pin" in request:
             return self.bench.pin(request["pin"]).is_(request["level"])
         if "position" in request:
@@ -126,7 +126,7 @@ class TimeVerbs(Verbs):
         return InstantCondition(self.bench.kernel, at)
 
     def renewed(self, request: Data, before: Condition) -> Condition:
-        """Return the condition of a pending request, for the present bench."""
+        """Return the condition of a pending request, set up on the present bench."""
         by = {"until": self.condition, "step": self.next_event}.get(request["do"], lambda _request: NEVER)
         condition = before if isinstance(before, InstantCondition) else by(request)
         if isinstance(before, InstantCondition):
@@ -137,14 +137,14 @@ class TimeVerbs(Verbs):
         return condition
 
     def do_breakpoints(self, request: Data) -> Data:
-        """Replace the breakpoints, if the request has any; reply with the present ones."""
+        """Replace the breakpoints, if the request contains any; reply with the present breakpoints."""
         breakpoints = self.server.breakpoints
         if "breakpoints" in request:
             breakpoints.replace(request["breakpoints"])
         return {"breakpoints": [*map(str, breakpoints.conditions)], "rows": breakpoints.rows}
 
     def do_back(self, request: Data) -> None:
-        """Go to an instant of the past."""
+        """Go to a past instant."""
         at = moment(request["time"])
         self.server.branches.back(at, request.get("branch"), self.client.answer_later(request))
 
@@ -153,12 +153,12 @@ class TimeVerbs(Verbs):
         self.server.branches.listed(self.client.answer_later(request))
 
     def do_branch(self, request: Data) -> None:
-        """Return to a branch in the state in which it was left."""
+        """Return to a branch, in the state in which it was left."""
         self.server.branches.show(request["number"], self.client.answer_later(request))
 
 
 class Pushing(Condition):
-    """A condition, or the end of the wait for it."""
+    """A condition that also ends when no client waits for it any more."""
 
     def __init__(self, condition: Condition, broken_off: Callable[[], bool]) -> None:
         condition.begin()

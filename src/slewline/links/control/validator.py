@@ -1,8 +1,9 @@
-"""The validator of requests: it refuses values outside the schema of their kind, with place, found, allowed and remedy.
+"""The validator of requests: it refuses values outside the schema; messages name the place, the value and a remedy.
 
-A kind is JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`, `maxLength`,
-`items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf` of objects, of which the keys
-select one.  Beyond JSON schema, a text with a pattern and a range is a quantity, and its value must be in the range.
+A kind is a JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`, `maxLength`,
+`items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf` of objects, one of which is
+selected by the keys.  Beyond JSON schema, a text with a pattern and a range is a quantity, whose value must be in the
+range.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def as_object(line: bytes) -> Data:
     """Return a line as a JSON object.
 
     Raises:
-        UsageError: the line is not an object, has a number that JSON does not have, or is nested too deeply.
+        UsageError: the line is not an object, contains a number that JSON does not allow, or is nested too deeply.
     """
     try:
         found = json.loads(line, parse_constant=_refuse, parse_float=_finite)
@@ -75,7 +76,7 @@ def deeper(value: object, levels: int) -> bool:
 
 
 def check(value: Any, kind: Data, place: str) -> Any:
-    """Return a value of a kind; a whole number is an int, whether 1 or 1.0 was sent.
+    """Return a value after checking it against a kind; a whole number becomes an int, whether 1 or 1.0 was sent.
 
     Args:
         place: the place of the value, for messages: the verb and the keys.
@@ -160,10 +161,10 @@ def check_names(value: Data, keys: Mapping[str, Any], place: str) -> None:
 
 
 def chosen(value: Any, forms: list[Data], place: str) -> Data:
-    """Return the form of an object that has the keys of a value, or the only form.
+    """Return the form of an object that matches the keys of a value, or the only form.
 
     Raises:
-        UsageError: there are several forms, and none has these keys.
+        UsageError: there are several forms, and none matches these keys.
     """
     if len(forms) == 1:
         return forms[0]
@@ -197,7 +198,7 @@ def at(place: str, name: str) -> str:
 
 
 def is_of(value: object, name: str) -> bool:
-    """Return whether a value has a type of JSON schema; true and false are not numbers."""
+    """Return whether a value is of a JSON schema type; true and false are not numbers."""
     if isinstance(value, bool) or value is None:
         return name == ("null" if value is None else "boolean")
     return isinstance(value, TYPES.get(name, ()))
@@ -242,7 +243,7 @@ def span(kind: Data) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as shown in a message: text and numbers, truncated; the type of everything else."""
+    """Return a value as shown in a message: text and numbers, truncated; for everything else, the type."""
     if isinstance(value, str):
         return repr(value) if len(value) <= LONGEST else f"{value[:LONGEST]!r}..."
     if isinstance(value, list):

@@ -33,12 +33,12 @@ def array(of: Data, most: int | None = None) -> Data:
 
 
 def one_of(*forms: Data) -> Data:
-    """Return the schema of an object that has one of some forms, each with its own keys and no others."""
+    """Return the schema of an object that takes one of several forms, each with its own keys and no others."""
     return {"oneOf": [form | {"additionalProperties": False} for form in forms]}
 
 
 def mapping(of: Data) -> Data:
-    """Return the schema of an object whose keys depend on the bench, with values of a kind."""
+    """Return the schema of an object whose keys depend on the bench and whose values are of one kind."""
     return {"type": "object", "additionalProperties": of}
 
 
@@ -81,12 +81,12 @@ class Key:
     name: str
     kind: Data
     description: str
-    default: str = ""  # of a key that may be left out
+    default: str = ""  # for a key that may be left out
 
 
 @dataclass(frozen=True)
 class RequestSpec:
-    """A request; one that has two forms, such as `until`, has two rows."""
+    """A request; a request with two forms, such as `until`, has two rows."""
 
     do: str
     description: str

@@ -41,7 +41,7 @@ EXPORTED = 5_000_000  # characters of a file
 
 
 class ViewVerbs(Verbs):
-    """Handlers for sheets, programs, dialogues, signals, commands and manual actions."""
+    """Handlers for data sheets, programs, dialogues, signals, commands and manual actions."""
 
     def do_describe(self, request: Data) -> Data:
         """Reply with the data sheet of a chip."""
@@ -79,11 +79,11 @@ class ViewVerbs(Verbs):
         return {"view": self.server.views.view()}
 
     def do_subscribe(self, request: Data) -> Data:
-        """Send events from now on."""
+        """Start sending events."""
         return {"view": self.client.subscribe(picoseconds(request["every"]) / 1e12)}
 
     def do_said(self, request: Data) -> Data:
-        """Reply with the last entries of the dialogue."""
+        """Reply with the latest entries of the dialogue."""
         entries, omitted = self.server.dialogue.since(request.get("start", 0))
         return {"entries": entries[-MAX_ENTRIES:], "omitted": omitted + max(len(entries) - MAX_ENTRIES, 0)}
 
@@ -99,13 +99,13 @@ class ViewVerbs(Verbs):
         return {}
 
     def do_window(self, request: Data) -> None:
-        """Reply with the history of signals; a long answer is computed in shares of the loop's turns."""
+        """Reply with the history of signals; a long answer is computed over several loop turns."""
         names = [*dict.fromkeys(request["signals"])]
         work = self.server.scope.window(names, *self.of_window(request), request["columns"])
         self.go_on_with(request, work, self.client.answer_later(request))
 
     def go_on_with(self, request: Data, work: Iterator[Data | None], answer: Callable[[Data], object]) -> None:
-        """Work for a share of the loop's turn; answer when done."""
+        """Work for a share of a loop turn; answer when the work is done."""
         end_s = perf_counter() + WORK_S
         found = None
         try:
@@ -126,7 +126,7 @@ class ViewVerbs(Verbs):
         return {"found_ps": found}
 
     def of_window(self, request: Data) -> tuple[int, int]:
-        """Return the window of a request, up to now (ps)."""
+        """Return the window of a request, which ends now at the latest (ps)."""
         start, stop = moment(request.get("start", 0)), moment(request.get("stop", self.bench.now_ps))
         stop = min(stop, self.bench.now_ps)
         return min(start, stop), stop
@@ -221,10 +221,10 @@ class ViewVerbs(Verbs):
 
 
 def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
-    """Return the arguments of a part's verb, each of the kind of its parameter.
+    """Return the arguments for a verb of a part, each converted to the kind of its parameter.
 
     Raises:
-        UsageError: there are too few or too many, or one is of the wrong kind.
+        UsageError: there are too few or too many arguments, or one is of the wrong kind.
     """
     parameters = [*signature(method).parameters.values()]
     needed = sum(parameter.default is parameter.empty for parameter in parameters)
@@ -238,13 +238,13 @@ def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
 
 
 def argument(parameter: Parameter) -> Data:
-    """Return the kind of a parameter of a part's verb, from its annotation."""
+    """Return the kind of a verb's parameter, from its annotation."""
     types = [PARAMETERS[each] for each in str(parameter.annotation).split(" | ")]
     return INTEGER if types == ["integer"] else {"type": types}
 
 
 def as_time(text: str) -> Time:
-    """Return a time in the form that a bench takes: 0 has no unit."""
+    """Return a time in the form that a bench takes: 0 needs no unit."""
     return 0 if text == "0 ps" else text
 
 
@@ -261,7 +261,7 @@ def problem_data(problem: Problem) -> Data:
 
 
 def sheet_data(sheet: Sheet) -> Data:
-    """Return the data of a sheet that a panel needs."""
+    """Return the data of a data sheet that a panel needs."""
     pins = [
         {
             "number": pin.number,

@@ -1,1 +1,1 @@
-"""Lines between hosts and the modules: characters, pace, transcript, framing, stores."""
+"""Lines between hosts and modules: characters, pace, transcript, framing, stores."""

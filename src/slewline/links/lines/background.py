@@ -1,4 +1,4 @@
-"""A memory file that a separate thread writes: a slow disk delays one module, not the whole server.
+"""A memory file written by a separate thread, so that a slow disk delays one module, not the whole server.
 
     module     M .............................. Y         write ... pending? ... pending? ... no: it is written
     thread       [ write, fsync, read back, rename ]
@@ -22,14 +22,15 @@ WRITE_TIMEOUT_S = 0.001
 
 
 class BackgroundStore:
-    """A store that returns before it has written; see `core.memory.store`.
+    """A store whose writes return before the data has been written; see `core.memory.store`.
 
-    All its methods are called by one thread, that of the server, and `on_failure` is called there, too.
+    All its methods are called by one thread, the server's, and `on_failure` is called there, too.
 
     Args:
         store: the store that writes; it must have no other user.
-        timeout_s: how long `pending` waits for it, in seconds: where virtual time passes faster than that of the wall
-            clock, a module must not poll again and again; None: until it has written, where time follows no clock.
+        timeout_s: how long `pending` waits for the write, in seconds, so that a module need not poll again and again
+            where virtual time passes faster than the wall clock.  None: until the data is written, where time follows
+            no clock.
 
     Raises:
         StoreError: the store cannot be read.
@@ -62,13 +63,13 @@ class BackgroundStore:
         return self._content.read()
 
     def write(self, data: bytes) -> None:
-        """Begin to write this content; `pending` reports a failure."""
+        """Start to write this content; `pending` reports a failure."""
         data = bytes(data)
         self._content.write(data)
         self._do(lambda: self._write(data), alone=True)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Begin to write bytes into the content; `pending` reports a failure.
+        """Start to write bytes into the content; `pending` reports a failure.
 
         Raises:
             UsageError: the address is beyond the end.
@@ -93,7 +94,7 @@ class BackgroundStore:
         return False
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until all has been written, or has failed, at most `seconds`; return whether it is finished."""
+        """Wait until everything has been written or has failed, for at most `seconds`; return whether it has."""
         thread = self._thread
         if thread is not None:
             thread.join(seconds)
@@ -130,7 +131,7 @@ class BackgroundStore:
         while (job := self._next()) is not None:
             try:
                 job()
-            except Exception as refusal:  # whatever the cause, the module must not wait for ever
+            except Exception as refusal:  # whatever the cause, the module must not wait forever
                 self._refusal = StoreError(str(refusal))
 
     def _next(self) -> Callable[[], None] | None:

@@ -1,4 +1,4 @@
-"""Ends of lines on a bench: the serial connector of a computer, a UART, an interface board, an IEEE-488 bus."""
+"""Line ends on a bench: the serial connector of a computer, a UART, an interface board, an IEEE-488 bus."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def uart(bench: Bench, chip: Chip) -> SerialPort:
 
 
 def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -> Board:
-    """Return an interface board on a chip; `card` selects the board, if there are several."""
+    """Return an interface board on a chip; `card` selects the board if there are several."""
     kind, tail = BOARDS[type(channel_over(chip, over))]
     which = {} if card is None else {"card": card}
     return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip, **which))
@@ -65,7 +65,8 @@ def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
     """Return a controller on an IEEE-488 bus with chips, and the chips by their addresses.
 
-    A chip without a device on such a bus gets one, with the next free address from 5 up, and its interrupt logic.
+    A chip without a device on such a bus is connected to a new one, with the next free address (5 or higher) and the
+    interrupt logic it needs.
 
     Raises:
         UsageError: two chips have the same address, or one is on the bus as a listener without an address.
@@ -94,7 +95,7 @@ def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int,
 
 
 def same(one: Net, other: Net) -> bool:
-    """Return whether two pins are on one wire."""
+    """Return whether two pins are on the same net."""
     return one.root is other.root
 
 
@@ -123,6 +124,6 @@ def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
-    """Return rate and format of a chip's serial port, as strapped: baud, bits, parity, stop bits."""
+    """Return the rate and format of a chip's serial port, as strapped: baud, bits, parity, stop bits."""
     port = chip.sheet.through(SerialChannel)
     return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop

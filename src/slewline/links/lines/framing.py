@@ -1,7 +1,7 @@
 """A framing of our own for chips on a bus: lines of text, with read-back and without losses.
 
-The UART of figure 10.16 only receives, and cannot hold up a host.  This link replaces it by a small host computer that
-does the handshake for the program at the far end:
+The UART of figure 10.16 only receives, and cannot hold off a host.  This link replaces it by a small host computer that
+performs the handshake on behalf of the program at the far end:
 
     R 100            a command, as in a program file; it is sent as fast as the chip takes it
     ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
@@ -9,14 +9,14 @@ does the handshake for the program at the far end:
     !                discard pending commands and queries; the answer is !
 
 Lines end with CR or LF, answers with CR LF.  Answers come in the order of the queries, except those to `?` and `!`,
-which come immediately, even with commands pending.  A line that cannot be sent is answered with a line that begins with
-`!` and has the reason.
+which come immediately, even with commands pending.  A line that cannot be sent is answered with `!` followed by the
+reason.
 
-A command that is being sent when `!` comes is not cut in two: the chip receives the rest of it, and executes it.  A
+A command that is being sent when `!` arrives is not cut in two: the chip receives the rest of it, and executes it.  A
 second `!` cuts it, and releases the bus, for a chip that no longer responds.
 
-Up to `BACKLOG` lines may wait.  A line that exceeds this limit is refused, and so are all lines after it until the
-waiting ones have been sent or discarded: a motion is made with the parameters before it, or not at all.
+Up to `BACKLOG` lines may wait.  A line that exceeds this limit is refused, and so are all later lines until the waiting
+ones have been sent or discarded: a motion is made with the parameters sent before it, or not at all.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ if TYPE_CHECKING:
     from ...parts.hosts.ends.handshake_port import CommandPort
 
 LONGEST = 256  # characters of a line
-BACKLOG = 4096  # lines that may wait for the chip
+BACKLOG = 4096  # maximum number of lines that may wait for the chip
 SHARE = 256  # bytes in a turn of the loop
 
 
 class FramedLine(HostLine):
-    """Lines of text to a host computer on the bench, and its answers."""
+    """Lines of text sent to a host computer on the bench, and its answers."""
 
     share = SHARE
 
@@ -64,7 +64,7 @@ class FramedLine(HostLine):
         self.too_long = self.full = self.cutting = False
 
     def feed(self, data: bytes) -> None:
-        """Receive bytes of the host: lines of text, each executed when complete."""
+        """Receive bytes from the host: lines of text, each executed when complete."""
         for byte in data:
             if byte not in b"\r\n":
                 self.too_long |= len(self.line) >= LONGEST
@@ -108,7 +108,7 @@ class FramedLine(HostLine):
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
     def _act(self, do: Callable[[Any, Any, Send], object], request: Request[bytes] | None = None) -> None:
-        """Do something to the computer that another bench is to repeat after the same input."""
+        """Perform an action on the computer; another bench repeats it after the same input."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
         do(self.computer, request, self.give)
@@ -142,7 +142,7 @@ class FramedLine(HostLine):
         self._act(lambda _computer, _request, send: send(line_of(text), None))
 
     def whole(self, data: bytes) -> bytes:
-        """Return the complete lines received; the start of the next one waits for its end."""
+        """Return the complete lines received; the start of an incomplete line is kept until its end arrives."""
         data = bytes(self.line) + data
         end = max(data.rfind(b"\r"), data.rfind(b"\n")) + 1
         self.line = bytearray(data[end:][: LONGEST + 1])
@@ -161,7 +161,7 @@ class FramedLine(HostLine):
         return True  # the next host may want to discard the commands of the last one
 
     def quiet(self) -> bool:
-        """Return whether all commands are played, and all queries answered."""
+        """Return whether all commands have been sent, and all queries answered."""
         return self.computer.idle
 
 
@@ -171,7 +171,7 @@ def line_of(text: str) -> bytes:
 
 
 def takes(computer: BusHost) -> bool:
-    """Return whether the chip takes a command now.  A program that admits no live ones leaves READY high."""
+    """Return whether the chip takes a command now.  A program that admits no live commands leaves READY high."""
     sheet, pins = computer.chip.sheet, computer.chip.pins
     running = sheet.role("running")
     is_blocked = not sheet.takes_live and running is not None and pins[running.name].level == 0
@@ -179,7 +179,7 @@ def takes(computer: BusHost) -> bool:
 
 
 async def taken(kernel: Kernel, port: CommandPort) -> None:
-    """Wait until the chip is ready again, or has been busy so long that it must be moving or waiting."""
+    """Wait until the chip is ready again, or has been busy for so long that it must be moving or waiting."""
     await first_of(kernel, kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
 

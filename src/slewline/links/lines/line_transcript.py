@@ -5,8 +5,8 @@ r"""The transcript of a server: both directions of every line, in virtual time, 
          0.020000 y  < 2 6c                        a byte to a register of a chipset, 5c from one: > 0 5c
          0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, discarded data
 
-Characters of one direction share a line up to a carriage return.  The instant is that of the first character: towards
-the module, the one at which the server received it; from the module, the one at which its last bit ended.
+Characters in one direction share a line up to a carriage return.  The instant is that of the first character: towards
+the module, when the server received it; from the module, when its last bit ended.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ TO_CHIP, TO_HOST, EVENT = "<", ">", "!"
 
 
 class TranscriptFile:
-    """A transcript; without a path nothing is written.
+    """A transcript; without a path, nothing is written.
 
     Args:
-        path: a file, to which the transcript is appended.  "-": standard error.
+        path: a file, to which the transcript is appended; "-" is standard error.
         failed: called once, when the file cannot be written; the transcript ends there.
 
     Raises:
@@ -82,7 +82,7 @@ class TranscriptFile:
                 self.end(line)
 
     def end(self, line: str) -> None:
-        """Write the characters gathered from a line."""
+        """Write the characters collected from a line."""
         if line in self.open:
             to, since, data = self.open.pop(line)
             self.write(since, line, to, data.decode("latin-1").encode("unicode_escape").decode("ascii"))

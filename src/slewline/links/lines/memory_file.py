@@ -6,7 +6,7 @@
     record    address, 4 bytes | length, 4 bytes | CRC-32 of both and of the data, 4 bytes | data
 
 A module answers Y when its program is in the memory, so `write` and `append` return only when a power cut can no longer
-undo them, and if they are interrupted the former content stays in place.
+undo them; if they are interrupted, the former content stays in place.
 
     write                                        append
     write a temporary file, fsync it             add a record after the last one, fsync it
@@ -14,9 +14,10 @@ undo them, and if they are interrupted the former content stays in place.
     rename it over the file                      ... the first append ever, those after a failure, and one that would
     fsync the directory                          make the records much longer than the rest write the whole file instead
 
-The content is on the disk under another name before it gets its final one; a disk that stores something else is
+The content is on the disk under another name before it gets its final name; a disk that stores something else is
 detected in time; nothing after the last step can fail.  A power failure during an append leaves an incomplete record at
-the end, which is dropped.  A broken record before a complete one was broken later: this is reported as damage.
+the end, which is dropped.  If a complete record follows a broken one, the broken one was damaged later: this is
+reported as damage.
 """
 
 from __future__ import annotations
@@ -44,15 +45,15 @@ LARGEST = 1 << 24  # bytes of a file: fifty times a 64K memory with its records
 
 
 class FileStore:
-    """A memory in a file, replaced completely or not at all; changes of a large one are appended.
+    """A memory in a file, replaced completely or not at all; changes to a large memory are appended.
 
     The temporary file has a fixed name, so that a process killed repeatedly leaves one such file, not many.  Two stores
     must not share a file.  Symbolic links are not followed: one with the name of the temporary file is removed, never
     opened, and one in place of the file is refused.
 
     Args:
-        path: the file; it need not exist, its directory must.
-        system: a replacement of the module `os`, for tests.
+        path: the file, which need not exist; its directory must.
+        system: a replacement for the module `os`, for tests.
     """
 
     def __init__(self, path: str | os.PathLike[str], system: Any = os) -> None:
@@ -63,7 +64,7 @@ class FileStore:
         self.on_failure: Hook[[str]] = Hook()  # error of a failed read or write
 
     def read(self) -> bytes:
-        """Return the content; empty if none was ever written.
+        """Return the content; empty if nothing was ever written.
 
         Raises:
             StoreError: the file cannot be read, is damaged, or is not a slewline memory.
@@ -72,10 +73,10 @@ class FileStore:
             return bytes(self._unpacked(self._found()))
 
     def write(self, data: bytes) -> None:
-        """Replace the content, even a damaged one; return when it is safely on the disk.
+        """Replace the content, even if it is damaged; return when the new content is safely on the disk.
 
         Raises:
-            StoreError: the new content is not safely there; or the file is not a slewline memory, and is unchanged.
+            StoreError: the new content is not safely on the disk; or the file, unchanged, is not a slewline memory.
         """
         self._content, self._end = None, 0
         with self._refusals("write"):
@@ -85,7 +86,7 @@ class FileStore:
         """Write bytes into the content, at an address or at its end; return when they are safely on the disk.
 
         Raises:
-            StoreError: the bytes are not safely there; or the file is damaged, or not a slewline memory.
+            StoreError: the bytes are not safely on the disk; or the file is damaged, or not a slewline memory.
             UsageError: the address is beyond the end.
         """
         with self._refusals("write"):
@@ -101,7 +102,7 @@ class FileStore:
                 raise
 
     def _keep(self, content: bytearray, place: bytes, data: bytes) -> None:
-        """Append a record, or write the whole file again, with all of the content."""
+        """Append a record, or rewrite the whole file with all of the content."""
         record = place + CHECK.pack(crc32(place + data)) + data
         longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(content)), LARGEST)
         end, self._end = self._end, 0
@@ -208,7 +209,7 @@ class FileStore:
 
     @contextmanager
     def _refusals(self, verb: str) -> Iterator[None]:
-        """Raise errors of the system as StoreError, and report them."""
+        """Raise operating-system errors as StoreError, and report them."""
         try:
             yield
         except StoreError as error:
@@ -227,7 +228,7 @@ def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Apply the records of a file from a position on; return whether the rest is at most an incomplete record."""
+    """Apply the records of a file, starting at a position; return whether the rest is at most an incomplete record."""
     while (place := record_at(found, at)) is not None:
         address, length = place
         if address > len(content):
@@ -238,7 +239,7 @@ def repeated(content: bytearray, found: bytes, at: int) -> bool:
 
 
 def record_at(found: bytes, at: int) -> tuple[int, int] | None:
-    """Return address and length of a record; None if it is incomplete or has no data."""
+    """Return the address and length of a record; None if it is incomplete or has no data."""
     if at + RECORD.size >= len(found):
         return None
     address, length, check = RECORD.unpack_from(found, at)

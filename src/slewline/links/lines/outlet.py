@@ -4,7 +4,7 @@
 
 Without a gate, data is delivered immediately.  A bench that has gone back in time repeats all data since then.
 Delivered data is not sent again; delayed data is never delivered, and the new run's data goes to the gate instead.
-So a host receives no byte twice, and none that was withdrawn before delivery.
+So a host receives no byte twice, and no byte that was withdrawn before delivery.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Gate = Callable[[Callable[[], object], int], object]  # takes a call and its ins
 
 
 class SentBytes(NamedTuple):
-    """Bytes of a module: the instant at which they ended (ps), and the host that they are for; None: any."""
+    """Bytes sent by a module: the instant at which they ended (ps), and the host for which they are; None: any host."""
 
     ps: int
     data: bytes
@@ -26,7 +26,7 @@ class SentBytes(NamedTuple):
 
 
 class Leaving:
-    """Such bytes before delivery."""
+    """Sent bytes that have not been delivered yet."""
 
     __slots__ = ("left", "sent", "void")
 
@@ -35,7 +35,7 @@ class Leaving:
 
 
 class Outlet:
-    """Delivery of data from modules to a host.
+    """The delivery of data from modules to a host.
 
     Args:
         deliver: sends bytes to the host.
@@ -70,22 +70,22 @@ class Outlet:
             self.deliver(leaving.sent.data, leaving.sent.to)
 
     def remember(self, now_ps: int) -> None:
-        """Record all data from now on."""
+        """Start to record all data."""
         if self.since_ps is None:
             self.since_ps = now_ps
 
     def forget(self, before_ps: int) -> None:
-        """Discard the record up to an instant (ps): no run goes back before it any more."""
+        """Discard the record up to an instant (ps), which no run goes back beyond any more."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
             while self.log and self.log[0].left and self.log[0].sent.ps <= before_ps:
                 self.log.popleft()
 
     def resend(self, outputs: Iterable[SentBytes]) -> bytes:
-        """Output the data of another run since the start of the record; the new run begins as the old one did.
+        """Output the data of another run since the start of the record; at its start the new run equals the old one.
 
         Returns:
-            bytes that were delivered but do not occur in the new run: they cannot be withdrawn.
+            The bytes that were delivered but do not occur in the new run: they cannot be withdrawn.
         """
         since = -1 if self.since_ps is None else self.since_ps
         before = [each for each in self.log if each.sent.ps > since]

@@ -8,8 +8,8 @@
     lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
                 them, an `advance`, an `until`.  An endless motion has advanced only as far as the host has.
 
-A pause stops time in both: it then runs only for waits that push it, such as a single step.  In both, time runs in
-slices of some milliseconds of the wall clock, so that clients are served in between.
+A pause stops time in both modes: time then runs only for waits that push it, such as a single step.  In both modes,
+time runs in slices of some wall-clock milliseconds, so that clients are served in between.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LOST_NS = NS_PER_S  # a longer lag is skipped
 
 @dataclass
 class Lag:
-    """Lag behind the wall clock: the number of events, of those more than a millisecond late, and the worst delay."""
+    """The lag behind the wall clock: the number of events, how many were over a millisecond late, the worst delay."""
 
     events: int = 0
     late: int = 0
@@ -52,10 +52,10 @@ class Lag:
 
 
 class Pace:
-    """Common base of both modes; `goal` limits the progress of time.
+    """The common base of both modes; `goal` limits the progress of time.
 
     Args:
-        clock: nanoseconds of the wall clock.
+        clock: returns the wall-clock time in nanoseconds.
     """
 
     lockstep = False
@@ -88,7 +88,7 @@ class Pace:
         return self._pushed() if self.paused else self._goal()
 
     def _goal(self) -> int:
-        """Return the goal without a pause (ps)."""
+        """Return the goal that would apply without a pause (ps)."""
         raise NotImplementedError
 
     def _pushed(self) -> int:
@@ -96,11 +96,11 @@ class Pace:
         return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
-        """Return how long the loop may sleep once the goal is reached, in seconds; None: until a byte comes."""
+        """Return how long the loop may sleep once the goal is reached, in seconds; None: until a byte arrives."""
         raise NotImplementedError
 
     def present(self) -> None:
-        """Bring the bench to this instant, because an input has come from outside."""
+        """Bring the bench to the present instant, because an input has come from outside."""
 
     def wait(self, wait: Wait) -> None:
         """Add a wait."""
@@ -108,13 +108,13 @@ class Pace:
         self.waits.append(wait)
 
     def forget(self, wait: Wait) -> None:
-        """Remove a wait, met or not."""
+        """Remove a wait, whether met or not."""
         if wait in self.waits:
             self.waits.remove(wait)
             wait.end()
 
     def pass_time(self) -> bool:
-        """Run time up to the goal, for a slice at most; return False if there is more to do immediately."""
+        """Run time up to the goal, for at most one slice; return False if more is to be done immediately."""
         self.stop_ns = self.clock() + SLICE_NS
         kernel = self.kernel
         kernel.settle()
@@ -136,7 +136,7 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """Return the goal, limited by the waits, and by the instants that promises name."""
+        """Return the goal, limited by the waits and by the instants that promises name."""
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))
             if wait.when is not None:
@@ -154,7 +154,7 @@ class Pace:
 
 
 def rate_of(rate: str | float) -> Fraction:
-    """Return virtual seconds per second.
+    """Return a rate, in virtual seconds per wall-clock second.
 
     Raises:
         UsageError: not a number above 0.
@@ -172,7 +172,7 @@ class Paced(Pace):
     """Virtual time that follows the wall clock.
 
     Args:
-        rate: virtual seconds per second, such as 1 or "0.1".
+        rate: virtual seconds per wall-clock second, such as 1 or "0.1".
     """
 
     def __init__(self, bench: Bench, rate: str | float = 1, clock: Callable[[], int] = perf_counter_ns) -> None:
@@ -186,11 +186,11 @@ class Paced(Pace):
         self._begin()
 
     def _begin(self) -> None:
-        """Start virtual time and the wall clock together from here."""
+        """Start virtual time and the wall clock together at the present instant."""
         self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
 
     def go(self, rate: str | float | None = None) -> None:
-        """Let time run with the wall clock from this instant on; without a rate, at the same rate as before."""
+        """Let time follow the wall clock, starting at this instant; without `rate`, at the same rate as before."""
         self.rate = self.rate if rate is None else rate_of(rate)
         self._begin()
         super().go()
@@ -201,11 +201,11 @@ class Paced(Pace):
         return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
 
     def nanoseconds(self, ps: int) -> int:
-        """Return the time of the wall clock, ns, for a virtual time in ps, rounded up."""
+        """Return the wall-clock time in ns that corresponds to a virtual time in ps, rounded up."""
         return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
 
     def pass_time(self) -> bool:
-        """Run time up to the wall clock, for a slice at most; return False if there is more to do immediately."""
+        """Run time up to the wall clock, for at most one slice; return False if more is to be done immediately."""
         due = self.kernel.next_time()
         goal = self.goal()
         if due is not None and due <= goal and not self.paused:
@@ -221,7 +221,7 @@ class Paced(Pace):
         self.pass_time()
 
     def pause(self) -> float | None:
-        """Return the seconds until the next event is due; None: until a byte comes."""
+        """Return the seconds until the next event is due; None: until a byte arrives."""
         self.kernel.settle()
         if self.paused:
             return 0 if self.goal() > self.kernel.now else None

@@ -1,6 +1,6 @@
 """The interface between ports and a line: bytes in, bytes out, one host at a time.
 
-The line ends in modules of a bench (`HostLine`), or in a module at the end of a cable (`modules/recording_proxy.py`).
+The line ends in modules on a bench (`HostLine`), or in a module at the end of a cable (`modules/recording_proxy.py`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..sockets.preamble import Greetings
 
 
 class AnyLine(Protocol):
-    """A line for any kind of port."""
+    """A line that any kind of port can use."""
 
     @property
     def baud(self) -> int | str | None:
@@ -33,7 +33,7 @@ class AnyLine(Protocol):
 
 
 class CableLine(AnyLine, Protocol):
-    """A line for a serial port of this machine."""
+    """A line that a serial port of this machine can use."""
 
     @property
     def setting(self) -> LineSetting:
@@ -41,7 +41,7 @@ class CableLine(AnyLine, Protocol):
 
 
 class PortLine(AnyLine, Protocol):
-    """A line for a port that host programs open."""
+    """A line that can be used by a port opened by host programs."""
 
     @property
     def name(self) -> str:
@@ -49,14 +49,14 @@ class PortLine(AnyLine, Protocol):
 
     @property
     def greetings(self) -> Greetings:
-        """First bytes of foreign protocols, whose connections are closed."""
+        """First bytes of foreign protocols; a connection that begins with them is closed."""
 
     @property
     def share(self) -> int:
-        """Bytes read from a host per turn of the loop."""
+        """Maximum number of bytes read from a host per turn of the loop."""
 
     def obey(self, on: bool) -> None:
-        """Make characters wait for CTS, if there is one, or not."""
+        """Select whether characters wait for CTS, if there is one."""
 
     def opened_at(self, baud: int) -> None:
         """Record the rate that a host has set."""
@@ -71,4 +71,4 @@ class PortLine(AnyLine, Protocol):
         """Call a function when everything received has been sent on."""
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received is answered, or after a timeout."""
+        """Call a function when everything received has been answered, or after a timeout."""

@@ -1,4 +1,4 @@
-"""A line of requests: a part on the bench executes them one by one, and each answer goes to the host that sent it."""
+"""A request line: a part on the bench executes requests one by one, and each answer goes to the requesting host."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BACKLOG = 256  # requests that may wait for the part; the next answer makes room
 
 
 class RequestLine(HostLine):
-    """Requests to a part with a queue, and its answers."""
+    """Requests to a part with a queue, and the part's answers."""
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile, part: Part) -> None:
         super().__init__(name, chips, pace, log)
@@ -46,10 +46,10 @@ class RequestLine(HostLine):
         self._part = bench.parts[self._part.name]
 
     def answer(self, answers: Callable[[Any, Any], bytes], work: Request[Any] | None = None) -> None:
-        """Queue the answer to a request, for the present host only: a later host has not sent it.
+        """Queue the answer to a request, for the present host only: a later host has not sent the request.
 
         Args:
-            answers: returns the answer, of the part and the request.
+            answers: a function of the part and the request that returns the answer.
         """
         host = self.host
 
@@ -79,9 +79,9 @@ class RequestLine(HostLine):
         return room
 
     def sent(self) -> bool:
-        """Return whether all requests have been executed."""
+        """Return whether every request has been executed."""
         return self._part.idle
 
     def quiet(self) -> bool:
-        """Return whether all requests are answered."""
+        """Return whether all requests have been answered."""
         return not self.queue.requests

@@ -4,8 +4,8 @@
                          |       |
          <--- stream --- | noise | <--- a character ends <~~~ rxd  <~~~ txd
 
-A byte from outside begins on the virtual line at the instant of its arrival, or after the previous one; a character
-of the module is sent at the instant at which its last bit ends.  Both take their time at the rate of the line.
+A byte from outside begins on the virtual line at the instant of its arrival, or after the previous byte; a character
+from the module is sent at the instant at which its last bit ends.  Both are transmitted at the rate of the line.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ ANSWER_TIMEOUT_PS = 60 * 10**12  # longest wait for an answer, in lockstep or fo
 
 
 class Detour(Protocol):
-    """An alternative destination of the bytes of a host."""
+    """An alternative destination for the bytes of a host."""
 
     def send(self, data: bytes) -> object:
         """Send bytes there."""
@@ -54,7 +54,8 @@ class Detour(Protocol):
 class HostLine:
     """The modules as seen by a link: bytes in, bytes out, one host at a time.
 
-    `host` receives the bytes; None while no host is connected: the bytes are lost then, as on an unconnected wire.
+    `host` receives the bytes; it is None while no host is connected, and the bytes are then lost, as on an unconnected
+    wire.
     """
 
     ports: tuple[str, ...] = ("tcp", "pty")  # ports on which it can be served
@@ -73,7 +74,7 @@ class HostLine:
         self.detour: Detour | None = None  # alternative destination of the host's bytes
         self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # incomplete lines at the last check
-        self.concludes = True  # a host that leaves may leave an incomplete line, unless it looks at another branch
+        self.concludes = True  # a departing host may leave an incomplete line, unless it looks at another branch
         self.outlet = Outlet(self._deliver)
         self.acts: Acts | None = None  # actions on its part besides inputs, if another bench is to repeat them
 
@@ -93,19 +94,19 @@ class HostLine:
         self.log.event(self.name, f"{name} is connected")
 
     def detach(self, why: str) -> None:
-        """Disconnect the host; bytes that it has already sent still go to the chip."""
+        """Disconnect the host; bytes that it has already sent still reach the chip."""
         self.log.event(self.name, f"{self.host_name}: {why}")
         self.host, self.host_name = None, ""
 
     def look_for_ends(self) -> None:
-        """Report requests that have been incomplete since the last check: their host waits in vain."""
+        """Report requests that have been incomplete since the last check: their host would wait for ever."""
         coming = [] if self.pace.paused else [chip.unfinished for chip in self.chips]
         if any(coming) and coming == self.coming_ends:
             self.pace.bench.conclude()
         self.coming_ends = coming
 
     def leave(self, why: str) -> None:
-        """Disconnect a host that has left; report its incomplete request when all of its bytes are played."""
+        """Disconnect a host that has left; report its incomplete request when all its bytes have reached the chip."""
         self.detach(why)
         if self.concludes:
             self.when_answered(self.pace.bench.conclude)
@@ -127,11 +128,11 @@ class HostLine:
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
-        """Return whether this line and others to its chips are quiet: its commands may cause answers on the others."""
+        """Return whether all lines to the chips of this one are quiet: its commands may cause answers on the others."""
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received is answered, or after a timeout."""
+        """Call a function when everything received is answered, or after the timeout."""
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.pace.lockstep:  # time passes for received bytes, not for a waiting host
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
@@ -143,7 +144,7 @@ class HostLine:
             self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been sent on, or after a timeout."""
+        """Call a function when everything received has been sent on, or after the timeout."""
         self.pace.wait(Wait(self.sent, self.kernel.now + ANSWER_TIMEOUT_PS, lambda _sent: call()))
 
     def event(self, text: str) -> None:
@@ -151,7 +152,7 @@ class HostLine:
         self.log.event(self.name, text)
 
     def give(self, data: bytes, to: object = None) -> None:
-        """Send bytes to the host, or only to `to`, unless a gate delays them."""
+        """Send bytes to the host, or to `to` only, unless a gate delays them."""
         self.outlet.send(data, self.kernel.now, to)
 
     def _deliver(self, data: bytes, to: object) -> None:
@@ -171,13 +172,13 @@ class HostLine:
         raise NotImplementedError
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the part of the same name on another bench; `coming` are characters in transit."""
+        """Connect the line to the part of the same name on another bench; `coming` are the characters in transit."""
         self.kernel = bench.kernel
         self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
 
     # -------------------------------------------------------------------------------------------- kinds of lines
     def obey(self, on: bool) -> None:
-        """Make characters wait for CTS, or not; no effect if the chip has none."""
+        """Select whether characters wait for CTS; this has no effect if the chip has none."""
 
     def opened_at(self, baud: int) -> None:
         """Record the rate that a host has set on a port where it has no effect."""
@@ -199,7 +200,7 @@ class HostLine:
         raise NotImplementedError
 
     def whole(self, data: bytes) -> bytes:
-        """Return the received bytes that may be diverted: only complete requests, if requests have an end."""
+        """Return the received bytes that may be diverted: only complete requests, if requests have a defined end."""
         return data
 
     def forget_half(self) -> None:
@@ -210,12 +211,12 @@ class HostLine:
         raise NotImplementedError
 
     def quiet(self) -> bool:
-        """Return whether everything received has been played and answered."""
+        """Return whether everything received has been sent to the chip and answered."""
         raise NotImplementedError
 
 
 class Act(NamedTuple):
-    """An action of a line on its part, at an instant (ps), after a number of inputs; see `Acts.add`."""
+    """An action of a line on its part, at an instant (ps), after a given number of inputs; see `Acts.add`."""
 
     inputs: int
     ps: int
@@ -223,7 +224,7 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """Actions of a line on its part that are not inputs, and so are in no journal: waits for answers, and sending them.
+    """The actions of a line on its part that are not inputs, and so are in no journal: waits for answers, and sending.
 
     Args:
         part: the name of the part.
@@ -240,7 +241,7 @@ class Acts:
         self.inputs += do == "input" and what["part"] == self.part
 
     def add(self, ps: int, do: Callable[[Any, Any, Send], object]) -> None:
-        """Record an action: a function of the part, of the result of its last input, and of the sender of answers."""
+        """Record an action: a function of the part, the result of its last input, and the sender of answers."""
         self.done.append(Act(self.inputs, ps, do))
         self.number += 1
 
@@ -306,7 +307,7 @@ class ConnectorLine(HostLine):
             self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set on a port where it has no effect; on a cable it would have one."""
+        """Record the rate that a host has set on a port where it has no effect, unlike on a cable."""
         self.port.opened_at(baud)
 
     def feed(self, data: bytes) -> None:
@@ -320,7 +321,7 @@ class ConnectorLine(HostLine):
                 self.port.write(bytes([passed]), fault)
 
     def obey(self, on: bool) -> None:
-        """Make characters wait for CTS of a chip that has one, or not."""
+        """Select whether characters wait for CTS, on a chip that has it."""
         port, wanted = self.port, None if on else False
         if isinstance(port, AdaptiveHost) and port.uart.control.heeding is not wanted:
             port.heed(wanted)
@@ -346,7 +347,7 @@ class ConnectorLine(HostLine):
     def quiet(self) -> bool:
         """Return whether every character has been sent, and no answer is in transit.
 
-        Characters that wait for CTS do not count while the chip waits for another host.
+        Characters that wait for CTS are ignored while the chip waits for another host.
         """
         if self.coming or not (self.uart.idle or self._waits_for_rate()):
             return False

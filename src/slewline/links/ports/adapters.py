@@ -1,4 +1,4 @@
-"""Ports that disappear and return, like that of an unplugged adapter: for hosts that must survive it."""
+"""Ports that disappear and return, like those of an unplugged adapter, for testing hosts that must survive it."""
 
 from __future__ import annotations
 

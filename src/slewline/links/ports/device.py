@@ -1,12 +1,12 @@
 """A real serial port: the modules are at the far end of a cable.
 
 Its rate and format are those of the line.  A character from the cable ends when the operating system delivers it, and
-then begins on the virtual line: the module receives it one character time later than on the cable, and its answer is
-one later.
+only then begins on the virtual line: the module receives it one character time later than on the cable, and its answer
+is late by another character time.
 
 A port that disappears (an adapter that is unplugged) is searched for every half second until it is back.
 
-A loop cannot wait for a COM port of Windows.  Two threads copy its bytes to a socket and back; the loop waits for the
+The loop cannot wait for a Windows COM port.  Two threads copy its bytes to a socket and back; the loop waits for the
 other end of the socket.
 """
 
@@ -70,7 +70,7 @@ class Threads:
         """End both threads when one ends, and close the socket."""
         try:
             yield
-        except Exception as error:  # a port closed during a read fails in many ways
+        except Exception as error:  # a port that is closed during a read fails in many ways
             self.why = str(error)
         with suppress(OSError):
             self.theirs.shutdown(socket.SHUT_RDWR)
@@ -103,7 +103,7 @@ class DevicePort(Closing):
 
     Args:
         report: called when the port disappears, and when it is back.
-        make: opens the port; a function that takes URLs would let a bench file connect to any address.
+        make: opens the port.  It must not accept URLs, which would let a bench file connect to any address.
 
     Raises:
         UsageError: the port is missing at the start, or cannot be opened.
@@ -155,7 +155,7 @@ class DevicePort(Closing):
             return self.threads.ours
 
     def _let_go(self, why: str) -> str:
-        """Close the port; return the reason of its failure, if a thread knows it."""
+        """Close the port; return the reason for its failure, if a thread knows it."""
         self.line.leave(why)
         threads, self.threads = self.threads, None
         if threads is not None:

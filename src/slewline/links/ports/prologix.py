@@ -1,16 +1,17 @@
-r"""A GPIB controller on a port, which takes the commands of a Prologix GPIB-ETHERNET (or, on a pty, GPIB-USB).
+r"""A GPIB controller on a port that takes the commands of a Prologix GPIB-ETHERNET (or, on a pty, GPIB-USB).
 
     ++addr 5\n                  commands begin with ++; the next lines are for the device at this address
     V 0\n                       any other line is data for it, with the terminator selected by ++eos
     ++read eoi\n                ... and this reads its answer
     ESC + ESC CR ESC LF ESC ESC these four as data; without ESC a + is dropped, and CR and LF end a line
 
-Requests are executed one after the other, at the pins of the bus, and answered in the same order.  ++ifc and ++rst are
-executed immediately: they recover the bus when a device no longer responds.
+Requests are executed one after another, at the bus pins, and answered in the same order.  ++ifc and ++rst are executed
+immediately: they recover the bus when a device no longer responds.
 
-The circuit of the manual has no EOI.  The controller only knows the end of the group that a command has selected for
-reading: its last byte counts as one with EOI.  A read ends there, at the byte that ++read names, or when none has come
-for read_tmo_ms.  A chip without a selection still sends one byte, and reports it, so one byte is read then.
+The circuit in the manual has no EOI.  The controller only knows the end of the group that a command has selected for
+reading, and treats its last byte as if it carried EOI.  A read ends there, at the byte that ++read names, or when no
+byte has arrived for read_tmo_ms.  A chip without a selection still sends one byte, and reports it, so one byte is read
+then.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ MOST_TRIGGERED = 15  # devices of one command
 
 
 class Setting(NamedTuple):
-    """A setting of the controller: its range, its default, its effect."""
+    """A setting of the controller: its range, its default, and its effect."""
 
     low: int
     high: int
@@ -85,7 +86,7 @@ COMMANDS: Mapping[str, str] = {
 
 
 class Selection:
-    """Data selected for reading from a chip, as far as the commands sent to it show."""
+    """The data selected for reading from a chip, as far as the commands sent to it show."""
 
     def __init__(self, chip: Chip) -> None:
         self.decoder = dialect_of(chip.sheet).decoder(chip.sheet)
@@ -110,11 +111,11 @@ class Selection:
 
 
 class PrologixLine(RequestLine):
-    """Lines of a host to a GPIB controller on the bench, and its answers.
+    """Lines sent by a host to a GPIB controller on the bench, and the answers.
 
     Args:
         controller: the controller on the bus.
-        devices: the chips on devices of the bus, by their addresses; the first one is addressed initially.
+        devices: the chips on devices of the bus, by device address; the first one is addressed initially.
     """
 
     share = SHARE
@@ -143,7 +144,7 @@ class PrologixLine(RequestLine):
 
     # ---------------------------------------------------------------------------------------------------------- lines
     def feed(self, data: bytes) -> None:
-        """Receive bytes of the host: lines, each executed when complete."""
+        """Receive bytes from the host: lines, each executed when complete."""
         data, at = self.half + data, 0
         while found := LINE.match(data, at):
             at = found.end()
@@ -157,13 +158,13 @@ class PrologixLine(RequestLine):
             self.half = b""
 
     def _bound(self, line: bytes) -> None:
-        """Report, once, a line or an incomplete line that is too long."""
+        """Report, once, a line that is too long, even if it is still incomplete."""
         if len(line) > LONGEST and not self.too_long:
             self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes is not sent")
             self.too_long = True
 
     def whole(self, data: bytes) -> bytes:
-        """Return the complete lines received; the start of the next one waits for its end."""
+        """Return the complete lines received; the start of the next line is kept until its end arrives."""
         data, at = self.half + data, 0
         while found := LINE.match(data, at):
             at = found.end()
@@ -233,7 +234,7 @@ class PrologixLine(RequestLine):
             self._say(UNKNOWN)
 
     def _say(self, text: str) -> bool:
-        """Queue an answer line."""
+        """Queue a line as the answer."""
         reply = f"{text}\r\n".encode("ascii", "replace")
         self.answer(lambda _controller, _work: reply)
         return True
@@ -335,7 +336,7 @@ class PrologixLine(RequestLine):
         return not arguments
 
     def do_rst(self, arguments: Sequence[str]) -> bool:
-        """Restart with the stored settings."""
+        """Restart the controller with the stored settings."""
         if not arguments:
             self._forget()
             self.settings = dict(self.kept)
@@ -365,7 +366,7 @@ def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:
 
 
 def addressed(arguments: Sequence[str]) -> int | None:
-    """Return the address that PAD [SAD] means; None if it is not an address."""
+    """Return the bus address for PAD [SAD]; None if it is not an address."""
     primary, secondary = numbers(arguments[:1], 0, HIGHEST), arguments[1:]
     if primary is None or len(secondary) > 1 or (secondary and numbers(secondary, *SECONDARY) is None):
         return None

@@ -1,21 +1,21 @@
 """A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
 
-A pseudo-terminal of Linux is not a UART.  It passes 8 bits at any rate, whatever the host has set; a line of 7 bits
-uses the lower ones.  It always reports 8 bits and no parity, which the C library compares with the requested settings:
-opening it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second
-one, with the same request, fails.  The remedy:
+A Linux pseudo-terminal is not a UART.  It passes 8 bits at any rate, whatever the host has set; a 7-bit line uses the
+lower ones.  It always reports 8 bits and no parity, which the C library compares with the requested settings: opening
+it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second one, with
+the same request, fails.  The remedy:
 
     packet mode with EXTPROC        the master wakes at every change of settings
     a marker after each             a flag without effect, which the next call clears, so that it changes something
     PARODD inverted with it         the same for a call that only adds flags to the present ones
 
 The C library reads the settings back immediately.  Two markers alternate, so that the settings it reads, before or
-after the server has set the next one, differ from the former ones.  A call fails only if it comes before the server
+after the server has set the next marker, differ from the former ones.  A call fails only if it comes before the server
 wakes: within some tens of microseconds of the previous call, longer on a busy machine.  The host cannot detect the
 cause; the user can (`HINT`).  stty makes its own comparison, and always reports an error.  TCP and RFC 2217 do not have
 this problem.
 
-On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that use 8N1 (`PLAIN`).
+macOS has no EXTPROC of this kind: a pseudo-terminal there is for hosts that use 8N1 (`PLAIN`).
 """
 
 from __future__ import annotations
@@ -71,11 +71,11 @@ class PacketStream(SocketStream):
 
 
 class PtyPort(Closing):
-    """A line on a pseudo-terminal; connections and disconnections of a host are not visible.
+    """A line on a pseudo-terminal; it is not visible when a host connects or disconnects.
 
     Args:
-        link: the name of a symbolic link, which is removed at the end; a bench file gives the place that its gate
-            allows.
+        link: the name of a symbolic link, which is removed at the end; a bench file gives a place within the folder
+            that its gate allows.
 
     Raises:
         UsageError: the link cannot be made, or the file exists and is not an old link made by slewline; or the system
@@ -100,7 +100,7 @@ class PtyPort(Closing):
             self._hang_up()
             raise
         self.ours: list[object] = []  # the settings as set here
-        self.turn = 0  # of the markers
+        self.turn = 0  # index of the next marker
         self._be_raw()
         end = system.Descriptor(self.master)
         if system.EXTPROC is None:
@@ -112,7 +112,7 @@ class PtyPort(Closing):
 
     @property
     def hint(self) -> str:
-        """Note for users of a host with 7 bits."""
+        """Note for users whose host uses 7 data bits."""
         return PLAIN if system.EXTPROC is None else HINT
 
     # -------------------------------------------------------------------------------------------------- the settings
@@ -124,7 +124,7 @@ class PtyPort(Closing):
         settings[0] = settings[1] = 0
         for code, baud in system.bauds().items():
             if baud == self.line.baud:
-                settings[ISPEED] = settings[OSPEED] = code  # a program that sets no rate has that of the line
+                settings[ISPEED] = settings[OSPEED] = code  # a program that sets no rate gets that of the line
         settings[LFLAG] = system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         if system.EXTPROC is not None:
@@ -142,7 +142,7 @@ class PtyPort(Closing):
             self.line.opened_at(baud)
 
     def _mark(self, found: list[Any]) -> None:
-        """Set a marker for the next call of a host to change."""
+        """Set a marker for the host's next call to change."""
         import termios
 
         markers = (LFLAG, termios.IEXTEN), (IFLAG, termios.IGNBRK)

@@ -1,8 +1,8 @@
-"""The registers of an interface board on TCP: IN and OUT of a program on a PC, as short messages.
+"""The registers of an interface board on TCP: IN and OUT of a PC program, as short messages.
 
-A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, the number of
-axes; and the offsets of the registers, as in "data=0 status=1 command=1", unless they are as in the application note.
-After that every request is two bytes and every answer is one, in the order of the requests:
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, and the number of
+axes.  It also has the register offsets, as in "data=0 status=1 command=1", unless they are as in the application note.
+After that every request is two bytes and every answer is one byte, in the order of the requests:
 
     0r --    IN      read register r of the board (parts/boards/board.py)       the byte
     1r bb    OUT     write bb to register r                              bb again, when it is written
@@ -17,15 +17,15 @@ After that every request is two bytes and every answer is one, in the order of t
 
 A series is one message, one input of the board and one answer, and takes a fraction of the time of its single requests.
 A failed wait ends it: the rest is not executed, and reads FF.  So a host may continue without an answer, as if every
-wait had succeeded, and learns afterwards at which wait its program would still be.  Pieces of the same program that
+wait had succeeded, and learns afterwards at which wait its program would still be.  Parts of the same program that
 arrive together are executed together.
 
-A host may send the next request before it has the answer to the last one: a whole packet, including its waits, is one
-round trip.  Requests are executed one after the other, each access at the pins of the chip, and takes its bus cycle of
-750 ns of virtual time.
+A host may send the next request before it has the answer to the previous one: a whole packet, including its waits, is
+one round trip.  Requests are executed one after another; each access is made at the pins of the chip, and takes a bus
+cycle of 750 ns of virtual time.
 
 In lockstep no other time passes, so a polling host would poll a hundred times for each word: there, 100 µs may pass
-after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets time pass until its wait ends.
+after an IN that reads bit 7 of the status as 0, until the bit is 1.  READY lets time pass until its wait ends.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class RegisterLine(RequestLine):
         return self.board.layout.offset(STATUS)
 
     def _read_from(self, request: int) -> int:
-        """Return the register that a request reads; a wait reads the status."""
+        """Return the register that a request reads; a wait reads the status register."""
         status = self.status
         return request & 0x0F if request - IN < OUT or status is None else status
 
@@ -100,9 +100,9 @@ class RegisterLine(RequestLine):
 
     # ------------------------------------------------------------------------------------------------------- requests
     def feed(self, data: bytes) -> None:
-        """Receive bytes of the host: accesses to registers."""
+        """Receive bytes from the host: register accesses."""
         data = self.half + data
-        at, steps, on = 0, b"", False  # `steps`: of a series, which may continue
+        at, steps, on = 0, b"", False  # `steps`: the steps of a series, which may continue
         while len(data) >= at + 2:
             request, value = data[at], data[at + 1]
             number = value if request in (SERIES, ON) else 0
@@ -124,7 +124,7 @@ class RegisterLine(RequestLine):
         self.half = data[at:]
 
     def whole(self, data: bytes) -> bytes:
-        """Return the complete requests received; the start of the next one waits for its end."""
+        """Return the complete requests received; the start of the next request is kept until its end arrives."""
         data, at = self.half + data, 0
         while len(data) >= at + 2 and len(data) >= (end := at + 2 + 2 * data[at + 1] * (data[at] in (SERIES, ON))):
             at = end
@@ -135,7 +135,7 @@ class RegisterLine(RequestLine):
         self.half = b""
 
     def _series(self, steps: bytes, on: bool) -> None:
-        """Queue a series and its answers; queue none of it if one step is not a request."""
+        """Queue a series and its answers; queue nothing if one of its steps is not a request."""
         board, number = self.board, len(steps) // 2
         wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
         if wrong is not None:
@@ -227,7 +227,7 @@ class RegisterLine(RequestLine):
 
 
 def placed(layout: Layout) -> str:
-    """Return the offsets of the registers of a board, for the greeting; "" for the usual ones."""
+    """Return the register offsets of a board, for the greeting; "" for the usual offsets."""
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
@@ -244,7 +244,7 @@ class RegisterSession(TurnSession):
         self.stream.write(self.line.greeting)
 
     def room(self) -> int:
-        """Return the number of bytes that may be read now: none while answers are not read, to drop none."""
+        """Return the number of bytes that may be read now: 0 while answers are not read, so that none is dropped."""
         if self.stream.outgoing:
             return 0
         return min(super().room(), self.line.room()) if self.begun else super().room()
@@ -258,9 +258,9 @@ class RegisterPort(TcpPort):
     line: RegisterLine
 
     def catch_up(self) -> None:
-        """Pass everything that the host has sent so far to the board, and run the time that it takes, within a limit.
+        """Pass everything that the host has sent so far to the board, and run the time that this takes, within a limit.
 
-        In lockstep a host need not wait for answers; a later request to another port is then executed after all that.
+        In lockstep a host need not wait for answers; a later request to another port is then executed after all of it.
         """
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):

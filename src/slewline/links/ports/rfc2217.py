@@ -1,9 +1,9 @@
-"""RFC 2217: a serial port over TCP, with its settings: rfc2217://HOST:PORT for pySerial.
+"""RFC 2217: a serial port over TCP, including its settings; pySerial opens it as rfc2217://HOST:PORT.
 
-A host sets rate and format, and the line takes them; if the rate differs from the strapped rate of the module, the
+A host sets rate and format, and the line adopts them; if the rate differs from the strapped rate of the module, the
 characters are garbled as on a wire.  DTR and RTS are accepted without effect, as on the three wires of a module; a
 break puts the line to space.  The protocol is that of pySerial's PortManager, which needs an object with the properties
-of its serial ports: `Remote`.
+of pySerial's serial ports: `Remote`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..sockets.loop import Loop
 
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
-LONGEST_OPTION = 256  # bytes of a suboption; real ones have only a few
+LONGEST_OPTION = 256  # bytes of a suboption; real suboptions have only a few
 SHARE = 64  # bytes per turn of the loop; each is filtered separately
 FASTEST = 10**6  # baud
 THEIR_BYTES = "they-BINARY"  # the option of that name in pySerial
@@ -38,7 +38,7 @@ MASKS = {
 
 
 class Remote:
-    """The line as a serial port of pySerial, as far as a PortManager needs one.
+    """The line as a pySerial serial port, as far as a PortManager needs one.
 
     The settings of a host apply only while it has its turn on the line.
     """
@@ -131,7 +131,7 @@ class Remote:
             self.port.space(on)
 
     def reset_input_buffer(self) -> None:
-        """Drop nothing: there is no buffer, characters are sent on arrival."""
+        """Drop nothing: there is no buffer, because characters are sent on arrival."""
 
     def reset_output_buffer(self) -> None:
         """Drop the host's characters that wait for their turn on the line; keep those of other hosts."""
@@ -152,7 +152,7 @@ class Telnet:
 
 
 class Manager(rfc2217.PortManager):
-    """The protocol, with the two answers that some clients wait for, though pySerial's does not."""
+    """The protocol, including two answers that some clients wait for, although pySerial's client does not."""
 
     def _telnet_process_subnegotiation(self, suboption: bytes) -> None:
         super()._telnet_process_subnegotiation(suboption)  # type: ignore[misc]
@@ -174,7 +174,7 @@ class NetSession(Session):
     line: ConnectorLine
 
     def arrive(self) -> None:
-        """Connect the host: answer its line options from now on."""
+        """Connect the host, and start to answer its line options."""
         super().arrive()
         self.remote = Remote(self, self.line, *self.port.settings)
         self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
@@ -198,11 +198,11 @@ class NetSession(Session):
         return min(SHARE, super().room())
 
     def receive(self, data: bytes) -> None:
-        """Receive bytes of the host, including telnet commands."""
+        """Receive bytes from the host, including telnet commands."""
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):
-                    if (self.last, found) != (CR, NUL) or self.manager.binary:  # a return of telnet is CR NUL
+                    if (self.last, found) != (CR, NUL) or self.manager.binary:  # a telnet carriage return is CR NUL
                         self.characters += found
                     self.last = found
             except Exception as error:  # the PortManager does not check its input
@@ -219,13 +219,13 @@ class NetSession(Session):
 
 
 class NetPort(TcpPort):
-    """A line on a TCP port, with its settings."""
+    """A line on a TCP port that includes the line settings."""
 
     scheme = "rfc2217"
     make = NetSession
 
     def __init__(self, loop: Loop, line: PortLine, *more: Any) -> None:
-        port = cast("ConnectorLine", line).port  # the server has done that
+        port = cast("ConnectorLine", line).port  # the server has already done that
         self.settings = port.baud, port.word
         super().__init__(loop, line, *more)
 

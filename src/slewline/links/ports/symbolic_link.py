@@ -1,7 +1,7 @@
 """The symbolic link under which a device is found.
 
 It replaces only an old link made by slewline.  The folder of the link is kept open until the link is removed, so that
-no other folder can take its place meanwhile; below the folder of a bench file no link is followed on the path.
+no other folder can take its place meanwhile; on the path below the folder of a bench file, no link is followed.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 
 
 class DeviceLink:
-    """A link to a device, from now until `remove`.
+    """A link to a device, which exists until `remove`.
 
     Args:
         place: the place of the link: any name that a user gives, or the place that a bench file names.
         target: the device.
 
     Raises:
-        UsageError: it cannot be made, or the file exists and is not an old link made by slewline.
+        UsageError: the link cannot be made, or the file exists and is not an old link made by slewline.
     """
 
     def __init__(self, place: str | LinkPlace, target: str) -> None:

@@ -1,4 +1,4 @@
-r"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
+r"""TCP: a raw socket for each line, which pySerial opens as socket://HOST:PORT.
 
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
@@ -6,13 +6,13 @@ A port behaves like a line: hosts take turns, and one owns the port at a time.
     the next one connects    at any time: its bytes queue after those, and it receives all later answers
     a second one meanwhile   receives a line of text that names the first one, and is disconnected
 
-A host that closes its sending side (`printf 'V1\r' | nc -N`) receives the answers to its bytes, unless another one
+A host that closes its sending side (`printf 'V1\r' | nc -N`) receives the answers to its bytes, unless another host
 connects.  A host that disappears (a cable unplugged, a machine switched off) is detected by keepalive probes.
 
-The next host does not wait long: of the bytes still to be played when it connects, at most `REMAINS` are kept, up to
-the end of a line; the rest is dropped, and reported.  The closing of a host is visible only after its last byte, so
-when another host connects, the bytes of the first one are read ahead; if more than `AHEAD` are waiting, the first one
-is disconnected, whether it has closed or not.
+The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most `REMAINS` are
+kept, up to the end of a line; the rest is dropped, and reported.  That a host has closed is visible only after its last
+byte, so when another host connects, the bytes of the first one are read ahead; if more than `AHEAD` are waiting, the
+first one is disconnected, whether it has closed or not.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from ..sockets.preamble import HOLD_S, Preamble
 from ..sockets.stream import CHUNK, QUEUE, SocketStream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
-LOCAL = "a socket of this user"  # address of a Unix socket, and name of its client
+LOCAL = "a socket of this user"  # address of a Unix socket, and name for its client
 RETRY_S = 0.5  # when the system cannot accept a connection
 # Acknowledge immediately: a host that writes in small pieces, as most do, otherwise waits 40 ms before the next one.
 QUICK: int | None = getattr(socket, "TCP_QUICKACK", None)
 REFUSAL_S = 1.0  # time for a refused host to read the reason
 REMAINS = 8192  # bytes of former hosts that the next one has to wait for: ten seconds at 9600 baud
 AHEAD = 1 << 20  # bytes read ahead to detect the closing of a host; at 9600 baud they would take 18 minutes
-LEFT = 64  # bytes that a former host counts for, in addition to its remaining ones
+LEFT = 64  # bytes counted for a former host, in addition to its remaining bytes
 
 
 class Listener:
@@ -75,7 +75,7 @@ class Listener:
             self.loop.watch(self.socket.fileno(), self._accept)
 
     def pause(self) -> None:
-        """Let connections wait in the system's queue."""
+        """Leave new connections waiting in the system's queue."""
         self.loop.watch(self.socket.fileno())
 
     @property
@@ -91,7 +91,7 @@ class Listener:
             connection, peer = self.socket.accept()
         except (BlockingIOError, ConnectionError):  # the client has left already
             return
-        except OSError:  # for example no descriptors left: others may close theirs
+        except OSError:  # for example, no descriptors are left: others may close theirs
             self.pause()
             self.loop.after(RETRY_S, self.listen)
             return
@@ -112,7 +112,7 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Send a line, and close the connection when it has been read, or after a second."""
+    """Send a line, and close the connection when the line has been read, or after a second."""
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -126,7 +126,7 @@ def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
 
 
 class Session:
-    """A host on a socket, with unmodified bytes."""
+    """A host on a socket whose bytes are passed on unmodified."""
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection, self.name = port, port.line, connection, name
@@ -137,11 +137,11 @@ class Session:
         self.arrive()
 
     def arrive(self) -> None:
-        """Connect the host: it receives the output of the module from now on."""
+        """Connect the host, which then receives the output of the module."""
         self.attach()
 
     def attach(self) -> None:
-        """Receive the output of the line."""
+        """Start to receive the output of the line."""
         self.attached = True
         self.line.attach(self.name, self.give, self.port.resume)
 
@@ -172,7 +172,7 @@ class Session:
         self.receive(passed)
 
     def _acknowledge(self) -> None:
-        """Acknowledge received bytes at the end of a turn; an answer does so by itself."""
+        """Acknowledge received bytes at the end of a turn; an answer would acknowledge them by itself."""
         if QUICK is not None and self.stream.open and not self.stream.dirty:
             with suppress(OSError):
                 self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
@@ -182,7 +182,7 @@ class Session:
             self.receive(self.beginning.release())
 
     def receive(self, data: bytes) -> None:
-        """Receive bytes of the host that are not held back."""
+        """Receive bytes from the host that are not held back."""
         self.characters += data
         self.port.pump()
 
@@ -203,7 +203,7 @@ class Session:
         """Make room for the next host, if this one has closed, or has too many bytes waiting.
 
         Returns:
-            False if it stays.
+            False if this host stays.
         """
         ahead = self.stream.ahead
         if not self.stream.at_end and not self.stream.read_ahead(AHEAD):
@@ -231,7 +231,7 @@ class Session:
             self.gone(self.stream.why)
 
     def detach(self, why: str) -> None:
-        """Disconnect from the line: later answers go to another host, or are lost."""
+        """Disconnect from the line; later answers go to another host, or are lost."""
         if self.port.session is self:
             self.port.session = None
         if self.attached:
@@ -285,7 +285,7 @@ class TcpPort(Closing):
         self.address = address if isinstance(address, Path) else self.listener.where
 
     def again(self) -> Self:
-        """Return a new port at the address of this one, which was closed."""
+        """Return a new port at the address of this one, which has been closed."""
         return type(self)(self.loop, self.line, self.address, self.allow_remote, self.report)
 
     @property
@@ -307,13 +307,13 @@ class TcpPort(Closing):
         self.pump()
 
     def report_foreign_client(self, protocol: str, message: str) -> None:
-        """Report, once per protocol, a client with another protocol: a browser reconnects by itself."""
+        """Report a client with another protocol, but only once per protocol, because a browser reconnects by itself."""
         if protocol not in self.strangers:
             self.strangers.add(protocol)
             self.report(f"{message}; a browser opens the page of slewline panel" if protocol == "HTTP" else message)
 
     def _shorten(self) -> None:
-        """Drop bytes that former hosts have left, down to the longest wait allowed for the next host."""
+        """Drop bytes left by former hosts, so that the next host waits no longer than allowed."""
         excess = sum(len(host.characters) for host in self.turns) - REMAINS
         while excess > 0:
             dropped = max(self.turns, key=lambda host: len(host.characters)).shorten(excess)
@@ -328,12 +328,12 @@ class TcpPort(Closing):
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """Continue to read: the line has room again; may be called within an instant."""
+        """Continue to read, because the line has room again; may be called within an instant."""
         self.full = False
         self.loop.ask(self.pump)
 
     def pump(self) -> None:
-        """Pass bytes of hosts to the line, one host after the other."""
+        """Pass bytes from hosts to the line, one host after another."""
         while self.turns and not self.full:
             host = self.turns[0]
             if not host.begun:
@@ -367,7 +367,7 @@ class TcpPort(Closing):
             self.listener.listen()
 
     def _wait(self) -> None:
-        """Begin the next turn when all bytes of this one are sent."""
+        """Begin the next turn when all bytes of this one have been sent."""
         if not self.sending:
             self.sending = True
             self.line.when_sent(self._sent)

@@ -1,4 +1,4 @@
-"""Ports of other programs, by pySerial URL: reasons why one cannot be opened, or why a server has closed it."""
+"""Ports of other programs, by pySerial URL: the reasons why one cannot be opened, or why a server has closed it."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ NUMBER = re.compile(r"[0-9]{2,5}", re.ASCII)
 
 
 def dismissal(received: bytes) -> str:
-    """Return the reason why a server has closed the connection, if it was its last line; empty if unknown."""
+    """Return the reason why a server has closed the connection, if its last line gave one; empty if unknown."""
     found = DISMISSED.search(received[-TAIL:])
     return f"the server there says: {found[1].decode('ascii')}; end the other program, and call again" if found else ""
 
 
 def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
-    """Return the reason why a server has closed the connection: from its last bytes, or by connecting again.
+    """Return the reason why a server has closed the connection, from its last bytes or by connecting again.
 
-    pySerial clears its buffer when it opens a port, and with it any bytes that a server has sent immediately.
+    pySerial clears its buffer when it opens a port, including any bytes that a server has sent immediately.
 
     Args:
         where: the URL of the port.
-        line: the pySerial port, which is gone.
+        line: the pySerial port that was lost.
         received: the last bytes received.
     """
     found = bytearray(received)
@@ -89,14 +89,14 @@ def unopened(where: str, error: Exception) -> str:
 
 
 def no_device(where: str) -> str:
-    """Return a message that an address or URL is not a serial port; empty if the text is neither."""
+    """Return a message that an address or URL is not a serial port; empty if the text is neither of these."""
     if os.path.exists(where) or not (where.startswith(SERVED) or _address(where)):
         return ""
     return f"is an address, not a serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
 
 
 def _place(where: str) -> tuple[str, int] | None:
-    """Return host and port of a URL; None if it has none."""
+    """Return the host and port of a URL; None if the URL has none."""
     scheme, _, address = where.partition("://")
     host, _, port = address.partition("?")[0].partition("/")[0].rpartition(":")
     ok = scheme in SCHEMES and host and port.isdecimal() and 0 < int(port) < 1 << 16
@@ -104,7 +104,7 @@ def _place(where: str) -> tuple[str, int] | None:
 
 
 def _address(where: str) -> str:
-    """Return HOST:PORT, if the text is an address or the number of a port; empty if not."""
+    """Return HOST:PORT if the text is an address or a port number; empty if not."""
     if NUMBER.fullmatch(where):
         return f"127.0.0.1:{where}"
     found = ADDRESS.fullmatch(where)

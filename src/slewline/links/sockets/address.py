@@ -1,4 +1,4 @@
-"""Addresses on which a port listens, HOST:PORT, and the machines that can reach them."""
+"""Addresses on which a port listens, HOST:PORT, and which machines can reach them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...errors import UsageError
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return "HOST:PORT" as a pair; port 0 means any free one, a port alone is on this machine.
+    """Return "HOST:PORT" as a pair; port 0 means any free port, and a port without a host is on this machine.
 
     Raises:
         UsageError: not of this form, or reachable from other machines without `allow_remote`.

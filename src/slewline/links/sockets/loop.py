@@ -1,7 +1,7 @@
 """The loop: one thread that waits for sockets, descriptors and timers, whichever comes first.
 
-Paced virtual time needs sleeps of a fraction of a millisecond (see `system.py`), which the loops of asyncio cannot
-do: they wait in epoll, whose sleeps are whole milliseconds.
+Paced virtual time needs sleeps of a fraction of a millisecond (see `system.py`), which asyncio loops cannot provide:
+they wait in epoll, whose sleeps are whole milliseconds.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Calls = tuple[Call | None, Call | None]  # called when readable, when writable
 
 
 class Loop:
-    """File descriptors, timers of the wall clock, and calls from signal handlers and other threads."""
+    """File descriptors, wall-clock timers, and calls from signal handlers and other threads."""
 
     def __init__(self) -> None:
         self.selector = FineSelector()
@@ -40,7 +40,7 @@ class Loop:
 
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
-        """Call these when a descriptor can be read or written; with neither, stop watching it."""
+        """Call these functions when a descriptor can be read or written; with neither, stop watching it."""
         calls = readable, writable
         if self.calls.get(fd) == calls:
             return  # a selector keeps the old pair then, and `serve` compares pairs by identity
@@ -54,18 +54,18 @@ class Loop:
 
     # -------------------------------------------------------------------------------------------- calls and timers
     def after(self, seconds: float, call: Call) -> None:
-        """Call a function after a time of the wall clock."""
+        """Call a function after a delay by the wall clock."""
         heappush(self.timers, (perf_counter() + seconds, next(self.order), call))
 
     def ask(self, call: Call) -> None:
-        """Call a function in the thread of the loop; may be used in any thread, and in a signal handler."""
+        """Call a function in the thread of the loop; may be called from any thread and from a signal handler."""
         self.asked.append(call)
         with suppress(OSError):  # it is full, or already closed
             if not self.closed:
                 self.button.send(b"\0")
 
     def watch_signals(self) -> None:
-        """Let a signal end the sleep, even on Windows.  Call this, and then `close`, in the main thread."""
+        """Let a signal end the sleep, even on Windows.  Call this, and later `close`, in the main thread."""
         signal.set_wakeup_fd(self.button.fileno(), warn_on_full_buffer=False)
         self.watches_signals = True
 
@@ -94,12 +94,12 @@ class Loop:
                 writable()
             if readable is not None and mask & selectors.EVENT_READ and calls.get(key.fd) is key.data:
                 readable()  # otherwise it was removed in this turn
-        now_s = perf_counter()  # a timer set again meanwhile has its turn after descriptors
+        now_s = perf_counter()  # a timer set again meanwhile has its turn after the descriptors
         while self.timers and self.timers[0][0] <= now_s:
             heappop(self.timers)[2]()
 
     def close(self) -> None:
-        """Release everything; later calls of `ask` have no effect."""
+        """Release everything; later calls to `ask` have no effect."""
         self.closed = True
         if self.watches_signals:
             signal.set_wakeup_fd(-1)

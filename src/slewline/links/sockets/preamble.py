@@ -1,7 +1,7 @@
 r"""Foreign protocols: a browser can be made to send bytes to a port of this machine; none of them may reach a module.
 
-A web page of any site may let the browser of its reader connect to 127.0.0.1.  Such a connection begins in one of a
-few ways, none of which a host of a module uses, so the first bytes of a connection are checked:
+A web page of any site may make its reader's browser connect to 127.0.0.1.  Such a connection begins in one of a few
+ways, none of which a host of a module uses, so the first bytes of a connection are checked:
 
     HTTP, WebSocket    METHOD TARGET for the known methods; METHOD TARGET HTTP/ for any other
     HTTP/2             PRI * HTTP/2.0: a method as well
@@ -10,10 +10,10 @@ few ways, none of which a host of a module uses, so the first bytes of a connect
     control port       {"do": a client that mistakes this port for one
     STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
-Bytes that may still become one of these are held back until a byte decides.  A carriage return does, for no request
-line has one inside: so the first line of a host is passed on when it is complete, and until then it has no effect on a
-module.  In binary a count decides, because it is not a character of a method.  For registers, `24 nn` would be the
-beginning of a method: there, a method begins with a letter, as no request of a register does except 44.
+Bytes that may still become one of these are held back until a byte decides.  A carriage return does, because no request
+line contains one: so the first line from a host is passed on when it is complete, and until then it has no effect on a
+module.  In binary data a count decides, because it is not a character of a method.  For registers, `24 nn` would be the
+beginning of a method: there, a method begins with a letter, as no register request does except 44.
 
 A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
 pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first
@@ -48,8 +48,8 @@ class Greetings:
     """First bytes of foreign protocols on a kind of port.
 
     Args:
-        method: a method of HTTP there, as a regular expression.
-        own: the hello that clients send there.
+        method: a regular expression for an HTTP method on such a port.
+        own: the hello that the port's own clients send.
     """
 
     def __init__(self, method: str = f"{TOKEN}+", own: str = "") -> None:
@@ -63,16 +63,16 @@ class Greetings:
         self.part = re.compile(rf"(?:{'|'.join(parts)})\Z".encode(), re.DOTALL)
 
     def known(self, seen: bytes) -> str:
-        """Return the protocol with this beginning; empty if none, or not yet known."""
+        """Return the protocol that begins with these bytes; empty if none does, or it is not known yet."""
         return next((name for name, whole in self.whole.items() if whole.match(seen)), "")
 
     def undecided(self, seen: bytes) -> bool:
-        """Return whether the bytes may still become one of these."""
+        """Return whether the bytes may still become the beginning of a foreign protocol."""
         return len(seen) <= LONGEST and self.part.match(seen) is not None
 
 
 def classes(form: str) -> list[str]:
-    r"""Return the bytes of a hello, each as a class of a regular expression: "00-04" as [\x00-\x04]."""
+    r"""Return the bytes of a hello, each as a character class of a regular expression: "00-04" becomes [\x00-\x04]."""
     sets = [re.sub("[0-9a-f]{2}", r"\\x\g<0>", byte).replace(",", "") for byte in form.split()]
     return [f"[{one}]" if one != "--" else "." for one in sets]
 
@@ -97,7 +97,7 @@ class Preamble:
         self.protocol = ""
 
     def take(self, data: bytes) -> bytes:
-        """Return the bytes that may be passed on after these have come; none, once a foreign protocol is recognised."""
+        """Return the bytes that may be passed on after these have arrived; none if a foreign protocol is recognised."""
         if not self.undecided:
             return b"" if self.protocol else data
         self.seen += data
@@ -111,7 +111,7 @@ class Preamble:
         return b""
 
     def release(self) -> bytes:
-        """Return the bytes held back, and hold back no more; a foreign protocol recognised later is still reported."""
+        """Return the bytes held back, and stop holding back; a foreign protocol recognised later is still reported."""
         self.holding = False
         return self._let_go()
 

@@ -1,8 +1,8 @@
 """A byte stream to the outside: a socket that never blocks, with a bounded output queue.
 
-A client that does not read costs at most `QUEUE` bytes of memory: more output is dropped and counted, as a serial line
-drops bytes that no host reads.  In the other direction, a stream reads only as many bytes as its owner has room for, so
-that an endless sender is blocked by its own system.
+A client that does not read costs at most `QUEUE` bytes of memory: further output is dropped and counted, as a serial
+line drops bytes that no host reads.  In the other direction, a stream reads only as many bytes as its owner has room
+for, so that an endless sender is blocked by its own system.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ CHUNK = 4096
 
 
 class SocketStream:
-    """Input and output of a socket, which belongs to the caller.
+    """The input and output of a socket, which belongs to the caller.
 
     Args:
-        end: the socket, which is made non-blocking, or a descriptor with the methods of one.
+        end: the socket, which is made non-blocking, or a descriptor with the methods of a socket.
         take: called with received bytes.
         gone: called once, with the reason, when the other side has disconnected.
-        ended: called when no more bytes will come; without it, the other side counts as disconnected then.  With it,
-            output continues until `finish`; and bytes of a host that no longer reads are received to the end.
-        room: the number of bytes that may be read now; at 0 none is read until `resume`, or until the queue is sent.
-        queue: the size of the output queue, bytes.
+        ended: called when no more bytes will come.  Without it, the other side then counts as disconnected; with it,
+            output continues until `finish`, and bytes of a host that no longer reads are received to the end.
+        room: the number of bytes that may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
+        queue: the size of the output queue, in bytes.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class SocketStream:
         self.ended()
 
     def resume(self) -> None:
-        """Continue to read: there is room again."""
+        """Continue to read, because there is room again."""
         if self.open and not self.reading and not self.at_end:
             self.reading = True
             self._watch()
@@ -130,7 +130,7 @@ class SocketStream:
 
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:
-        """Queue bytes, to be sent at the end of this turn; return the number dropped because no host reads."""
+        """Queue bytes to be sent at the end of this turn; return the number dropped because nobody reads them."""
         space = self.queue - len(self.outgoing)
         dropped = max(len(data) - space, 0) if self.open and not self.is_shut else len(data)
         self.outgoing += data[: len(data) - dropped]
@@ -180,7 +180,7 @@ class SocketStream:
             self.hang_up(self.why)
 
     def hang_up(self, why: str) -> None:
-        """Close, and report that the other side has disconnected."""
+        """Close the stream, and report that the other side has disconnected."""
         if self.open:
             self.close()
             self.gone(why)

@@ -1,7 +1,7 @@
 """Features of the operating system, and replacements for missing ones.
 
-All differences between Linux, macOS and Windows are here, except the lock of a file (`locks.py`).  The code checks for
-a module, a call or a signal, and only when it is needed.
+All differences between Linux, macOS and Windows are here, except file locks (`locks.py`).  The code checks for the
+presence of a module, a call or a signal, and only when it is needed.
 
                         Linux                   macOS                   Windows
     sleep               select over epoll       kqueue                  select, the timer set to 1 ms
@@ -46,11 +46,11 @@ Ready = tuple[selectors.SelectorKey, int]
 
 # ------------------------------------------------------------------------------------------------- sleep and wake-up
 class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector)):  # type: ignore[misc]
-    """The selector of the system, with sleeps of any length.
+    """The system's selector, with sleeps of any length.
 
     epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor of epoll
-    itself, however many descriptors epoll watches.  That is a second system call, so it is used only for the end of a
-    long sleep.
+    itself, however many descriptors epoll watches.  That takes a second system call, so it is used only for the end
+    of a long sleep.
     """
 
     rounds = hasattr(selectors, "EpollSelector")
@@ -84,7 +84,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """Return two connected sockets that send every byte immediately: on Windows they are TCP, which buffers."""
+    """Return two connected sockets that send every byte immediately; TCP sockets, as on Windows, would buffer."""
     ends = socket.socketpair()
     for end in ends:
         if end.family in (socket.AF_INET, socket.AF_INET6):
@@ -131,10 +131,10 @@ def bauds() -> dict[int, int]:
 
 # --------------------------------------------------------------------------------------------------------- promptness
 def be_prompt() -> str:
-    """Make all threads of this process wake as promptly as the system allows; return the priority obtained, in words.
+    """Make all threads of this process wake as promptly as the system allows; return a name for the priority obtained.
 
     The present objects are excluded from garbage collection: with three million objects a full collection takes 450 ms.
-    A real-time priority needs a permission: CAP_SYS_NICE, or `ulimit -r 1`.
+    Real-time priority needs permission: CAP_SYS_NICE, or `ulimit -r 1`.
     """
     gc.collect()
     gc.freeze()
@@ -146,7 +146,7 @@ def be_prompt() -> str:
         return "real-time priority (SCHED_FIFO)"
     with suppress(AttributeError, OSError):
         os.nice(-10)
-        if sys.platform == "linux":  # elsewhere it applied to all of them
+        if sys.platform == "linux":  # elsewhere it applies to all threads
             for task in tasks[1:]:
                 os.setpriority(os.PRIO_PROCESS, task, os.getpriority(os.PRIO_PROCESS, 0))
         return "priority -10"
@@ -160,7 +160,7 @@ def numbers(*names: str) -> list[int]:
 
 
 def ends() -> list[int]:
-    """Return the signals that end a process, as far as the system has them.
+    """Return the signals that end a process and that this system has.
 
     A signal that is ignored stays ignored, as with `nohup`, or in the background jobs of a script.
     """
@@ -174,11 +174,11 @@ def forget_children() -> None:
 
 
 def watch_children(call: Callable[[int], object]) -> None:
-    """Call a function with the number of each child process that has ended."""
+    """Call a function with the process number of each child process that has ended."""
     wait, at_once = getattr(os, "waitpid", None), getattr(os, "WNOHANG", 0)
 
     def ended(*_: object) -> None:
-        with suppress(OSError):  # no more of them
+        with suppress(OSError):  # no children are left
             while wait is not None and (process := wait(-1, at_once)[0]):
                 call(process)
 
@@ -195,7 +195,7 @@ def ended(process: int) -> None:
 
 
 def ignore(which: Iterable[int]) -> None:
-    """Ignore signals, blocked meanwhile: Python would report one that finds its handler gone."""
+    """Ignore signals, and block them while this is set up: Python would report a signal that finds its handler gone."""
     which = list(which)
     mask: Callable[..., Any] | None = getattr(signal, "pthread_sigmask", None)
     kept = mask(signal.SIG_BLOCK, which) if mask is not None else None
@@ -208,10 +208,10 @@ def ignore(which: Iterable[int]) -> None:
 # -------------------------------------------------------------------------------------------------------------- files
 @contextmanager
 def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[], object]]:
-    """Yield a function that makes the names in a directory safe from a power cut: its fsync, if it can be opened.
+    """Yield a function that makes the names in a directory survive a power cut: its fsync, if it can be opened.
 
     Args:
-        system: a replacement of the module `os`.
+        system: a replacement for the module `os`.
     """
     try:
         file = system.open(path, os.O_RDONLY, 0o666)

@@ -1,7 +1,7 @@
 """Replacement of the served bench by another one, while all connections stay open.
 
-Hosts stay connected and notice nothing: bytes in transit to the bench are inputs of the journal that the new bench has
-played; its output meanwhile is recorded (`LineTap`), and the part that a host lacks is sent (`lines/outlet.py`).
+Hosts stay connected and notice no change: bytes in transit to the bench are inputs in the journal that the new bench
+has replayed; its output meanwhile is recorded (`LineTap`), and the part that a host lacks is sent (`lines/outlet.py`).
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ KEEP = "1 h"  # history of recorded pins
 
 
 class LineTap:
-    """The output of another bench on a line.
+    """A recorder of the output of another bench on a line.
 
-    It repeats on its part all actions of the line on the part of the served bench, and records the output.
+    It repeats, on its own part, all actions of the line on the part of the served bench, and records the output.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
         self.line, self.kernel, self.part = line, bench.kernel, bench.parts[line.part.name]
-        self.sent: list[SentBytes] = []  # or is still in transit: its instant is in the future
+        self.sent: list[SentBytes] = []  # or it is still in transit: its instant is in the future
         self.inputs = self.acted = 0  # inputs of the part, and actions after them
         self.result: Any = None  # of the last one
         self.live = False  # the line ends in this part
@@ -41,7 +41,7 @@ class LineTap:
             self.sent.append(SentBytes(character.end_ps, bytes([character.byte])))
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Record an input and its result; perform the actions after it."""
+        """Record an input and its result; perform the actions that follow it."""
         if self.live or entry["do"] != "input" or entry["part"] != self.part.name:
             return
         self.inputs += 1
@@ -75,7 +75,7 @@ class LineTap:
 
 
 class LineTaps:
-    """Recorders on all lines of a bench that replays the past."""
+    """Output recorders on all lines of a bench that replays the past."""
 
     def __init__(self, taps: Mapping[str, LineTap]) -> None:
         self.taps = taps
@@ -86,7 +86,7 @@ class LineTaps:
             ear.done(entry, result)
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return instant and function of the next action of a line, up to an instant (ps); None if there is none."""
+        """Return the instant and the function of a line's next action, up to an instant (ps); None if there is none."""
         found = [(act.ps, ear) for ear in self.taps.values() if (act := ear.next) is not None and act.ps <= to_ps]
         if not found:
             return None
@@ -95,7 +95,7 @@ class LineTaps:
 
 
 def limit_kept(bench: Bench) -> None:
-    """Limit the history of the axes of a bench to the needs of a server that runs for months."""
+    """Limit the axis history of a bench to the needs of a server that runs for months."""
     for chip in bench.chips.values():
         for number, motor in enumerate(chip.axes, 1):
             motor.kept.limit(chip.axis(number).name, stretches=KEPT_STRETCHES)

@@ -1,8 +1,8 @@
-"""The runs of a server: the first one, and branches, each of which begins at an instant of another one.
+"""The runs of a server: the first run, and branches, each of which begins at an instant of another run.
 
 While a branch is shown, the time of the server is paused.  All input from outside goes to the process of that branch
-(`worlds.py`), and its output is sent: requests of clients and their replies, bytes of hosts and the answers.  Requests
-about branches are answered here; `server_past.py` recreates the past.
+(`worlds.py`), and its output is sent to the outside: client requests and their replies, bytes of hosts and the answers.
+Requests about branches are answered here; `server_past.py` recreates the past.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from ..face import ServerFace
 
 WATCH_S, LOOKS = 0.25, 6  # between two polls of the branch that is shown; polls within which it has to answer
-MOST_BRANCHES = 16  # besides the first one
-ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
+MOST_BRANCHES = 16  # branches besides the first run
+ASK = b'{"do":"read","pins":[]}\n'  # request to a branch for its time
 STAND = b'{"do":"pause"}\n'
 Data = dict[str, Any]
 Answer = Callable[[Data], object]
@@ -56,13 +56,13 @@ class Branches:
         return self.known[self.current].now_ps if self.current else self.server.bench.now_ps
 
     def begin(self) -> None:
-        """Record the past from now on: no time has passed."""
+        """Start to record the past, before any time has passed."""
         if self.server.past.begin():
             self.folder = TemporaryFolder()
             self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # the first run itself
 
     def back(self, at: int, branch: int | None, answer: Answer) -> None:
-        """Go to an instant of a branch (ps), by default of the one that is shown; answer on arrival.
+        """Go to an instant (ps) of a branch, by default the one that is shown; answer on arrival.
 
         Raises:
             UsageError: the past is not recorded, or there is no such branch.
@@ -116,7 +116,7 @@ class Branches:
             answer({"error": f"back: there is no record of {readable(at)}: its process has ended"})
 
     def _tie_to_server(self, branch: Branch) -> None:
-        """Connect to a branch, to query its time, and to detect its end."""
+        """Connect to a branch, to query its time and to detect its end."""
         lifeline = branch.lifeline = connection(branch.control)
         lifeline.sendall(greeting(self._token()))
         lifeline.recv(1 << 16)  # its reply
@@ -124,7 +124,7 @@ class Branches:
         self.server.loop.watch(lifeline.fileno(), lambda: self._read_answer(branch, lifeline))
 
     def _read_answer(self, branch: Branch, lifeline: socket.socket) -> None:
-        """Handle a message of a branch: its time, or its end."""
+        """Handle a message from a branch: its time, or its end."""
         try:
             data = lifeline.recv(1 << 16)
         except BlockingIOError:
@@ -184,7 +184,7 @@ class Branches:
             raise UsageError(f"no branch {number!r}; allowed: {', '.join(map(str, self.known))}")
 
     def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
-        """Query the time of the branch that is shown, and pause it if `stand`; then call `then`, in order."""
+        """Query the time of the branch that is shown, and pause the branch if `stand`; then call `then`, in order."""
         self.asked.append((then, stand))
         if len(self.asked) == 1:
             self._ask_next()
@@ -209,7 +209,7 @@ class Branches:
         self._send(branch, STAND if stand else ASK, go_on)
 
     def _send(self, branch: Branch, request: bytes, go_on: Callable[[], object]) -> None:
-        """Send a request of the server to a branch; call `go_on` when it has answered, or has ended."""
+        """Send a request from the server to a branch; call `go_on` when the branch has answered, or has ended."""
         branch.waiting.append(go_on)
         with suppress(OSError):  # `_read_answer` handles it
             cast("socket.socket", branch.lifeline).sendall(request)
@@ -230,10 +230,10 @@ class Branches:
 
     # -------------------------------------------------------------------------------------------------------- a switch
     def _switch(self, branch: Branch) -> None:
-        """Show another branch: all input from outside goes there from now on.
+        """Show another branch, and direct all later input from outside to it.
 
         Raises:
-            OSError: it cannot be reached; the former one is still shown.
+            OSError: the branch cannot be reached; the former one is still shown.
         """
         before = self.known[self.current]
         if branch is not before:
@@ -251,7 +251,7 @@ class Branches:
                 self._drop(old)
 
     def _lose(self, branch: Branch, why: str) -> None:
-        """Show the first run again: a branch has ended by itself."""
+        """Show the first run again, because a branch has ended by itself."""
         if self.known.get(branch.number) is not branch:
             return
         self.server.log.event("server", f"branch {branch.number}: {why}")
@@ -276,7 +276,7 @@ class Branches:
                 os.kill(branch.process, *system.numbers("SIGKILL"))  # the only signal that a stopped process handles
 
     def touch(self) -> None:
-        """Record that the branch that is shown has changed since its start, and is worth keeping."""
+        """Record that the branch that is shown has changed since its start, and so is worth keeping."""
         self.known[self.current].touched = True
 
     def _token(self) -> str | None:

@@ -19,7 +19,7 @@ class Breakpoints:
     """The breakpoints of a server.
 
     Args:
-        stopped: called with the breakpoint that was met, when time is paused.
+        stopped: called with the breakpoint that was met, once time is paused.
     """
 
     def __init__(self, bench: Bench, pace: Pace, stopped: Callable[[str], object]) -> None:
@@ -30,7 +30,7 @@ class Breakpoints:
         self.stops = 0  # number of stops
 
     def replace(self, rows: list[Mapping[str, Any]]) -> list[str]:
-        """Replace all breakpoints; return each in words.
+        """Replace all breakpoints; return a text for each.
 
         Raises:
             UsageError, UnknownName: there is no such chip, pin or register; the former breakpoints are unchanged.
@@ -41,7 +41,7 @@ class Breakpoints:
         return [str(condition) for condition in conditions]
 
     def move(self, bench: Bench) -> None:
-        """Set the same breakpoints on another bench, from this instant on."""
+        """Set the same breakpoints on another bench, starting at this instant."""
         self.bench = bench
         self.replace(self.rows)
 
@@ -62,7 +62,7 @@ class Breakpoints:
         return RegisterCondition(axis, row["register"], row.get("value"))
 
     def arm(self) -> None:
-        """Wait for all of them from this instant on."""
+        """Start to wait for all breakpoints at this instant."""
         for wait in self.waits:
             self.pace.forget(wait)
         self.waits = []

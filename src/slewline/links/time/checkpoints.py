@@ -16,9 +16,9 @@ from .worlds import fork_checkpoint
 if TYPE_CHECKING:
     from ..face import ServerFace
 
-DUE_S = 0.02  # of work, after which the next checkpoint is due
-CALM_S = 0.002  # idle time before the next event that is enough to fork
-LATE_S = 0.4  # of work, after which it is made without idle time
+DUE_S = 0.02  # work after which the next checkpoint is due
+CALM_S = 0.002  # idle time before the next event that is long enough for a fork
+LATE_S = 0.4  # work after which it is made even without idle time
 MOST = 48  # checkpoints
 Data = dict[str, Any]
 Arrived = Callable[[Data], object]
@@ -47,20 +47,20 @@ class Checkpoints:
         self.begun = False
 
     def begin(self) -> bool:
-        """Record the past from now on, before any time has passed; return whether that is possible."""
+        """Start to record the past, before any time has passed; return whether that is possible."""
         self.begun = not (self.server.bench.journal is None or system.FORK is None or threading.active_count() > 1)
         self.move(0)
         return self.begun
 
     def move(self, since_ps: int) -> None:
-        """Record the past of another bench from now on; before an instant (ps) it is the same."""
+        """Start to record the past of another bench, which is the same before an instant (ps)."""
         while self.marks and self.marks[-1].time_ps >= since_ps:
             self._end(self.marks.pop())
         if self.begun:
             self._keep()
 
     def look(self, worked_s: float) -> None:
-        """Make a checkpoint if one is due: called in every turn of the server, with the work since the last call."""
+        """Make a checkpoint if one is due; called in every turn of the server, with the work since the last call."""
         self.work_s += worked_s
         if not self.begun:
             return
@@ -99,7 +99,7 @@ class Checkpoints:
         system.ended(checkpoint.process)
 
     def world(self, at_ps: int, order: Data, shared_ps: int, shared: int, arrived: Arrived) -> bool:
-        """Start a world at an instant (ps), from the last checkpoint before it: `ServedInstant.world`."""
+        """Start a world at an instant (ps), from the last checkpoint before it; see `ServedInstant.world`."""
         for mark in self.marks[::-1]:
             if mark.time_ps > min(at_ps, shared_ps) or mark.length > shared:
                 continue
@@ -107,7 +107,7 @@ class Checkpoints:
                 mark.orders.setblocking(True)
                 mark.orders.sendall(json.dumps(order | {"begin": mark.length}).encode() + b"\n")
                 mark.orders.setblocking(False)
-            except OSError:  # its process has ended: use the one before it
+            except OSError:  # its process has ended: use the previous checkpoint
                 self._miss(mark)
                 continue
             mark.waiting[order["branch"]] = arrived
@@ -115,7 +115,7 @@ class Checkpoints:
         return False
 
     def _answered(self, mark: Checkpoint) -> None:
-        """Handle a message of a checkpoint: the address of a world, or the end of the checkpoint."""
+        """Handle a message from a checkpoint: the address of a world, or the end of the checkpoint."""
         try:
             data = mark.orders.recv(1 << 16)
         except BlockingIOError:

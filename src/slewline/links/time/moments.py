@@ -1,4 +1,4 @@
-"""Conditions for time verbs and breakpoints: steps, edges, commands, changes of registers, findings."""
+"""Conditions for time verbs and breakpoints: steps, edges, commands, register changes, findings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LEVELS = {"rises": (1,), "falls": (0,), "any": (0, 1, None)}  # after the edge
 
 
 class InstantCondition(Condition):
-    """An instant is reached (ps)."""
+    """The condition that an instant (ps) is reached."""
 
     def __init__(self, kernel: Kernel, at: int) -> None:
         self.kernel, self.at, self.text = kernel, at, readable(at)
@@ -36,13 +36,13 @@ class InstantCondition(Condition):
 
 
 class StepCondition(Condition):
-    """A motor takes its next step."""
+    """The condition that a motor takes its next step."""
 
     def __init__(self, of: OneAxis) -> None:
         self.motor, self.text = of.motor, f"a step of {of.name}"
 
     def begin(self) -> None:
-        """Count from now on."""
+        """Start to count steps."""
         self.made = self.motor.made
 
     def met(self) -> bool:
@@ -50,7 +50,7 @@ class StepCondition(Condition):
         return self.motor.made != self.made
 
     def when(self) -> int | None:
-        """Return the instant of the next step under the present promises (ps); None if there is none."""
+        """Return the instant of the next step according to the present promises (ps); None if there is none."""
         positions = self.motor.positions
         at = positions.index(self.motor.position)
         beside = {positions[at - 1], positions[(at + 1) % len(positions)]}
@@ -58,7 +58,7 @@ class StepCondition(Condition):
 
 
 class PinCondition(Condition):
-    """A pin changes, to one level or to any."""
+    """The condition that a pin changes, to one level or to any."""
 
     def __init__(self, pin: Terminal, edge: str) -> None:
         if edge not in LEVELS:
@@ -67,11 +67,11 @@ class PinCondition(Condition):
         self.text = f"{pin.name} {'changes' if edge == 'any' else edge}"
 
     def begin(self) -> None:
-        """Watch for changes from now on."""
+        """Start to watch the pin for changes."""
         self.changes, self.hit = self.pin.net.changes, False
 
     def met(self) -> bool:
-        """Return whether the pin has changed to such a level; may be called several times in an instant."""
+        """Return whether the pin has changed to the level sought; may be called several times in an instant."""
         if self.pin.net.changes != self.changes:
             self.changes = self.pin.net.changes
             self.hit = self.pin.level in self.levels
@@ -79,19 +79,19 @@ class PinCondition(Condition):
 
 
 class CommandCondition(Condition):
-    """A chip begins to execute a command."""
+    """The condition that a chip begins to execute a command."""
 
     def __init__(self, chip: Chip) -> None:
         self.chip, self.hit, self.text = chip, False, f"a command of {chip.name}"
 
     def begin(self) -> None:
-        """Watch for commands from now on."""
+        """Start to watch for commands."""
         self.hit = False
         if self.begun not in self.chip.on_command.listeners:
             self.chip.on_command.add(self.begun)
 
     def begun(self, text: str) -> None:
-        """Record the start of a command; "" is the end of one."""
+        """Record the start of a command; "" marks the end of a command."""
         if text:
             self.hit = True
             self.chip.on_command.remove(self.begun)
@@ -102,7 +102,7 @@ class CommandCondition(Condition):
 
 
 class FindingCondition(Condition):
-    """A finding is reported, of one chip or part or of any."""
+    """The condition that a finding is reported, by one chip or part or by any."""
 
     def __init__(self, bench: Bench, source: str) -> None:
         if source:
@@ -111,7 +111,7 @@ class FindingCondition(Condition):
         self.text = f"a finding of {source}" if source else "a finding"
 
     def begin(self) -> None:
-        """Watch for findings from now on."""
+        """Start to watch for findings."""
         self.hit = False
         if self.found not in self.bench.on_finding.listeners:
             self.bench.on_finding.add(self.found)
@@ -141,7 +141,7 @@ class FindingCondition(Condition):
 
 
 class RegisterCondition(Condition):
-    """A register takes a value, or changes."""
+    """The condition that a register takes a value, or changes."""
 
     def __init__(self, of: OneAxis, name: str, value: int | None) -> None:
         self.of, self.name, self.value = of, name, value
@@ -149,7 +149,7 @@ class RegisterCondition(Condition):
         self.text = f"{of.name}: {name} {'changes' if value is None else f'becomes {value}'}"
 
     def begin(self) -> None:
-        """Watch the register from now on."""
+        """Start to watch the register."""
         self.before = self.of.registers[self.name]
 
     def met(self) -> bool:
@@ -159,14 +159,14 @@ class RegisterCondition(Condition):
 
 
 class ArrivalCondition(Condition):
-    """An axis arrives at a position; if it is there already, it must leave first."""
+    """The condition that an axis arrives at a position; if it is there already, it must leave first."""
 
     def __init__(self, of: OneAxis, position: int) -> None:
         self.reaches, self.text = of.reaches(position), f"{of.name} at position {position}"
         self.left = False
 
     def begin(self) -> None:
-        """Watch the axis from now on."""
+        """Start to watch the axis."""
         self.left = not self.reaches.met()
 
     def met(self) -> bool:
@@ -177,5 +177,5 @@ class ArrivalCondition(Condition):
         return there and self.left
 
     def when(self) -> int | None:
-        """Return the instant of the arrival under the present promises (ps); None if they do not include it."""
+        """Return the instant of arrival according to the present promises (ps); None if they do not include it."""
         return self.reaches.when()

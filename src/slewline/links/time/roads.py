@@ -1,4 +1,4 @@
-"""A branch, and the connections to its ports, which relay bytes of hosts in both directions."""
+"""A branch, and the connections to its ports, which relay the bytes of hosts in both directions."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ AGAIN_S = 0.01  # delay after which a waiting host may send again
 
 @dataclass
 class Branch:
-    """A run that begins at an instant of another one."""
+    """A run that begins at an instant of another run."""
 
     number: int
     parent: int | None
     from_ps: int
     now_ps: int  # when it was last left
     journal: Path
-    shared: int  # bytes at the start of its journal that are common with the first run
+    shared: int  # bytes at the start of its journal that it shares with the first run
     shared_ps: int  # the instant up to which it equals the first run
     control: str = ""
     lines: dict[str, str] = field(default_factory=dict)
@@ -44,7 +44,7 @@ class Branch:
 
 
 class Road:
-    """A relay of a host's bytes to a line of a branch, and back, from `open` on.
+    """A relay of a host's bytes to a line of a branch, and back; it starts with `open`.
 
     Raises:
         OSError: the branch does not answer.
@@ -57,7 +57,7 @@ class Road:
         self.stream = SocketStream(loop, self.socket, self._take, lambda _why: None)
 
     def open(self) -> None:
-        """Start to relay bytes of the host."""
+        """Start to relay the bytes of the host."""
         self.line.detour = self
 
     def room(self) -> int:
@@ -68,7 +68,7 @@ class Road:
         return room
 
     def send(self, data: bytes) -> None:
-        """Send bytes of the host."""
+        """Send bytes from the host."""
         self.branch.touched = True
         self.stream.write(data)
 
@@ -81,7 +81,7 @@ class Road:
             self.line.host(data)
 
     def close(self) -> None:
-        """Close the connection; the host receives the output of the branch so far."""
+        """Close the connection; the host still receives the output of the branch so far."""
         if self.line.detour is self:
             self.line.detour = None
             with suppress(OSError):
@@ -92,7 +92,7 @@ class Road:
 
 
 def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
-    """Relay bytes of hosts to a branch, and no longer to the former one; return the new relays.
+    """Relay the bytes of hosts to a branch instead of the former one; return the new relays.
 
     Raises:
         OSError: the branch cannot be reached; the former relays still work.
@@ -117,7 +117,7 @@ def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Seque
 
 
 def connection(path: str) -> socket.socket:
-    """Return a connection to a port of a branch: a socket in a private folder of this user."""
+    """Return a connection to a port of a branch, which is a socket in a private folder of this user."""
     found = socket.socket(system.UNIX)
     try:
         found.settimeout(ANSWER_S)

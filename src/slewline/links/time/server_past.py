@@ -3,9 +3,9 @@
     past.at(t).rerun(inputs, now)       a shadow, in this process: another bench at the present, for `past.go_on`
     past.at(t).world(order, arrived)    a checkpoint, in a separate process: a second server at t, paused
 
-The drive of a motor needs the first one: the run that continues must be in this process, with inputs that came late.
-A debugger needs the second one: the present is kept, and any instant is reached quickly, however long the run was; it
-needs `fork`.  Only this file uses both; a bench without a server has the first one (`bench/past.py`).
+A motor drive needs the first method: the run that continues must be in this process, with inputs that came late.
+A debugger needs the second: the present is kept, and any instant is reached quickly, however long the run was; this
+method needs `fork`.  Only this file uses both; a bench without a server uses the first (`bench/past.py`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class ServedInstant(Instant):
-    """An instant of the past of a server (ps)."""
+    """An instant (ps) in the past of a server."""
 
     past: ServedPast
 
@@ -38,9 +38,9 @@ class ServedInstant(Instant):
         """Start a paused server at this instant, in a separate process.
 
         Args:
-            order: the data that it needs (`worlds.World`); the checkpoint is chosen here.
-            shared_ps, shared: the instant (ps) and byte up to which the journal of the order is that of the first run.
-            arrived: called with its address, or with an error.
+            order: the data that the server needs (`worlds.World`); the checkpoint is chosen here.
+            shared_ps, shared: the instant (ps) and the byte up to which the order's journal is that of the first run.
+            arrived: called with the server's address, or with an error.
 
         Returns:
             False if this instant is not recorded.
@@ -49,7 +49,7 @@ class ServedInstant(Instant):
 
 
 class ServedPast(Past):
-    """The past of a server; its hosts and clients continue with another bench without a break."""
+    """The past of a server; its hosts and clients continue on another bench without interruption."""
 
     def __init__(self, server: ServerFace) -> None:
         super().__init__(server.bench)
@@ -62,11 +62,11 @@ class ServedPast(Past):
 
     # --------------------------------------------------------------------------------------------------- preparations
     def begin(self) -> bool:
-        """Make checkpoints from now on, before any time has passed; return whether this system can."""
+        """Start to make checkpoints, before any time has passed; return whether this system can."""
         return self.checkpoints.begin()
 
     def look(self, worked_s: float) -> None:
-        """Make a checkpoint if one is due: called in every turn, with the work of the last turn."""
+        """Make a checkpoint if one is due; called in every turn, with the work done in the last turn."""
         self.checkpoints.look(worked_s)
 
     def close(self) -> None:
@@ -74,7 +74,7 @@ class ServedPast(Past):
         self.checkpoints.close()
 
     def remember(self) -> None:
-        """Start to record the data needed for the past: before the first shadow begins."""
+        """Start to record the data needed for the past, before the first shadow begins."""
         server = self.server
         for line in server.lines.values():
             line.outlet.remember(server.bench.now_ps)
@@ -89,7 +89,7 @@ class ServedPast(Past):
         return LineTaps(taps)
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows play on up to an instant, and discard data that hosts have received before it."""
+        """Let the shadows replay up to an instant, and discard data that hosts have received before it."""
         done = super().follow(to_ps, enough)
         if done:
             for line in self.server.lines.values():
@@ -106,13 +106,13 @@ class ServedPast(Past):
 
     # ----------------------------------------------------------------------------------------------------- the exchange
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
-        """Serve another bench from now on, at the same instant, with chips and parts of the same names.
+        """Start to serve another bench, which is at the same instant and has chips and parts of the same names.
 
-        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients continue on it.
+        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients continue on the new bench.
 
         Raises:
-            UsageError: it is at another instant, or lacks a chip or part; or another branch is shown.  Nothing has
-                changed.
+            UsageError: the bench is at another instant, or lacks a chip or part; or another branch is shown.  Nothing
+                has changed.
             OSError: a memory could not be written; nothing has changed.
         """
         server, old = self.server, self.server.bench
@@ -147,7 +147,7 @@ class ServedPast(Past):
         """Check that a bench can replace the served one.
 
         Raises:
-            UsageError: it is at another instant, or lacks a chip or part; or another branch is shown.
+            UsageError: the bench is at another instant, or lacks a chip or part; or another branch is shown.
         """
         old, shown = self.server.bench, self.server.branches.current
         if bench.now_ps != old.now_ps:

@@ -6,10 +6,10 @@
                                        |
     world                            fork --> plays the journal up to the instant --> serves, paused
 
-A running coroutine cannot be copied, a process can.  A checkpoint closes all inherited connections, so that no host
-depends on it, and waits for an order; for each it forks once more and is itself unchanged.  The copy plays the journal
-from there up to the requested instant, opens a control port and a port for each line, as sockets in a private folder of
-this user, and reports their addresses.  From then on it is a server like the first one.
+A running coroutine cannot be copied, but a process can.  A checkpoint closes all inherited connections, so that no host
+depends on it, and waits for an order; for each order it forks once more and is itself unchanged.  The copy replays the
+journal from there up to the requested instant, opens a control port and a port for each line, as sockets in a private
+folder of this user, and reports their addresses.  After that it is a server like the first one.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Data = dict[str, Any]
 
 
 def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
-    """Fork a checkpoint of a server; return its process and the socket for orders."""
+    """Fork a checkpoint of a server; return its process number and the socket for orders."""
     ours, theirs = socket.socketpair()
     process = cast("Callable[[], int]", system.FORK)()
     if process:
@@ -57,7 +57,7 @@ def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
 
 
 def let_go(kept: int) -> None:
-    """Close every descriptor but one, so that this process has no other connections."""
+    """Close every descriptor except one, so that this process has no other connections."""
     system.ignore(
         system.numbers("SIGINT", "SIGHUP", "SIGQUIT", "SIGUSR1")
     )  # a terminal sends them to all processes on it
@@ -84,7 +84,7 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
     worlds: dict[int, int] = {}  # branch number, by process
 
     def buried(process: int) -> None:
-        """Report a world that has ended, unless it had arrived before."""
+        """Report a world that has ended, unless it has already arrived."""
         if process in worlds:
             with suppress(OSError):  # the server has ended
                 send(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
@@ -125,17 +125,16 @@ class World:
     """A server in a copy of its process.
 
     Args:
-        order: `journal`, and `begin`, the byte at which it continues; `to`, the instant (ps); `copy`, the file of its
-            own
-            journal; `branch`, its number; `token` of its control port; `breakpoints`.
+        order: `journal`, and `begin`, the byte at which it continues; `to`, the instant (ps); `copy`, the file for the
+            world's own journal; `branch`, its number; `token` of its control port; `breakpoints`.
     """
 
     def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
         self.bench = server.bench
         self.inherited = server.past, server.branches, server.ports, server.loop  # connections of the server
-        self.known = False  # to the server that ordered it
-        self.lifeline: object = None  # its first connection
+        self.known = False  # whether the server that ordered this world knows it
+        self.lifeline: object = None  # the server's first connection
 
     def run(self) -> None:
         """Go to the instant, open the ports, report their addresses, and serve."""
@@ -154,7 +153,7 @@ class World:
             self.server.serve(self.deserted)
 
     def orphaned(self) -> None:
-        """End if the server that started this world has ended; once it has connected, its connection decides."""
+        """End if the server that started this world has ended; once that server connects, its connection decides."""
         if not any(control.clients for control in self.server.controls()):
             os._exit(0)
 
@@ -165,7 +164,7 @@ class World:
     def deserted(self) -> bool:
         """Return whether the server that started this world has disconnected.
 
-        Other clients may seem connected for longer: a disconnection is noticed only when a pending reply is sent.
+        Other clients may seem connected for longer: a disconnection is only noticed when a pending reply is sent.
         """
         clients = [client for control in self.server.controls() for client in control.clients]
         if self.lifeline is None and clients:

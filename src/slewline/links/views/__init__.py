@@ -1,4 +1,4 @@
-"""Views of a server: its state, dialogues, signals, findings on a terminal.
+"""Views of a server: its state, dialogues, signals, and findings on a terminal.
 
-The data of a web page or a terminal is made here, without the name of any part; a part contributes its `shows()`.
+The data for a web page or a terminal is made here, without naming any part; a part contributes its `shows()`.
 """

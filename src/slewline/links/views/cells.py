@@ -3,9 +3,9 @@
     window    |<------------------------------ an hour ------------------------------>|
     cells     |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   2^k ps each
 
-The past does not change, so cells are cached: a few points of a quantity, a character of a pin.  A cell is at most as
-wide as a column of the picture, and its edges are on a grid common to all windows: a rolling window only needs the
-newest cells.
+The past does not change, so cells are cached: a few points of a quantity, or a character for a pin.  A cell is at most
+as wide as a column of the picture, and cell edges are on a grid common to all windows, so a rolling window needs only
+the newest cells.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def width_of(start: int, stop: int, columns: int) -> int:
 
 
 class Cells(Generic[C]):
-    """Cells of all signals of a kind; the least recently used ones are dropped."""
+    """Cells of all signals of one kind; the least recently used cells are dropped."""
 
     def __init__(self) -> None:
         self.kept: OrderedDict[tuple[str, int, int], C] = OrderedDict()
@@ -44,7 +44,7 @@ class Cells(Generic[C]):
     def between(
         self, name: str, start: int, stop: int, exponent: int, work: Callable[[int, int], C]
     ) -> Iterator[tuple[int, C]]:
-        """Yield the start of each cell of a window (ps), and its content.
+        """Yield the start (ps) and the content of each cell of a window.
 
         Args:
             work: computes a cell between two instants, both included.
@@ -66,13 +66,13 @@ class Cells(Generic[C]):
 
 
 def points(quantity: Quantity, start: int, stop: int) -> Points:
-    """Return the points of a quantity in a column (ps); None is a break."""
+    """Return the points of a quantity in a column (ps); None marks a break."""
     times, values = quantity.outline(start, stop, 1)
     return times.tolist(), [None if isnan(value) else value for value in values.tolist()]
 
 
 def sign(recorder: Recorder, probe: Net | Terminal, start: int, stop: int, since: int) -> str:
-    """Return the character for a pin in a column (ps): its level, or that it has both."""
+    """Return the character for a pin in a column (ps): its level, or the sign that both levels occur."""
     first = max(start, since)
     if first > stop:
         return UNKNOWN

@@ -4,7 +4,7 @@ r"""Data sent by hosts and chips, with findings and events: entries with numbers
     13  0.017729 s  x_line  got      E1\r
     14  0.017729 s  x       finding  parity: ...
 
-A host of the bench sends whole commands; on a line of an outside host, characters come one by one, and share an entry
+A host on the bench sends whole commands; on the line of an outside host, characters come one by one, and share an entry
 up to a carriage return.  A chip with registers reports the command that it executes.
 """
 
@@ -33,25 +33,25 @@ Entry = dict[str, Any]
 
 
 class Dialogue:
-    """The entries of a bench, from now on.
+    """The dialogue entries of a bench, recorded from its creation.
 
     Args:
-        names: the name of the sender, by the name of the part on which a line ends.
+        names: the name of the sender, by the name of the part in which a line ends.
     """
 
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
         self.bench, self.kernel, self.names = bench, bench.kernel, names
         self.entries: deque[Entry] = deque(maxlen=KEPT)
-        self.number = 0  # of the next entry
-        self.touched = 0  # incremented by every change
+        self.number = 0  # number of the next entry
+        self.touched = 0  # count, incremented by every change
         self.grown: OrderedDict[int, Entry] = OrderedDict()  # entries that have grown, the last one at the end
-        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by sender
+        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # current entry, by sender
         for found in bench.findings:
             self.finding(found)
         self._listen(bench)
 
     def move(self, bench: Bench) -> None:
-        """Observe another bench from now on, and no longer this one."""
+        """Stop observing this bench, and observe another one."""
         self.bench.on_finding.remove(self.finding)
         self.bench.on_input.remove(self._input)
         self.bench, self.kernel = bench, bench.kernel
@@ -71,7 +71,7 @@ class Dialogue:
             chip.on_command.add(partial(self._command, chip.name) if registers else ignore)
 
     def add(self, who: str, kind: str, text: str, at: int | None = None, **more: Any) -> Entry:
-        """Add an entry, now or at an instant of the past (ps)."""
+        """Add an entry, at the present or at a past instant (ps)."""
         time = self.kernel.now if at is None else at
         entry: Entry = {"number": self.number, "time_ps": time, "who": who, "kind": kind, "text": text, **more}
         self.number += 1
@@ -81,12 +81,12 @@ class Dialogue:
         return entry
 
     def since(self, number: int) -> tuple[list[Entry], int]:
-        """Return the stored entries from a number on, and the number of entries already dropped."""
+        """Return the stored entries, starting with a number, and the number of entries already dropped."""
         first = self.number - len(self.entries)
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield changes since a count, newest first: entries from a number on, and entries that have grown."""
+        """Yield the changes since a count, newest first: entries from a number on, and entries that have grown."""
         for entry in islice(reversed(self.entries), self.number - number):
             yield plain(entry)
         before = takewhile(lambda entry: entry["touched"] > touched, reversed(self.grown.values()))
@@ -96,12 +96,12 @@ class Dialogue:
 
     # ----------------------------------------------------------------------------------------------------- listeners
     def finding(self, found: Finding) -> None:
-        """Add a finding; it ends the current entry, so that it is next to the byte that caused it."""
+        """Add a finding; it ends the current entry, so that it appears directly after the byte that caused it."""
         self.growing.clear()
         self.add(found.source, FINDING, found.text, found.time_ps, code=found.code)
 
     def _event(self, host: Host, text: str) -> None:
-        """Record a command of a host of the bench, and its answer."""
+        """Record a command from a host on the bench, and its answer."""
         who = host.chip.name
         sent, arrow, got = text.partition(" -> ")
         self.add(who, SENT, sent)

@@ -35,7 +35,7 @@ class Views:
         return found
 
     def pieces(self) -> Iterator[tuple[tuple[str, ...], Any]]:
-        """Yield the view piece by piece, each with its keys: a chip, a part, a number."""
+        """Yield the view piece by piece, each piece with its keys: a chip, a part, a number."""
         yield ("pace",), self.pace()
         for name, chip in self.bench.chips.items():
             yield ("chips", name), self.chip(chip)
@@ -92,7 +92,7 @@ def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def levels(owner: Chip | Part) -> dict[str, int | None]:
-    """Return the levels of the signal pins, by name; None: the pin floats."""
+    """Return the levels of the signal pins, by name; None if the pin floats."""
     return {name: pin.level for name, pin in owner.pins.items() if pin.row.in_out in ("in", "out", "both")}
 
 

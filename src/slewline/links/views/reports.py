@@ -1,7 +1,7 @@
 """Findings on a terminal: each cause once a minute, then the number of repetitions.
 
-Two findings have the same cause if they differ only in numbers and in the host's data, which is in quotes.  The number
-of causes per source and code is limited; the others are counted together.
+Two findings have the same cause if they differ only in numbers and in the host's data, which is quoted.  The number of
+causes per source and code is limited; all further causes are counted together.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def clause(text: str) -> str:
 
 
 class FindingReports:
-    """Reporter of findings: the first of a cause immediately, the others as a number after a minute."""
+    """The reporter of findings: the first finding of a cause immediately, repetitions as a number after a minute."""
 
     def __init__(self, loop: Loop, report: Callable[[str], object]) -> None:
         self.loop, self.report = loop, report
@@ -82,10 +82,10 @@ class FindingReports:
 
 
 class Lateness:
-    """Reporter of lag: once when virtual time cannot follow the wall clock, and once when it can again.
+    """The reporter of lag: once when virtual time cannot follow the wall clock, and once when it can again.
 
     Args:
-        rate: the requested virtual seconds per second.
+        rate: the requested rate, in virtual seconds per wall-clock second.
     """
 
     def __init__(self, lag: Lag, rate: float, report: Callable[[str], object]) -> None:

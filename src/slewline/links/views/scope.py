@@ -1,7 +1,7 @@
 """Signals in a window, reduced to the columns of a picture: an hour costs no more than a second.
 
-A pin with few edges is sent edge by edge; one with many as one character per column, each found by a single search in
-the log, however many edges the column has.  A long window is cached in cells (`cells.py`):
+A pin with few edges is sent edge by edge; a pin with many edges as one character per column, each found by a single
+search in the log, however many edges the column has.  A long window is cached in cells (`cells.py`):
 
     edges     _|‾|_|‾|_|‾|_|‾‾‾‾‾‾‾‾‾‾|___________
     columns   x    x    x    1    1    0    0
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     Probe = Net | Terminal
 
-FEW = 2  # edges per column, up to which each edge is sent
+FEW = 2  # number of edges per column up to which each edge is sent
 Data = dict[str, Any]
 
 
@@ -42,7 +42,7 @@ def plain(level: int) -> int | None:
 
 
 class Scope:
-    """History of the signals of a bench."""
+    """The history of the signals on a bench."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.recorder = bench, Recorder()
@@ -50,7 +50,7 @@ class Scope:
         self.signs: Cells[str] = Cells()
 
     def move(self, bench: Bench) -> None:
-        """Show the signals of another bench from now on."""
+        """Start to show the signals of another bench."""
         self.bench, self.recorder = bench, Recorder()
         self.points, self.signs = Cells(), Cells()
 
@@ -69,7 +69,7 @@ class Scope:
         return self.bench.quantities()
 
     def window(self, names: list[str], start: int, stop: int, columns: int) -> Iterator[Data | None]:
-        """Yield the history of each signal (ps) at the end; before that None, whenever other work may be done.
+        """Yield None whenever other work may be done, and at the end the history of each signal in the window (ps).
 
         A signal without a history there has an `error` instead.
         """
@@ -157,7 +157,7 @@ class Scope:
         """Return the first, or the last, instant (ps) of an event in a window; None if there is none.
 
         Raises:
-            UsageError: not a pin and its edge or level, nor a quantity, a value and its slope, nor a finding.
+            UsageError: not a pin with an edge or level, nor a quantity with a value and a slope, nor a finding.
             NotRecorded: the pin is not recorded.
         """
         if "level" in on:

@@ -59,12 +59,12 @@ def last(findings: list[Finding]) -> list[dict[str, Any]]:
 
 
 def axis_status(axis: OneAxis) -> dict[str, Any]:
-    """Return the state of an axis; for a chip as a whole, that of its first one."""
+    """Return the state of an axis; for a chip as a whole, the state of its first axis."""
     return {"position": axis.position, "registers": dict(axis.registers)}
 
 
 def line_status(line: HostLine) -> dict[str, Any]:
-    """Return the state of a line: the connected host, and the number of bytes transferred."""
+    """Return the state of a line: the host that is connected, and the number of bytes transferred."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
         "host": line.host_name or None,

@@ -1,7 +1,7 @@
 """The exchanges of a dialogue: data sent by a host up to an answer, and the answer, each with its times.
 
-Times are those on the line: a character written by a host is sent after the previous one, and takes the time of a
-character at this rate.
+Times are those on the line: a character written by a host is sent after the previous character, and takes one character
+time at this rate.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LF = b"\n"
 
 
 class TimedAnswer:
-    """Values derived from the times of an answer: the first base class."""
+    """A base class, listed first, with values derived from the times of an answer."""
 
     over_us: float
     first_us: float | None
@@ -26,21 +26,21 @@ class TimedAnswer:
 
     @property
     def delay_us(self) -> float | None:
-        """Time from the end of the last character sent to the first one received; None without an answer."""
+        """Time from the end of the last character sent to the first character received; None without an answer."""
         return None if self.first_us is None else self.first_us - self.over_us
 
     @property
     def duration_us(self) -> float:
-        """Time from the first character of the answer to the last one."""
+        """Time from the first to the last character of the answer."""
         return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
 @dataclass
 class RecordedExchange(TimedAnswer):
-    """Data sent, and data received until the next line was sent.
+    """Data sent, and data received before the next line was sent.
 
-    `at_us` is the time when the first character was written, `over_us` when the last one had been sent on the line;
-    `first_us` and `last_us` are the times of the first and the last character of the answer, if there was one.
+    `at_us` is the time when the first character was written, `over_us` the time when the last one had been sent on the
+    line; `first_us` and `last_us` are the times of the first and the last character of the answer, if there was one.
     """
 
     number: int
@@ -58,7 +58,7 @@ class RecordedExchange(TimedAnswer):
 
 
 def commands(speech: Speech, data: bytes) -> list[str]:
-    """Return the data sent as commands: without carriage returns, checksums and addresses, and without the wake-up."""
+    """Return the data sent as commands, without carriage returns, checksums and addresses, and without the wake-up."""
     found = []
     for line in re.split(b"[%b]" % speech.ends, data.removeprefix(speech.wake)):
         line = line.strip(LF)
@@ -73,9 +73,9 @@ def is_for(speech: Speech, data: bytes) -> bool:
 
 
 def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[RecordedExchange]:
-    """Return the exchanges of a dialogue with one module; data for others on its line is left out.
+    """Return the exchanges of a dialogue with one module; data for other modules on its line is left out.
 
-    A line that a host sends before the previous one is complete shares its exchange.
+    A line that a host sends before the previous line is complete shares its exchange.
     """
     found: list[RecordedExchange] = []
     character_us = speech.character_s * 1e6
@@ -102,19 +102,19 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line is sent before the previous one is complete on the line, and so before its answer."""
+    """Return whether a line is sent before the previous one has been transmitted, and so before its answer."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 
 def are_checked(entries: Iterable[DialogueEntry]) -> bool:
-    """Return whether every line that was sent ends in its checksum."""
+    """Return whether every line sent ends in its checksum."""
     sent = b"".join(entry.data for entry in entries if entry.speaker == "host")
     lines = [line for each in sent.split(CR)[:-1] if (line := each.lstrip(LF))]
     return bool(lines) and all(line[-1] == checksum(line[:-1], KEPT) for line in lines)
 
 
 def spread(entry: DialogueEntry) -> list[tuple[int, int]]:
-    """Return the characters of an entry with their times; those between the first and the last are equally spaced."""
+    """Return the characters of an entry with their times; all between the first and the last are equally spaced."""
     span, last = entry.last_us - entry.at_us, max(len(entry.data) - 1, 1)
     return [(entry.at_us + span * number // last, code) for number, code in enumerate(entry.data)]
 

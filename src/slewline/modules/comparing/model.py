@@ -31,7 +31,7 @@ PAUSE_PS = 10**12  # between power-up and the first character
 
 
 class ModelAdapter:
-    """The adapter of a model on a bus: lines of text in, and characters out, each at its rate.
+    """The adapter of a model on a bus: it takes lines of text and sends characters, each at its rate.
 
     Args:
         speech: the protocol of the part.
@@ -47,7 +47,7 @@ class ModelAdapter:
         self.write = self.line.feed
 
     def _record_sent(self, data: bytes) -> int:
-        """Pass on the output of the adapter; return 0: no character is dropped."""
+        """Pass on the output of the adapter; return 0, because no character is dropped."""
         for number, byte in enumerate(data):
             over_ps = self.kernel.now + number * self.character_ps
             self.on_character(Character(byte, False, False, over_ps, over_ps))
@@ -57,14 +57,14 @@ class ModelAdapter:
 class ModelLine:
     """The model of a part at the end of a line, a second after power-up.
 
-    `received` are the characters that it has sent, `found` its findings; both may be cleared.
+    `received` contains the characters that it has sent, `found` its findings; both may be cleared.
 
     Args:
-        header: its crystal and straps.
+        header: states its crystal and straps.
         speech: the protocol of the part.
         options: the options of the model.
-        memory: an image of the memory of the chip, in a file.
-        cls: the class of the chip; None: that of the part which the header names, unless it is code.
+        memory: a file with an image of the memory of the chip.
+        cls: the class of the chip; None: that of the part named by the header, which must not name code.
         shown: the bytes of the memory, if there is no file.
 
     Raises:
@@ -111,14 +111,14 @@ class ModelLine:
         self.kernel.run(max(ps, self.kernel.now))
 
     def wake(self) -> None:
-        """Send the characters that a module needs before its first command, if any, and wait for their end."""
+        """Send the characters, if any, that a module needs before its first command, and wait for their end."""
         if self.speech.wake:
             self.port.write(self.speech.wake)
             self.run(self.kernel.now + PAUSE_PS)
 
 
 def strapped(speech: Speech) -> dict[str, int]:
-    """Return the straps of a part for a protocol."""
+    """Return the straps that set a part to a protocol."""
     line = speech.sheet.channel(SerialLine)
     if line is None:
         return {}

@@ -1,6 +1,6 @@
 """Differences between a module and its model, in every answer and every delay of a dialogue.
 
-A delay differs if the difference exceeds a tolerance: a fixed part for the transfer of a character into a computer, and
+Delays differ if their difference exceeds a tolerance: a fixed part for the transfer of a character into a computer, and
 a fraction of the time for the clocks of both (docs/howto/proxy_and_compare.md has their sources).  An answer that
 depends on the instant of its query, such as the state of a motion, agrees if the model sends it within the tolerance of
 that instant.
@@ -34,7 +34,7 @@ Kind = Literal["answer", "listing", "delay", "duration"]
 
 
 class Tolerance(NamedTuple):
-    """Allowed difference of two times: a number of µs, and a fraction of them."""
+    """The allowed difference between two times: a number of µs, and a fraction of the times."""
 
     fixed_us: float
     share: float
@@ -48,7 +48,7 @@ class Tolerance(NamedTuple):
 
 
 def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:
-    """Return the tolerance of a computer with a USB adapter, at the rate of a line."""
+    """Return the tolerance for a computer with a USB adapter, at the rate of a line."""
     fixed_us = ADAPTER_US + SYSTEM_US + FIFO_CHARACTERS * speech.character_s * 1e6
     return Tolerance(round(fixed_us), RESONATOR if crystal_hz is None else CRYSTAL)
 
@@ -56,7 +56,7 @@ def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:
 class DialogueDifference(NamedTuple):
     """A difference between module and model.
 
-    `line` counts the lines of a listing from 1; for an answer of one line it is 0.  `module` and `model` are answers,
+    `line` counts the lines of a listing from 1; it is 0 for an answer of one line.  `module` and `model` are answers,
     or times in µs.
     """
 
@@ -90,10 +90,10 @@ class Differences:
     """The result of a comparison.
 
     `is_timed` is whether times are compared; `moments` counts answers that agree within the tolerance of the instant of
-    their query; `delays_us` are the delays of the module minus those of the model, of all answers that both have sent.
-    `deviations` are those of the module from the sheet, each with its exchanges; `from_before` are queries for values
-    that the module may hold since before the dialogue; `shown` counts the bytes of memory loaded into the model,
-    because the dialogue lists them.
+    their query; `delays_us` are the delays of the module minus those of the model, for all answers that both have sent.
+    `deviations` are the module's deviations from the sheet, each with its exchanges; `from_before` are queries for
+    values that the module may have held since before the dialogue; `shown` counts the bytes of memory loaded into the
+    model because the dialogue lists them.
     """
 
     part: str
@@ -167,7 +167,7 @@ class Differences:
 
 
 class DialogueComparison:
-    """Compares a dialogue with the model.
+    """A comparison of a dialogue with the model.
 
     Args:
         dialogue: the recorded dialogue.
@@ -176,7 +176,7 @@ class DialogueComparison:
         options: the options of the model.
         memory: an image of the memory of the chip; None: the bytes that the dialogue lists (`shown`).
         cls: the class of the chip, as for `ModelLine`.
-        progress: called at times with the number of the exchange.
+        progress: called from time to time with the number of the exchange.
 
     Raises:
         UsageError: the model does not have such straps, crystal or options.
@@ -219,14 +219,14 @@ class DialogueComparison:
         return found
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
-        """Return the answers of the model to the first `count` lines of the dialogue; the last one may be shifted."""
+        """Return the model's answers to the first `count` lines of the dialogue; the last line may be shifted."""
         replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
         replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the delay or the duration of an answer, if it differs; not for an adapter, which has its own times."""
+        """Return the delay or duration of an answer, if it differs; not for an adapter, whose times are its own."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:
             return []
@@ -244,7 +244,7 @@ class DialogueComparison:
 
     # -------------------------------------------------------------------------------------------------------- answers
     def _answer_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the lines of an answer that differ."""
+        """Return the answer lines that differ."""
         module, model = (
             data.decode("latin-1").replace("\r\n", "\r").removesuffix("\r").split("\r")
             for data in (exchange.answer, answer.answer)
@@ -273,7 +273,7 @@ class DialogueComparison:
             found.from_before.append(sent[-1])
 
     def _is_from_before(self, number: int, command: str) -> bool:
-        """Return whether a query is for a register that no line before it may have changed."""
+        """Return whether a query is for a register that no earlier line may have changed."""
         names = {register.letter for register in self.speech.sheet.registers}
         letter = command[-1:]
         row = self.speech.row(command)
@@ -283,7 +283,7 @@ class DialogueComparison:
         return not any(each.startswith(letter) or self.speech.moves(each) for each in before)
 
     def _at_another_moment(self, exchange: RecordedExchange) -> bool:
-        """Return whether the model answers as the module did if the query comes a little earlier or later."""
+        """Return whether the model answers like the module if the query comes a little earlier or later."""
         if not exchange.answer or self.asked_again >= LATER:
             return False
         self.asked_again += 1
@@ -292,7 +292,7 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time since a command that may have started a motion, since which a clock error accumulates."""
+        """Return the time since a command that may have started a motion; a clock error accumulates over this time."""
         before = [
             each.at_us
             for each in self.exchanges[: exchange.number]

@@ -1,4 +1,4 @@
-"""The repetition of a dialogue with a module: the same commands, with their pauses."""
+"""The repetition of a dialogue with a module: the same commands with the same pauses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Hazards(NamedTuple):
 
 
 def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
-    """Return the hazardous commands of a dialogue; a move that is certainly entered into a program is harmless."""
+    """Return the hazardous commands of a dialogue; a move that is certain to be entered into a program is harmless."""
     found, entering = Hazards([], []), False
     for exchange in exchanges:
         for command in commands(speech, exchange.sent):
@@ -45,10 +45,10 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
 
     Args:
         may_replace: the program of the module may be lost.
-        wait_s: the least time to wait for an answer.
+        wait_s: the minimum time to wait for an answer.
 
     Raises:
-        MotionRefused: a command may step the motor, and the module may not move; no command has been sent.
+        MotionRefused: a command may step the motor, which the module does not permit; no command has been sent.
         ReplacementRefused: a command replaces the program, which is not allowed; no command has been sent.
         NoAnswer: the line echoes.
         PortLost: the port is gone.

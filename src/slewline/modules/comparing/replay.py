@@ -1,8 +1,8 @@
 """The repetition of a dialogue with the model: the same lines at the same times, in virtual time.
 
 A line is sent at its time in the dialogue, but not before the answer to the previous line.  If the time of an answer
-of the model differs beyond the tolerance, all later lines are shifted by that: a difference is
-reported once, and not again with every following line.
+from the model differs by more than the tolerance, all later lines are shifted by the difference, so that a difference
+is reported once, not again for every following line.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LATE_US = 10_000_000  # longest wait for an answer of the model after the time o
 
 @dataclass(eq=False)
 class ModelAnswer(TimedAnswer):
-    """The answer of the model in an exchange; times in µs of the replay, as those of a `RecordedExchange`."""
+    """The model's answer in an exchange; times are in µs of the replay, like those of a `RecordedExchange`."""
 
     over_us: float = 0.0
     answer: bytes = b""
@@ -35,9 +35,9 @@ class ModelAnswer(TimedAnswer):
 
 
 class ModelReplay(ModelLine):
-    """The model of a part, to which a dialogue is sent; a new one for each replay.
+    """The model of a part to which a dialogue is sent; each replay needs a new one.
 
-    `progress` is called at times with the number of the exchange during a replay.
+    `progress` is called from time to time during a replay with the number of the exchange.
     """
 
     progress: Callable[[int], object] = staticmethod(lambda _number: None)
@@ -48,11 +48,11 @@ class ModelReplay(ModelLine):
         differs: Callable[[RecordedExchange, ModelAnswer], bool],
         shift_us: float = 0,
     ) -> list[ModelAnswer]:
-        """Send the lines of a dialogue, from its beginning; return the model's answer to each.
+        """Send the lines of a dialogue from its beginning; return the model's answer to each.
 
         Args:
-            differs: whether times differ so much that later lines are shifted.
-            shift_us: the delay of the last line against the dialogue; its answer may depend on it.
+            differs: returns whether times differ so much that later lines are shifted.
+            shift_us: the delay of the last line relative to the dialogue; its answer may depend on it.
         """
         answers: list[ModelAnswer] = []
         offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
@@ -85,7 +85,7 @@ class ModelReplay(ModelLine):
             self.port.write(data)
 
     def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
-        """Let time run until the answer has as many lines as that of the module."""
+        """Let time run until the answer has as many lines as the module's answer."""
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)

@@ -15,9 +15,9 @@ from .exchanges import RecordedExchange
 
 
 class ShownMemory:
-    """Tracker of a dialogue: the memory pointer, and bytes written and listed.
+    """A tracker of a dialogue: the memory pointer, and the bytes written and listed.
 
-    `image` has the bytes by their addresses.
+    `image` contains the bytes by address.
     """
 
     def __init__(self, speech: QuerySpeech) -> None:
@@ -53,7 +53,7 @@ class ShownMemory:
         return asked
 
     def came(self, lines: int, answer: bytes) -> None:
-        """Read lines of memory from an answer, in which they follow the pointer."""
+        """Read memory lines from an answer, which lists them after the pointer."""
         answer = answer.replace(b"\r\n", CR)
         found = re.search(rb"%b=([0-9]{5})\r" % self.pointer_form.encode("ascii"), answer)
         if not found or not lines:
@@ -68,7 +68,7 @@ class ShownMemory:
 
 
 def memory_of(exchanges: Iterable[RecordedExchange], speech: Speech) -> bytes:
-    """Return the memory of a module as a dialogue lists it, from address 0 on; empty if it lists no line."""
+    """Return the memory of a module as a dialogue lists it, starting at address 0; empty if it lists no line."""
     if not isinstance(speech, QuerySpeech):
         return b""
     shown = ShownMemory(speech)

@@ -1,1 +1,1 @@
-"""The program of a real module: read, sent, verified, saved in files."""
+"""The program of a real module: reading, sending, verifying, and saving it in files."""

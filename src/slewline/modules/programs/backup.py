@@ -1,6 +1,6 @@
-"""Files of a module: its content is saved before any other action, and a program only replaces a saved one.
+"""Files of a module: its content is saved before any other action, and only a saved program is ever replaced.
 
-A file is written completely or not at all, and none is replaced unless that is requested.
+A file is written completely or not at all, and no file is replaced unless that is requested.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ IMAGE = ".ihx"
 
 
 class Unfinished(ModuleFailure):
-    """An error in the middle of a task; the message has the present content of the module, and how to continue."""
+    """An error in the middle of a task; the message states the present content of the module, and how to continue."""
 
 
 # ---------------------------------------------------------------------------------------------------------------- pull
@@ -46,9 +46,8 @@ def pull(
     Args:
         path: a new file.
         base: the start of the program, in a memory with addresses.
-        recall: save also the program in the EEPROM, to a separate file; it replaces the one in RAM for a moment, which
-            is
-            then restored and verified.
+        recall: also save the program in the EEPROM, to a separate file; it briefly replaces the program in RAM, which
+            is then restored and verified.
         replace: the file may exist.
         report: called with progress messages.
 
@@ -69,7 +68,7 @@ def pull(
 
 
 def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Report) -> None:
-    """Save the program in the EEPROM, and restore the one in RAM."""
+    """Save the program in the EEPROM, and restore the program in RAM."""
     (row,) = contents.sheet.acting("recall")
     with _putting_back(module, contents, report) as restore:
         try:
@@ -84,7 +83,7 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Re
 
 @contextmanager
 def _putting_back(module: Module, contents: ModuleContents, report: Report) -> Iterator[Restore]:
-    """Restore the program of a module at the end, in any case; verify it by its listing."""
+    """Restore the program of a module at the end, in any case, and verify it by its listing."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
     restore = Restore(module, wanted, contents, report)
     began = ""
@@ -105,7 +104,7 @@ def _putting_back(module: Module, contents: ModuleContents, report: Report) -> I
 
 
 def _put_back(restore: Restore) -> None:
-    """Send a program, unless the module holds it; its content is unknown if it cannot be read."""
+    """Send a program, unless the module already holds it; its content is unknown if it cannot be read."""
     try:
         restore.contents = read_contents(restore.module)
     except PortLost:
@@ -122,10 +121,10 @@ def _why(failure: BaseException) -> str:
 
 
 def check_recall(sheet: Sheet, recall: bool) -> None:
-    """Check that a part stores a second program, if it is requested.
+    """Check that a part stores a second program, if that is requested.
 
     Raises:
-        UsageError: it does not.
+        UsageError: the part stores none.
     """
     if recall and not sheet.acting("recall"):
         raise UsageError(f"--eeprom: the {sheet.part.upper()} has one program, in its memory; leave it out")
@@ -148,15 +147,15 @@ def push(
 
     Args:
         path: the file with the program.
-        store: store it in the EEPROM.
+        store: store the program in the EEPROM.
         keep: the file for the old program; None: a new file next to `path`.
-        pace: seconds from one character to the next, for a memory with addresses.
+        pace: the seconds between two characters, for a memory with addresses.
         report: called with progress messages.
 
     Raises:
         UsageError: the old program cannot be saved, or the part has no command to store.
         MotionRefused: a command outside the program may step the motor.
-        Unfinished: the program was not sent completely, or not verified; the message has the content of the module.
+        Unfinished: the program was not sent completely, or not verified; the message describes the module's content.
         ModuleFailure: the module could not be read; no command was sent.
     """
     check_store(wanted.sheet, store)
@@ -186,10 +185,10 @@ def keep_before(
     """Save the content of a module before a push, unless it is the pushed program or a truncated beginning of it.
 
     Returns:
-        A text with the file of the old content; "" if it is the pushed program.
+        A text that names the file with the old content; "" if the content is the pushed program.
 
     Raises:
-        UsageError: it cannot be saved.
+        UsageError: the content cannot be saved.
     """
     if restore.is_there:
         report("it holds this program already")
@@ -201,7 +200,7 @@ def keep_before(
 
 
 def check_push(sheet: Sheet) -> None:
-    """Check that a program can be sent to a part, and verified.
+    """Check that a program can be sent to a part, and verified there.
 
     Raises:
         UsageError: it cannot.
@@ -235,7 +234,7 @@ def beside(path: str | PathLike[str], what: str) -> Path:
 
 
 def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
-    """Return a free name for a file next to another one, or the name of a file with the same text.
+    """Return an unused name for a file next to another one, or the name of a file with the same text.
 
     Args:
         same: the text.
@@ -256,10 +255,10 @@ def check_new(path: Path, replace: bool | None) -> None:
     """Check that a file does not exist, unless it may be replaced.
 
     Args:
-        replace: it may be replaced; None: there is no option for that.
+        replace: the file may be replaced; None: there is no option for that.
 
     Raises:
-        UsageError: it exists.
+        UsageError: the file exists.
     """
     if path.is_file() and not replace:
         remedy = "name a new file" + ", or give --replace" * (replace is not None)
@@ -267,10 +266,10 @@ def check_new(path: Path, replace: bool | None) -> None:
 
 
 def save(path: Path, contents: ModuleContents, report: Report) -> None:
-    """Write the content of a module to a file; add an image next to it, if the text cannot represent all of it.
+    """Write the content of a module to a file; add an image next to it if the text cannot represent all of it.
 
     Raises:
-        UsageError: it cannot be written.
+        UsageError: the file cannot be written.
     """
     with WholeFile(path, durable=True) as file:
         file.write(contents.text.encode("latin-1"))

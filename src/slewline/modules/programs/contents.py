@@ -1,4 +1,4 @@
-"""The content of a module, and how it is read: its program (readers.py), position and registers by queries."""
+"""The content of a module, and how it is read: its program (readers.py), and its position and registers by queries."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ModuleContents:
 
     Args:
         program: the instructions as text.
-        stored: the same, as the assembler stores them.
+        stored: the same instructions, as the assembler stores them.
         base: the start of the program.
         values: the answers to the queries of the sheet, by name.
         notes: notes for a reader of the program.
@@ -38,7 +38,7 @@ class ModuleContents:
 
     @property
     def text(self) -> str:
-        """Content as the text of a program, which `slewline asm` and `slewline push` take."""
+        """Content as a program text, which `slewline asm` and `slewline push` take."""
         sheet, settings = self.sheet, self._settings()
         head = [f"; {sheet.part}, as read by slewline pull"]
         head += [f"; {name} {value}" for name, value in self.values.items() if name not in settings]
@@ -56,7 +56,7 @@ class ModuleContents:
     def _settings(self) -> dict[str, tuple[Row, str]]:
         """Return the commands that set the values again, as text, by the names of the values.
 
-        A register may have a value that no command sets, as after power-up.
+        A register may hold a value that no command sets, as after power-up.
         """
         by_form = {row.form: row for row in self.sheet.commands if len(row.args) < 2 and not row.may_step}
         letters = {each.name: each.letter for each in self.sheet.registers}
@@ -92,7 +92,7 @@ class ModuleContents:
 
 
 def harmless_end(sheet: Sheet) -> Row | None:
-    """Return the command that ends program entry without other effects; None if each of them runs the program."""
+    """Return the command that ends program entry without other effects; None if every such command runs the program."""
     return next((row for row in reversed(sheet.leave) if not row.may_step), None)
 
 
@@ -100,13 +100,13 @@ def read_contents(module: Module, base: int | None = None, report: Report = lamb
     """Return the content of a module, which is not changed.
 
     Args:
-        base: the address to begin at, in a memory with addresses; None: its start.
-        report: called with a message for a long wait.
+        base: the address at which to begin, in a memory with addresses; None: its start.
+        report: called with a message if there is a long wait.
 
     Raises:
         UsageError: the memory of the part has no addresses.
-        RefusedCommand: it is busy, and stays so.
-        NoAnswer, DamagedAnswer, ListingDiffers, PortLost: it could not be read.
+        RefusedCommand: the module is busy, and remains so.
+        NoAnswer, DamagedAnswer, ListingDiffers, PortLost: the content could not be read.
     """
     if module.speech.busy is not None:
         module.wait_until_ready(SAVING_S)
@@ -117,7 +117,7 @@ def read_contents(module: Module, base: int | None = None, report: Report = lamb
 
 
 def _believed(module: Module, what: str) -> str:
-    """Return the answer to a query; if characters have no parity, one that comes twice in a row."""
+    """Return the answer to a query; if characters have no parity, only an answer that comes twice in a row."""
     value = module.value(what)
     if module.speech.shows_faults:
         return value

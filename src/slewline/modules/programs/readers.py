@@ -1,4 +1,4 @@
-"""Reading of a program: by its listing, line by line of a memory, or in the bytes of a buffer.
+"""Reading of a program: from its listing, line by line from a memory, or from the bytes of a buffer.
 
 It is read until two readings agree, because a line without checksums does not reveal every fault.
 """
@@ -40,12 +40,12 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
 
     Args:
         where: the object of the reading, for messages.
-        read: reads once; None: not the expected data.
+        read: reads once; returns None if the data is not the expected data.
         alone: returns whether a result needs no second reading.
 
     Raises:
         ListingDiffers: no two readings agree.
-        NoAnswer, DamagedAnswer: the last one failed.
+        NoAnswer, DamagedAnswer: the last reading failed.
     """
     failure: ModuleFailure = ListingDiffers(
         f"{where}: {READINGS} readings, of which no two agree; check the line for noise"
@@ -73,7 +73,7 @@ def came_twice(before: ModuleFailure | None, now: ModuleFailure) -> bool:
 
 
 def _check_base(sheet: Sheet, base: int | None) -> None:
-    """Check that no address is given if programs begin at 0."""
+    """Check that no address is given for a part whose programs begin at 0."""
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
 
@@ -110,10 +110,10 @@ def read_listing(module: Module, base: int | None = None, report: Report = lambd
 
 
 def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
-    """Return the program of a listing, whose last line is its end.
+    """Return the program in a listing, whose last line is its end.
 
     Raises:
-        DamagedAnswer: a line of it is not an instruction.
+        DamagedAnswer: one of its lines is not an instruction.
     """
     sheet = module.speech.sheet
     stored = b""
@@ -132,14 +132,14 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
 
 # -------------------------------------------------------------------------------------------------- lines of memory
 class ProgramReader:
-    """Reads a program instruction by instruction, as far as it can be executed."""
+    """A reader of a program, instruction by instruction, as far as it can be executed."""
 
     def __init__(self, module: Module, report: Report) -> None:
         self.module, self.report = module, report
         self.sheet = module.speech.sheet
 
     def program(self, base: int) -> ProgramReading:
-        """Return the instructions from an address on, up to the last one that can be executed."""
+        """Return the instructions from an address up to the last instruction that can be executed."""
         dialect = dialect_of(self.sheet)
         found: list[bytes] = []
         notes: tuple[str, ...] = ()
@@ -163,21 +163,21 @@ class ProgramReader:
         raise NotImplementedError
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return the target of a branch that ends at an address."""
+        """Return the target of a branch instruction that ends at an address."""
         raise NotImplementedError
 
     def written(self, data: bytes) -> str:
-        """Return an instruction as it is written."""
+        """Return an instruction in its written form."""
         raise NotImplementedError
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program continues where there is no instruction."""
+        """Return a note that the program continues at an address with no instruction."""
         shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
         return f"at {address} is {shown}, not an instruction: the rest was not read"
 
 
 class MemoryReader(ProgramReader):
-    """Reads a memory line by line, along its program.
+    """A reader of a memory, line by line, along its program.
 
     An erased memory has no lines: it would be read to its end, which takes a minute.
     """
@@ -188,7 +188,7 @@ class MemoryReader(ProgramReader):
         (self.pointer,) = self.sheet.acting("pointer")
 
     def written(self, data: bytes) -> str:
-        """Return an instruction as it is written: without its carriage return."""
+        """Return an instruction in its written form, without its carriage return."""
         return data[: -len(CR)].decode("latin-1")
 
     def target(self, value: int, row: Row, end: int) -> int:
@@ -209,16 +209,16 @@ class MemoryReader(ProgramReader):
         return data
 
     def line(self, address: int) -> bytes:
-        """Return a line of memory, on which two readings agree; empty if the memory is erased there.
+        """Return a memory line on which two readings agree; empty if the memory is erased there.
 
         Raises:
             ListingDiffers: no two readings agree.
-            NoAnswer, DamagedAnswer: the last one failed.
+            NoAnswer, DamagedAnswer: the last reading failed.
         """
         return agreed(f"{self.module.name}: address {address}", lambda: self.read(address), lambda line: not line)
 
     def read(self, address: int) -> bytes | None:
-        """Return a line of memory; empty: erased; None: the answer is for another address."""
+        """Return a memory line; empty if erased; None if the answer is for another address."""
         module = self.module
         module.ask(f"{self.pointer.form} {address}")
         answer = module.once(
@@ -236,7 +236,7 @@ class MemoryReader(ProgramReader):
 
 
 def _shows_erased(received: bytes) -> bool:
-    """Return whether the received beginning shows that the memory is erased, not a line."""
+    """Return whether the beginning of the received data shows that the memory is erased."""
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
@@ -244,7 +244,7 @@ def read_memory(module: Module, base: int | None = None, report: Report = lambda
     """Return the program in a memory with addresses, and restore the pointer.
 
     Args:
-        base: its start; None: 0.
+        base: the start of the program; None: 0.
     """
     reader = MemoryReader(module, report)
     what = next(name for name, (command, _) in module.speech.questions.items() if command[-1] == reader.pointer.form)
@@ -257,9 +257,9 @@ def read_memory(module: Module, base: int | None = None, report: Report = lambda
 
 # ------------------------------------------------------------------------------------------- first bytes of a buffer
 class BufferReader(ProgramReader):
-    """Reads a program from the bytes of a buffer; a part may report only the first ones.
+    """A reader of a program from the bytes of a buffer; a part may report only the first bytes.
 
-    A label of a program that has not run yet is stored as its letter, so the target of its branches is unknown.
+    A label in a program that has not run yet is stored as its letter, so the target of its branches is unknown.
     """
 
     def __init__(self, module: Module, report: Report, stored: bytes) -> None:
@@ -282,14 +282,14 @@ class BufferReader(ProgramReader):
         return text_at(data, 0, self.sheet)
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program continues where there is no instruction, or after the reported bytes."""
+        """Return a note that the program continues at an address with no instruction, or after the reported bytes."""
         if address + len(data) < len(self.stored):
             return super().stopped(address, data)
         given, room = len(self.stored), self.sheet.buffer_bytes
         return f"the program continues at {address}; the part reports only the first {given} of its {room} bytes"
 
     def whole(self) -> ProgramReading:
-        """Return the program, with notes on parts that the module does not report."""
+        """Return the program, with notes on the parts that the module does not report."""
         if not any(self.stored):
             return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part reports are 00: no program",))
         found = self.program(0)
@@ -309,7 +309,7 @@ def read_buffer(module: Module, base: int | None = None, report: Report = lambda
 
     Raises:
         ListingDiffers: no two readings agree.
-        NoAnswer, DamagedAnswer: the last one failed.
+        NoAnswer, DamagedAnswer: the last reading failed.
         UsageError: `base` is given.
     """
     _check_base(module.speech.sheet, base)

@@ -1,4 +1,4 @@
-"""A program text for a module, and the progress of sending it: `Restore.status` describes it in words."""
+"""A program text for a module, and the progress of sending it, which `Restore.status` describes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms un
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program text in the order of sending: a program, and the commands before and after it, which set registers."""
+    """A program text in the order of sending: a program, and the commands before and after it that set registers."""
 
     sheet: Sheet
     before: tuple[Statement, ...]
@@ -36,8 +36,8 @@ class ProgramText:
 
         Raises:
             ProgramError: the assembler does not take it.
-            UsageError: it has no program, or is a script for `slewline run`; a comment that looks like commands; or the
-                part stores no program.
+            UsageError: the text has no program, or is a script for `slewline run`; it has a comment that looks like
+                commands; or the part stores no program.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} stores no program")
@@ -64,7 +64,7 @@ class ProgramText:
         return cls(sheet, before, assembly.statements, after, assembly.stored, assembly.base)
 
     def check_motion(self, module: Module, where: str) -> None:
-        """Check that none of the commands outside the program may step the motor, unless that is allowed.
+        """Check that no command outside the program may step the motor, unless that is allowed.
 
         Raises:
             MotionRefused: one may; no command has been sent.
@@ -84,7 +84,7 @@ class Restore:
         wanted: the program.
         contents: the content of the module.
         report: called with progress messages.
-        pace: seconds from one character to the next, for a memory with addresses.
+        pace: the seconds between two characters, for a memory with addresses.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Restore:
 
     @property
     def is_there(self) -> bool:
-        """Whether the module holds the program already."""
+        """Whether the module already holds the program."""
         present, wanted = self.contents, self.wanted
         whole = present.stored == wanted.stored or not self.sheet.acting("list")
         same = present.base == wanted.base and whole and present.stored.startswith(wanted.stored)
@@ -116,7 +116,7 @@ class Restore:
         return present.base == wanted.base and bool(present.stored) and wanted.stored.startswith(present.stored)
 
     def set(self, statement: Statement) -> None:
-        """Send a command that is not part of the program; verify its value if there is a query for it."""
+        """Send a command that is not part of the program; verify its value if a query for it exists."""
         module, text = self.module, statement.text
         question = next((name for name in module.speech.questions if self._sets(statement, name)), None)
         for _ in range(ROUNDS):
@@ -135,8 +135,8 @@ class Restore:
         """Load the stored program into the module's RAM.
 
         Raises:
-            RefusedCommand: it stores none; the program in RAM is unchanged.
-            ModuleFailure: it is unknown which of the two is in RAM.
+            RefusedCommand: no program is stored; the program in RAM is unchanged.
+            ModuleFailure: it is unknown which of the two programs is in RAM.
         """
         (row,) = self.sheet.acting("recall")
         before = self.holds
@@ -152,8 +152,8 @@ class Restore:
         """Store the program in the EEPROM.
 
         Raises:
-            RefusedCommand: it could not be stored.
-            ModuleFailure: it is unknown whether it was.
+            RefusedCommand: the program could not be stored.
+            ModuleFailure: it is unknown whether the program was stored.
         """
         (row,) = self.sheet.acting("store")
         outcome = "it holds the program, verified"
@@ -164,7 +164,7 @@ class Restore:
         except (NoAnswer, DamagedAnswer) as failure:
             self.module.transcript.note(f"sent again: {failure}")
             self.module.wait_until_ready(STORED_S)
-            self.module.ask(row.form)  # the same program again
+            self.module.ask(row.form)  # store the same program again
         except RefusedCommand as refused:
             self.status = f"{outcome}; it was not stored ({refused.code}: {refused.description})"
             raise

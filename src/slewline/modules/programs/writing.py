@@ -1,4 +1,4 @@
-"""Writing of a program into a module, with verification by its listing; no command on the way may step the motor."""
+"""Writing of a program into a module, verified by its listing; no command sent in the process may step the motor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ QUIET_S = 0.4  # silence without an answer to a query: program entry is open
 
 # ---------------------------------------------------------------------------------------------------- entry by lines
 def write_listed(restore: Restore) -> None:
-    """Enter a program line by line; the listing shows whether a line without an answer was taken."""
+    """Enter a program line by line; the listing shows whether an unanswered line was accepted."""
     for left in reversed(range(ROUNDS)):
         try:
             _enter(restore)
@@ -63,7 +63,7 @@ def _enter(restore: Restore) -> None:
 
 
 def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
-    """Send a line; if its answer is lost, check in the listing whether it was taken, and send it again if not."""
+    """Send a line; if its answer is lost, check in the listing whether it was accepted, and if not, send it again."""
     for left in reversed(range(3)):
         try:
             restore.module.ask(text)
@@ -104,7 +104,7 @@ def _compare(restore: Restore) -> None:
 
 
 def _leave(restore: Restore) -> None:
-    """End program entry, if a command does so without a run."""
+    """End program entry, if a command can do so without a run."""
     sheet, module = restore.sheet, restore.module
     outcome = f"it holds the program, verified; {_kept(sheet)}"
     restore.status = f"{outcome}; program entry is open"
@@ -125,12 +125,12 @@ def _leave(restore: Restore) -> None:
 
 # ------------------------------------------------------------------------------------------------- into a memory
 class MemoryWriter:
-    """Writes a program into a memory with addresses, in groups that begin with an instruction that may step the motor.
+    """A writer of a program into a memory with addresses, in groups, each beginning where the motor may step.
 
-    If program entry were not open, the instructions would be executed.  So two queries are sent before such an
-    instruction: they are answered if entry is not open, and are stored if it is, over the end of the previous group,
-    which is written later: groups are written last to first.  Before the first group they go to the end of the memory,
-    if that is erased.
+    If program entry were not open, the instructions would be executed.  So two queries are sent before an instruction
+    that may step the motor.  If entry is not open, they are answered; if it is open, they are stored over the end of
+    the previous group, which is written later, because groups are written last to first.  Before the first group the
+    queries go to the end of the memory, if that is erased.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -141,10 +141,10 @@ class MemoryWriter:
         self.groups = _groups(self.wanted.program)
 
     def write(self) -> None:
-        """Write, and read back, until the whole program is stored.
+        """Write the program and read it back until the whole program is stored.
 
         Raises:
-            ListingDiffers: it cannot be stored.
+            ListingDiffers: the program cannot be stored.
             MotionRefused: the first instruction may step the motor, and there is no room for the queries before it.
         """
         whole = f"of {len(self.wanted.stored)} {units(self.sheet)} from {self.wanted.base} on"
@@ -168,13 +168,13 @@ class MemoryWriter:
         )
 
     def was_read(self, group: Sequence[Statement]) -> bool:
-        """Return whether instructions were in the memory before."""
+        """Return whether instructions were already in the memory."""
         present = self.restore.contents
         begin, end = group[0].address - present.base, group[-1].end - present.base
         return begin >= 0 and present.stored[begin:end] == b"".join(map(_bytes, group))
 
     def differing(self, missed: set[int]) -> set[int]:
-        """Return the numbers of the groups to write: missed or wrong ones, and groups that they overwrite.
+        """Return the numbers of the groups to write: missed or wrong groups, and groups that they overwrite.
 
         Missed groups are not read: they may be erased, which takes long to detect.
         """
@@ -189,7 +189,7 @@ class MemoryWriter:
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the numbers of groups, and of the groups that the queries before them overwrite."""
+        """Return the numbers of groups, including the groups that the queries before them overwrite."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)
@@ -201,7 +201,7 @@ class MemoryWriter:
         return group[0].row.may_step and not self.module.may_move
 
     def check_room(self) -> None:
-        """Check that the queries before the first group overwrite only an erased end of the memory."""
+        """Check that the queries before the first group would overwrite only an erased end of the memory."""
         first = self.groups[0][0]
         begin = (first.address - len(self.question)) % self.sheet.buffer_bytes
         at_end = begin > first.address
@@ -249,13 +249,13 @@ class MemoryWriter:
             self.put(_bytes(each))
 
     def put(self, data: bytes) -> None:
-        """Send characters, each after the previous one is stored."""
+        """Send characters, each after the previous one has been stored."""
         for byte in data:
             self.module.send(bytes([byte]))
             self.module.port.pause(self.restore.pace + self.module.speech.character_s)
 
     def end_entry(self) -> None:
-        """End program entry, until the module answers."""
+        """Try to end program entry until the module answers."""
         (leave,) = self.sheet.leave
         for left in reversed(range(ROUNDS)):
             self.put(leave.form.encode("ascii"))
@@ -294,7 +294,7 @@ def send(restore: Restore) -> None:
     """Send the commands before a program, the program, and the commands after it; verify them as far as possible.
 
     Raises:
-        ModuleFailure: `restore.status` describes the content of the module.
+        ModuleFailure: `restore.status` then describes the content of the module.
     """
     if restore.wanted.before:
         restore.status = f"some registers may be set already; {restore.holds}"

@@ -1,4 +1,4 @@
-"""The pane of a chip: the positions of its motors, its registers, and the levels of its pins, in the manual's names."""
+"""The pane of a chip: its motor positions, its registers, and the levels of its pins, under the manual's names."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class ChipPane(OfChip):
 
     # ------------------------------------------------------------------------------------------------------- one axis
     def of_chip(self, width: int) -> list[Content]:
-        """Return all rows of a chip with one motor."""
+        """Return all rows for a chip with one motor."""
         axis = self.state["axes"][0]
         rows = [line(width, *self.motion(axis, width))]
         rows += [line(width, (row, "$text-primary")) for row in self.curve(0, width)]
@@ -68,7 +68,7 @@ class ChipPane(OfChip):
         return rows
 
     def explained(self, axis: dict[str, Any], width: int) -> list[Content]:
-        """Return registers and pins one below the other, each with its description from the manual."""
+        """Return registers and pins one below another, each with its description from the manual."""
         rows = [line(width), line(width, ("registers", "bold $text-primary"))]
         sheet = self.sheet
         for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
@@ -82,7 +82,7 @@ class ChipPane(OfChip):
         return rows
 
     def motion(self, axis: dict[str, Any], width: int) -> list[Part]:
-        """Return position and velocity in a row."""
+        """Return a row with position and velocity."""
         value = f"{figure(axis['velocity'])} steps/s"
         position = f"position {axis['position']}"
         note = "moving" if axis["moving"] else "at rest"
@@ -99,13 +99,13 @@ class ChipPane(OfChip):
         return f"last {CURVE_PS // PS_PER_S} s{up_to}"
 
     def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
-        """Return the strip of velocity of an axis."""
+        """Return the velocity strip of an axis."""
         names = self.session.velocities(self.chip)
         values = self.session.curves.get(names[axis], []) if axis < len(names) else []
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
 
     def work(self, width: int) -> list[Content]:
-        """Return the command that the chip executes, and its wait."""
+        """Return the command that the chip is executing, and the condition for which it waits."""
         waiting = self.state.get("waiting") or ""
         current = self.session.row_at(self.chip)
         instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
@@ -119,7 +119,7 @@ class ChipPane(OfChip):
         return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting), *others]
 
     def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
-        """Return the registers: name, value, and the styles of both."""
+        """Return the registers: the name, the value, and the styles of both."""
         values = {**self.state["registers"], **axis.get("registers", {})}
         found = []
         for row in self.sheet["registers"]:
@@ -128,12 +128,12 @@ class ChipPane(OfChip):
         return found
 
     def shown(self) -> list[dict[str, Any]]:
-        """Return the pins to show: those with important roles, and user bits."""
+        """Return the pins to show: those with important roles, and the user bits."""
         pins = [pin for pin in self.sheet["pins"] if pin["role"] in SHOWN or (pin["way"] == "both" and not pin["role"])]
         return sorted(pins, key=lambda pin: SHOWN.index(pin["role"]) if pin["role"] in SHOWN else len(SHOWN))
 
     def levels(self, pins: list[dict[str, Any]]) -> list[tuple[str, str, str, str]]:
-        """Return pins and their levels: name, value, and the styles of both."""
+        """Return pins and their levels: the name, the value, and the styles of both."""
         found = []
         for pin in pins:
             level = self.state["levels"].get(pin["name"])
@@ -156,7 +156,7 @@ class ChipPane(OfChip):
 
     # ----------------------------------------------------------------------------------------------------- several axes
     def of_axes(self, width: int) -> list[Content]:
-        """Return all rows of a chip with several motors: a table with a column for each."""
+        """Return all rows for a chip with several motors: a table with a column for each motor."""
         axes = self.state["axes"]
         room = max((width - NAME) // len(axes), 4)
 
@@ -194,29 +194,29 @@ class ChipPane(OfChip):
 
 
 def peak(values: Sequence[float | None]) -> float:
-    """Return the greatest velocity, in either direction."""
+    """Return the highest velocity, in either direction."""
     return max((abs(value) for value in values if value is not None), default=0.0)
 
 
 def spoken(name: str) -> str:
-    """Return the name of a pin as the manuals write it."""
+    """Return a pin name as the manuals write it."""
     return name.upper().replace("_", " ")
 
 
 def active_style(pin: dict[str, Any], level: int | None) -> str:
-    """Return the style of a level: active levels are highlighted."""
+    """Return the style for a level: active levels are highlighted."""
     return "bold $text-success" if level is not None and level == pin.get("active") else DIM
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return the value of a part as text; the rows of a display unchanged."""
+    """Return a value of a part as text; display rows are unchanged."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
 
 
 def points_out(point: dict[str, Any]) -> str:
-    """Return a breakpoint other than on an instruction, in words."""
+    """Return a text for a breakpoint that is not on an instruction."""
     if "pin" in point:
         return f"{point['pin']} {'changes' if point['edge'] == 'any' else point['edge']}"
     if "finding" in point:

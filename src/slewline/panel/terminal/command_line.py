@@ -1,4 +1,4 @@
-"""The command line at the foot of the screen: history, completion, and a row of help."""
+"""The command line at the bottom of the screen: history, completion, and a row of help."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .session import DebugSession
 
 
 class Completion(Suggester):
-    """Completions of a line."""
+    """The completer of a line."""
 
     def __init__(self, session: DebugSession) -> None:
         super().__init__(use_cache=False, case_sensitive=True)
         self.session = session
 
     async def get_suggestion(self, value: str) -> str | None:
-        """Return the likeliest completion."""
+        """Return the most likely completion."""
         found = candidates(self.session, value) if value else []
         # keep the case of the typed beginning, r as well as R
         return next((each for each in found if each.startswith(value)), None)
@@ -38,7 +38,7 @@ class CommandLine(Input):
     ]
 
     class Left(Message):
-        """Message that the user has left the line without a command."""
+        """The message that the user has left the line without a command."""
 
     def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(suggester=Completion(session), compact=True, select_on_focus=False, **names)

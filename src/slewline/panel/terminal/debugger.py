@@ -1,6 +1,6 @@
 """The screen of the debugger: chips side by side, their programs, the conversation, and a command line.
 
-It uses only the control port, has no bench of its own, and never blocks the screen while it waits.
+It uses only the control port, has no bench of its own, and never blocks while it waits.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from .panes import Pane, ProgramPane, TalkPane
 from .session import DebugSession
 from .text_drawing import clock, line
 
-WIDE = 150  # columns from which on the conversation is next to the chips
-TALL = 34  # rows needed for this layout
-NARROW = 100  # columns up to which the first row has only the program name
-OWN = 256  # greatest program of a chip's own memory, bytes; an external one may have any content
+WIDE = 150  # minimum columns for the conversation next to the chips
+TALL = 34  # minimum rows for this layout
+NARROW = 100  # maximum columns at which the first row has only the program name
+OWN = 256  # largest program in a chip's own memory, bytes; external memory may have any content
 DRAWN_S = 1 / 15
 KEYS = (  # at the foot: key, label, action; the first ones remain on a narrow screen
     ("space", "go", "go"),
@@ -91,11 +91,11 @@ class Debugger(App[None]):
         self.session, self.named = session, name
         self.changed = True
         self.written: dict[str, str] = {}  # rows by position
-        self.failure: SlewlineError | None = None  # reason of the end, unless the user ended it
+        self.failure: SlewlineError | None = None  # reason why the session ended, unless the user ended it
 
     # ------------------------------------------------------------------------------------------------------ the screen
     def compose(self) -> ComposeResult:
-        """Make the widgets that do not depend on the chips; the others follow after the first reply."""
+        """Create the widgets that do not depend on the chips; the others follow after the first reply."""
         yield Static("", id="title")
         with Container(id="body"):
             yield Container(id="chips")
@@ -106,7 +106,7 @@ class Debugger(App[None]):
         yield Static("", id="keys")
 
     async def on_mount(self) -> None:
-        """Connect; from then on the screen follows the port."""
+        """Connect; the screen then follows the port."""
         self.theme = "textual-light" if light_background() else "textual-dark"
         try:
             await self.session.open()
@@ -137,11 +137,11 @@ class Debugger(App[None]):
         await self.session.close()
 
     def on_resize(self, event: Resize) -> None:
-        """Arrange the panes for another size."""
+        """Arrange the panes for a new size."""
         self.arrange(event.size.width, event.size.height)
 
     def arrange(self, width: int, height: int) -> None:
-        """Choose between a layout with one chip above the conversation, and one with everything side by side."""
+        """Choose between a layout with one chip above the conversation, and a layout with everything side by side."""
         self.set_class(width >= WIDE and height >= TALL, "wide")
         self.note()
 
@@ -150,7 +150,7 @@ class Debugger(App[None]):
         self.changed = True
 
     def draw(self) -> None:
-        """Draw changes."""
+        """Draw whatever has changed."""
         if not self.changed or not self.session.chips:
             return
         self.changed = False
@@ -182,7 +182,7 @@ class Debugger(App[None]):
             self.query_one(where, Static).update(text)
 
     def draw_foot(self) -> None:
-        """Draw the row of help, the prompt and the keys."""
+        """Draw the help row, the prompt and the keys."""
         session, width = self.session, self.size.width
         typed = self.query_one(CommandLine)
         explains = explained(session, typed.value) if typed.has_focus else ""
@@ -223,7 +223,7 @@ class Debugger(App[None]):
         self.perform(self.session.go() if is_paused else self.session.pause())
 
     def action_step(self, by: str) -> None:
-        """Run to the next event of a kind."""
+        """Run to the next event of a given kind."""
         self.perform(self.session.step(by))
 
     def action_shift(self, seconds: float) -> None:
@@ -251,13 +251,13 @@ class Debugger(App[None]):
             self.perform(self.session.to_address(pane.address))
 
     def program(self) -> ProgramPane | None:
-        """Return the program that the keys refer to: the one in focus, else that of the selected chip."""
+        """Return the program pane to which the keys apply: the one in focus, else that of the selected chip."""
         panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
         focused = [pane for pane in panes if pane.has_focus]
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
 
     def action_ask(self, verb: str) -> None:
-        """Start a line with a verb, whose value the user types."""
+        """Start a line with a verb whose value the user is to type."""
         given = self.session.last_edge if verb == "edge" else ""
         self.action_line(f":{verb} {given}")
 
@@ -285,7 +285,7 @@ class Debugger(App[None]):
         self.push_screen(HelpScreen(self.session))
 
     def action_dark(self) -> None:
-        """Switch between dark and light."""
+        """Switch between the dark and the light theme."""
         self.theme = "textual-light" if self.theme == "textual-dark" else "textual-dark"
 
     # ------------------------------------------------------------------------------------------------- the command line
@@ -312,7 +312,7 @@ class Debugger(App[None]):
             self.perform(obey(self.session, text))
 
     def on_command_line_left(self, _event: CommandLine.Left) -> None:
-        """Go back to the panes."""
+        """Return to the panes."""
         self.leave()
 
     def leave(self) -> None:
@@ -323,7 +323,7 @@ class Debugger(App[None]):
 
 
 def prompt(session: DebugSession) -> str:
-    """Return the prompt: the chip, and > for a command, or < for the next instruction of its program."""
+    """Return the prompt: the chip, followed by > for a command, or by < for the next instruction of its program."""
     chip = session.selected
     if not chip:
         return "> "
@@ -336,7 +336,7 @@ def prompt(session: DebugSession) -> str:
 
 
 def keys(width: int) -> Content:
-    """Return as many keys as there is room for."""
+    """Return as many key labels as there is room for."""
     parts: list[tuple[str, str]] = []
     used = 1
     for key, description, action in KEYS:

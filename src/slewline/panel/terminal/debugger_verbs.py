@@ -1,4 +1,4 @@
-"""The command line: a line for the debugger itself begins with a colon, any other line goes to the chip.
+"""The command line: a line that begins with a colon is for the debugger itself, any other line is sent to the chip.
 
 `R 100` goes to the selected chip, as a host would send it; `:break 7` is for the debugger.  `VERBS` has all verbs.
 """
@@ -40,7 +40,7 @@ def number(text: str, what: str) -> int:
 
 
 def instant(text: str) -> int:
-    """Return an instant, in picoseconds; a number alone is in seconds."""
+    """Return an instant in picoseconds; a number without a unit is in seconds."""
     return picoseconds(f"{text} s" if re.fullmatch(r"[0-9]*\.?[0-9]+", text) else text)
 
 
@@ -55,7 +55,7 @@ async def go(session: DebugSession, words: list[str]) -> None:
 
 
 def rate_of(text: str) -> float:
-    """Return a rate."""
+    """Return the rate given by a text."""
     try:
         found = float(text)
     except ValueError:
@@ -119,7 +119,7 @@ async def position(session: DebugSession, words: list[str]) -> None:
 
 
 async def put_break(session: DebugSession, words: list[str]) -> None:
-    """Set a breakpoint, or remove it."""
+    """Set or remove a breakpoint."""
     point = point_of(session, words)
     await session.toggle(point)
     listed = [row["address"] for row in session.listings.get(session.selected, ())]
@@ -132,7 +132,7 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
 
 
 def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
-    """Return the breakpoint that words describe."""
+    """Return the breakpoint described by words."""
     chip, first, rest = session.selected, words[0] if words else "", words[1:]
     if first == "finding":
         return {"finding": rest[0] if rest else ""}
@@ -185,7 +185,7 @@ async def release(session: DebugSession, words: list[str]) -> None:
 
 
 async def power(session: DebugSession, words: list[str]) -> None:
-    """Switch the supply."""
+    """Switch the supply on or off."""
     if words not in (["on"], ["off"]):
         raise UsageError(f"power{quoted(words)} expected on or off")
     await session.client.request("power", chip=session.selected, on=words == ["on"])
@@ -262,7 +262,7 @@ async def obey(session: DebugSession, text: str) -> None:
 
 
 def check_verb(session: DebugSession, text: str) -> None:
-    """Refuse to send a verb of the debugger that is not a command of the chip.
+    """Refuse to send a text that is a verb of the debugger and not a command of the chip.
 
     Raises:
         UsageError: the text is such a verb.
@@ -275,21 +275,21 @@ def check_verb(session: DebugSession, text: str) -> None:
 
 
 def only(start: str) -> Verb | None:
-    """Return the only verb with this beginning."""
+    """Return the only verb that begins with a text."""
     found = [verb for verb in VERBS if start and verb.name.startswith(start)]
     return found[0] if len(found) == 1 else None
 
 
 # ----------------------------------------------------------------------------------------------------------- completion
 def candidates(session: DebugSession, text: str) -> list[str]:
-    """Return completions of a line, the likeliest first."""
+    """Return completions of a line, the most likely first."""
     head, _, word = text.rpartition(" ")
     head += " " if head else ""
     return [head + each for each in words_at(session, text) if each.lower().startswith(word.lower()) and each != word]
 
 
 def words_at(session: DebugSession, text: str) -> Iterable[str]:
-    """Return possible words at the end of a line."""
+    """Return the words that are possible at the end of a line."""
     words = text.split(" ")
     if not text.startswith(":"):
         rows = session.sheets.get(session.selected, {}).get("commands", ())
@@ -317,7 +317,7 @@ def words_at(session: DebugSession, text: str) -> Iterable[str]:
 
 
 def explained(session: DebugSession, text: str) -> str:
-    """Return one row of help about the typed text: from the manual, or for a verb."""
+    """Return one row of help on the typed text, from the manual or about a verb."""
     if text.startswith(":"):
         name = text[1:].partition(" ")[0]
         verb = BY_NAME.get(name) or only(name)
@@ -329,7 +329,7 @@ def explained(session: DebugSession, text: str) -> str:
 
 
 def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
-    """Return the command of the sheet that a text begins with: the longest matching form."""
+    """Return the sheet's command with which a text begins: the longest matching form."""
     rows = session.sheets.get(session.selected, {}).get("commands", ())
     text = text.strip().split("$")[-1]
     best: dict[str, Any] | None = None

@@ -40,7 +40,7 @@ KEYS = (
 
 
 class HelpScreen(ModalScreen[None]):
-    """Complete help on one page."""
+    """The complete help on one page."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,q,question_mark,enter", "dismiss", show=False),
@@ -51,7 +51,7 @@ class HelpScreen(ModalScreen[None]):
         self.session = session
 
     def compose(self) -> ComposeResult:
-        """Make the page."""
+        """Compose the page."""
         with VerticalScroll(id="help") as scroll:
             scroll.border_title = "help"
             scroll.border_subtitle = "escape closes"
@@ -77,7 +77,7 @@ class HelpScreen(ModalScreen[None]):
 
 
 def entry(width: int, name: str, description: str) -> list[Part]:
-    """Return a name, and its description in rows next to it."""
+    """Return a name with its description in rows next to it."""
     first, *more = wrap(description, max(width - NAME - 3, 20)) or [""]
     rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
     return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]

@@ -1,4 +1,4 @@
-"""The common base of the three kinds of panes, and two of them: a stored program, and the conversation.
+"""The common base of the three kinds of panes, and two of these kinds: a stored program, and the conversation.
 
 A pane draws only its visible rows, so a program of 64K costs no more than one of ten bytes.
 """
@@ -59,13 +59,13 @@ class Pane(Widget, can_focus=True):
         return Content("\n").join(self.lines(width, height)[:height])
 
     def renew(self) -> None:
-        """Redraw the pane if its content has changed: a remote terminal needs time for every row."""
+        """Redraw the pane if its content has changed, because a remote terminal needs time for every row."""
         seen = self.look()
         if seen.plain != self.seen.plain or seen.spans != self.seen.spans:
             self.refresh()
 
     def entitle(self, title: str, subtitle: str = "") -> None:
-        """Write title and subtitle on the border."""
+        """Write a title and a subtitle on the border."""
         if (title, subtitle) != self.named:
             self.named = title, subtitle
             self.border_title, self.border_subtitle = title, subtitle
@@ -99,7 +99,7 @@ class Pane(Widget, can_focus=True):
 
 
 class OfChip(Pane):
-    """A pane of one chip; the first such pane shows the selected chip, the next one the chip after it."""
+    """A pane for one chip; the first such pane shows the selected chip, the next pane the chip after it."""
 
     def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, **names)
@@ -121,7 +121,7 @@ class OfChip(Pane):
 
 
 class ProgramPane(OfChip):
-    """The stored program: the current instruction, the selected row, breakpoints."""
+    """A stored program: the current instruction, the selected row, breakpoints."""
 
     def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, place, **names)
@@ -148,7 +148,7 @@ class ProgramPane(OfChip):
         self.refresh()
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the rows around the selected one, which follows the current instruction."""
+        """Return the rows around the selected row, which follows the current instruction."""
         chip, session = self.chip, self.session
         current = session.row_at(chip)
         if (chip, current, len(self.rows)) != self.followed:
@@ -183,7 +183,7 @@ class ProgramPane(OfChip):
 
 
 class TalkPane(Pane):
-    """The conversation: lines of the host, answers and commands of the chip, and findings."""
+    """The conversation: lines from the host, answers and commands of the chip, and findings."""
 
     def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(session, **names)
@@ -194,7 +194,7 @@ class TalkPane(Pane):
         self.rows_below = min(max(self.rows_below - rows, 0), max(len(self.session.entries) - 1, 0))
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the last entries, or earlier ones."""
+        """Return the latest entries, or earlier ones after scrolling."""
         entries = list(self.session.entries.values())
         stop = len(entries) - self.rows_below
         found: list[Content] = []
@@ -205,7 +205,7 @@ class TalkPane(Pane):
         return found[-height:]
 
     def drawn(self, width: int, entry: dict[str, Any]) -> list[Content]:
-        """Return an entry as rows: a finding is shown completely, any other entry in one row."""
+        """Return an entry as rows: a finding is shown in full, any other entry in one row."""
         kind = entry["kind"]
         style = STYLES.get(kind, "")
         names = [*self.session.chips, "host"]
@@ -220,7 +220,7 @@ class TalkPane(Pane):
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """Return a text in rows of this width."""
+    """Return a text wrapped into rows of this width."""
     from textwrap import wrap
 
     return wrap(text, width) or [""]

@@ -1,4 +1,4 @@
-"""The state of a bench as seen by a debugger through a control port, and its requests.
+"""The state of a bench as a debugger sees it through a control port, and the requests that it sends.
 
 This module is independent of the screen: `on_change` requests a redraw.
 """
@@ -18,7 +18,7 @@ from ...links.clients.control_client import ControlClient
 Data = dict[str, Any]
 EVERY = "50 ms"
 LIMIT = "3600 s"  # longest step or wait, in virtual time
-KEPT = 5000  # entries of the conversation
+KEPT = 5000  # stored entries of the conversation
 CURVE_PS = 2 * PS_PER_S  # time span of a velocity strip
 CURVE_COLUMNS = 240
 CURVE_EVERY_S = 0.2
@@ -109,7 +109,7 @@ class DebugSession:
         self.on_change()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
-        """Run a task in the background; show its errors."""
+        """Run a task in the background, and show its errors."""
         task = asyncio.get_running_loop().create_task(self.attempt(work))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -125,7 +125,7 @@ class DebugSession:
     # ------------------------------------------------------------------------------------------------------ the state
     @property
     def chips(self) -> Data:
-        """Chips of the view, by name."""
+        """Chips in the view, by name."""
         found: Data = self.client.view.get("chips", {})
         return found
 
@@ -142,7 +142,7 @@ class DebugSession:
 
     @property
     def now_ps(self) -> int:
-        """Present instant, in ps."""
+        """Present instant in ps."""
         return self.client.now_ps
 
     def chip_state(self, chip: str) -> Data:
@@ -168,7 +168,7 @@ class DebugSession:
         return {"chip": chip, "address": address} in self.breakpoints
 
     def pin_names(self) -> list[str]:
-        """Return the pins of all chips and parts, by their full names."""
+        """Return the full names of the pins of all chips and parts."""
         owners = {**self.chips, **self.client.view.get("parts", {})}
         found = {f"{owner}.{pin}" for owner, state in owners.items() for pin in state.get("levels", {})}
         return sorted(found | {f"{part}.{pin}" for part, row in self.parts.items() for pin in row.get("pins", ())})
@@ -189,7 +189,7 @@ class DebugSession:
         await self.client.request("pause")
 
     async def wait_for(self, doing: str, do: str, **keys: Any) -> None:
-        """Step, or wait for an event, one at a time; `doing` describes it."""
+        """Step, or wait for an event; only one wait at a time is possible, and `doing` describes it."""
         if self.doing:
             raise UsageError(f"busy: {self.doing}; the space bar ends it")
         self.doing, self.why, since = doing, "", self.now_ps
@@ -205,7 +205,7 @@ class DebugSession:
             self.on_change()
 
     async def step(self, by: str) -> None:
-        """Run to the next instruction, step of the motor, command or finding of the selected chip."""
+        """Run to the next instruction, motor step, command or finding of the selected chip."""
         await self.wait_for(f"next {by}", "step", chip=self.selected, by=by, timeout=LIMIT)
 
     async def to_edge(self, pin: str, edge: str = "any") -> None:
@@ -252,7 +252,7 @@ class DebugSession:
 
     # ---------------------------------------------------------------------------------------------------- breakpoints
     async def toggle(self, point: Data) -> None:
-        """Set a breakpoint, or remove it."""
+        """Set a breakpoint, or remove it if it is set."""
         without = [each for each in self.breakpoints if each != point]
         await self.put_breakpoints(without if len(without) < len(self.breakpoints) else [*without, point])
 
@@ -264,7 +264,7 @@ class DebugSession:
 
     # ---------------------------------------------------------------------------------------------------------- curves
     async def _draw_curves(self) -> None:
-        """Keep the velocity strips up to date, while time runs."""
+        """Keep the velocity strips up to date while time runs."""
         while self.client.open:
             if self.now_ps != self.drawn_ps and not self.doing:
                 now = self.now_ps
@@ -279,7 +279,7 @@ class DebugSession:
         start = max(now - CURVE_PS, 0)
         try:
             found = await self.client.request("window", signals=signals, start=start, stop=now, columns=CURVE_COLUMNS)
-        except UsageError:  # so early an instant is not stored, or there is no such signal
+        except UsageError:  # such an early instant is not stored, or there is no such signal
             self.curves = {}
             return
         for signal, curve in found["signals"].items():
@@ -288,12 +288,12 @@ class DebugSession:
         self.on_change()
 
     def velocities(self, chip: str) -> list[str]:
-        """Return the names of the velocities of a chip, axis by axis."""
+        """Return the velocity signal names of a chip, axis by axis."""
         return [name for name in self.quantities if re.match(rf"{re.escape(chip)}\W(.*\W)?velocity$", name)]
 
 
 def columns(curve: Data, start: int, stop: int) -> list[float | None]:
-    """Return the values of a quantity by columns of a window: for each column the value of greatest magnitude."""
+    """Return the values of a quantity in the columns of a window: for each column, the value of greatest magnitude."""
     width = max(stop - start, 1)
     found: list[float | None] = [None] * CURVE_COLUMNS
     times, values = curve["times_ps"], curve["values"]

@@ -20,20 +20,20 @@ def line(width: int, *parts: str | Part) -> Content:
 
 
 def pair(width: int, name: str, value: str, name_style: str = "", value_style: str = "") -> list[Part]:
-    """Return a name on the left and its value on the right, together of this width."""
+    """Return a name on the left and its value on the right, which together have this width."""
     room = max(width - len(value) - 1, 1)
     shown = name if len(name) <= room else f"{name[: room - 1]}…"
     return [(shown.ljust(room), name_style), (" ", ""), (value.rjust(width - room - 1), value_style)]
 
 
 def clock(ps: int) -> str:
-    """Return an instant in seconds, to the microsecond, with digits in groups of three."""
+    """Return an instant in seconds, with microsecond resolution, with its digits in groups of three."""
     whole, rest = divmod(ps // 10**6, 10**6)
     return f"{whole}.{rest // 1000:03} {rest % 1000:03} s"
 
 
 def stamp(ps: int) -> str:
-    """Return an instant for a column: seconds, down to the microsecond."""
+    """Return an instant for a column: in seconds, with microsecond resolution."""
     return f"{ps // PS_PER_S}.{ps % PS_PER_S // 10**6:06d}"
 
 
@@ -43,7 +43,7 @@ def figure(value: float) -> str:
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
-    """Return a curve as rows of braille, filled from below, two values per character; at rest it is a line."""
+    """Return a curve as rows of braille characters, filled from below, two values per character; a line at rest."""
     values = spread(values, width * 2)
     steps = height * 4 - 1
     heights = [0 if value is None else 1 + round(abs(value) / (top or 1) * steps) for value in values]
@@ -61,7 +61,7 @@ def strip(values: Sequence[float | None], width: int, height: int, top: float) -
 
 
 def spread(values: Sequence[float | None], count: int) -> list[float | None]:
-    """Return `count` values: of several for one position, the greatest."""
+    """Return `count` values; where several values share a position, the greatest."""
     if not values:
         return [None] * count
     found: list[float | None] = []
