@@ -271,7 +271,7 @@ def test_typed_words_stop_the_motor_and_let_it_continue(folder):
         driven.type("clear")
         driven.hears("slewline: the drive is not halted, so clear has no effect")
         driven.type("Halt")
-        driven.hears("slewline: 'halt'; there is: clear: go on")
+        driven.hears("slewline: 'halt'; allowed: clear: continue after a halt")
         with ModuleHost(where) as host:
             host.program(*SPEEDS, "g+")
             while driven.count() < 300:
@@ -313,7 +313,7 @@ def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allo
         assert driven.end() == 0
     with Slewline(*DRIVE, *words, "--strap", "rec=0", folder=folder) as driven:
         driven.ready()
-        driven.hears("gs_c200s: moved-by-itself: the chip began to move before a host had said anything")
+        driven.hears("gs_c200s: moved-by-itself: the chip began to move before any command of a host")
         driven.hears("--self-start")
         for _ in range(3):
             assert "board halted at 0" in driven.status()

@@ -9,9 +9,13 @@ import pytest
 
 import slewline
 from slewline import Bench
+from slewline.cli.version_line import is_compiled
+from slewline.core.time import kernel
 from slewline.core.wires import characters
 from slewline.core.wires.net import Driver
 from slewline.core.wires.waits import edge
+
+pytestmark = pytest.mark.skipif(is_compiled(kernel), reason="compiled callers call the compiled function")
 
 HandedOver = list[tuple[str, bool]]
 

@@ -127,7 +127,7 @@ class Slewline:
         while True:
             since = len(self.said)
             self.process.send_signal(signal.SIGUSR2)
-            if "goes on" in self.hears("the drive continues|in motion|is not halted", since=since)[0]:
+            if "continues" in self.hears("the drive continues|in motion|is not halted", since=since)[0]:
                 return
             assert time.monotonic() < limit, self.text
             time.sleep(0.1)
