@@ -258,7 +258,7 @@ def test_a_session_and_its_black_box(folder, enable, call):
 def test_without_a_black_box_nothing_is_left(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
-        assert "100 ms ahead" in driven.text and "black box" not in driven.text
+        assert "horizon 100 ms" in driven.text and "black box" not in driven.text
         assert driven.end() == 0
     assert not list(folder.iterdir())
 
@@ -277,7 +277,7 @@ def test_typed_words_stop_the_motor_and_let_it_continue(folder):
             while driven.count() < 300:
                 sleep(0.02)
             driven.type("stop")
-            driven.hears(r"gs_c200s: board-stopped: the host stops the motor by its way down")
+            driven.hears(r"gs_c200s: board-stopped: the host stops the motor by its stop ramp")
             driven.type("status")
             driven.hears(r"board halted at \d+ .*board-stopped")
             stood = driven.stands()

@@ -203,7 +203,7 @@ def test_a_supply_that_is_gone_stops_the_motor_and_its_count_is_lost(board, tmp_
         drive.hears("gs_c200s: board-silent: the board has not answered for 500 ms: check its cable and its supply")
         assert "board halted at " in drive.status()
         board.supply(True)
-        drive.hears("gs_c200s: board-reset: the board was reset, or lost its supply: its count and the position of the motor are lost")
+        drive.hears("gs_c200s: board-reset: the board was reset, or lost its supply: its count")
         assert "board unknown at ?, position unknown | " in drive.status()
         time.sleep(0.3)
         assert [len(life) for life in board.lives()][-2:] == [made, 0], "it moves by itself"
