@@ -18,7 +18,7 @@
 #define POLARITY_ENABLE_LOW 2 /* the driver is on while ENABLE is low */
 #define HOST 255 /* `which` of an event without an input as its cause */
 
-/* Kinds of frames: from the host to the board, and from 0x80 on back. */
+/* Kinds of frames: from the host to the board below 0x80, and from the board to the host at 0x80 and above. */
 #define FRAME_HELLO 1
 #define FRAME_PUSH 2
 #define FRAME_START 3
@@ -34,7 +34,7 @@
 #define FRAME_IDENT 129
 #define FRAME_EVENT 130
 
-/* Results of a frame; only a frame that is taken uses up its number. */
+/* Results of a frame; only a frame that is accepted uses up its number. */
 #define RESULT_TAKEN 0
 #define RESULT_DAMAGED 1
 #define RESULT_WRONG_NUMBER 2
@@ -43,7 +43,7 @@
 #define RESULT_BAD_CONTENT 5
 #define RESULT_LATE 6
 
-/* States of a board; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only. */
+/* States of a board; only RESET leaves HALT, and only CONFIG leaves BOOT, the state at power-up. */
 #define STATE_IDLE 0
 #define STATE_RUN 1
 #define STATE_BRAKE 2
@@ -64,7 +64,7 @@
 #define EVENT_BOOT 11
 #define EVENT_CHECKED 12
 
-/* Immediate reactions of a board when an input becomes active; the last two are added to STOP and BRAKE. */
+/* Immediate reactions of a board when an input becomes active; the last two are modifiers of STOP and BRAKE. */
 #define REFLEX_NONE 0
 #define REFLEX_STOP 1
 #define REFLEX_BRAKE 2
@@ -73,21 +73,21 @@
 #define REFLEX_UPWARDS 16
 #define REFLEX_DOWNWARDS 32
 
-/* Properties of the driver: ENABLE is connected, with a known level; the run is dry, so STEP has no edges. */
+/* Properties of the driver: ENABLE is connected, its active level known; the run is dry, so STEP has no edges. */
 #define DRIVER_ENABLE 1
 #define DRIVER_DRY 2
 
-/* Times at which a board switches the driver off by itself; at an emergency stop it always does. */
+/* Conditions under which a board switches the driver off by itself; at an emergency stop it always does. */
 #define OFF_NEVER 0
 #define OFF_HALT 1
 #define OFF_REST 2
 
-/* Flags of RESET: a position is given; it is that of the motor; the driver may be switched on again. */
+/* Flags of RESET: a position is given; it is the motor's position; the driver may be switched on again. */
 #define RESET_POSITION 1
 #define RESET_KNOWN 2
 #define RESET_POWER 4
 
-/* Flags of ANSWER for the driver. */
+/* Flags of ANSWER that describe the driver. */
 #define POWER_ENERGISED 1
 #define POWER_ESTOP 2
 #define POWER_UNSURE 4
