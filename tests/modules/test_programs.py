@@ -217,7 +217,7 @@ def test_ram_that_cannot_be_restored_is_in_its_file_and_that_is_reported(found, 
 
     x.port.write = cut
     with pytest.raises(
-        Unfinished, match=r"cable is gone\n.*was not restored.*answered: it holds 1 of 15 instructions; program"
+        Unfinished, match=r"cable is gone\n.*was not restored.*answers show: it holds 1 of 15 instructions; program"
     ):
         pull(x, tmp_path / "weld", recall=True)
     assert "\nW2\n" in (tmp_path / "weld").read_text()

@@ -28,7 +28,7 @@ def test_intervals_and_rates():
 
 
 def test_instants_must_ascend():
-    with pytest.raises(UsageError, match="number 2 is not after"):
+    with pytest.raises(UsageError, match="number 2 is not later than"):
         rates(at(1, 5, 5, 9))
 
 
