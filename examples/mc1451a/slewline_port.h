@@ -107,7 +107,7 @@ SLEWLINE_CALL int slewline_read(unsigned char *bytes, int number)
 SLEWLINE_CALL void slewline_write(const unsigned char *bytes, int number)
 {
     if (send(slewline_connection, (const char *)bytes, number, SLEWLINE_SEND) != number)
-        slewline_lost("the server has hung up");
+        slewline_lost("the server has closed the connection");
 }
 
 /* Send requests as one series; `on`: it depends on the one before. */
@@ -128,7 +128,7 @@ SLEWLINE_CALL unsigned char slewline_collect(void)
     int at, number = slewline_under_way;
 
     if (slewline_read(answers, number) != number)
-        slewline_lost("the server has hung up");
+        slewline_lost("the server has closed the connection");
     for (at = 0; at < number; at++)
         if (slewline_sent[2 * at] == SLEWLINE_POLL && !(answers[at] & 0x80))
             break;
@@ -225,7 +225,7 @@ SLEWLINE_CALL void slewline_greet(void)
     bytes[1] = 2;
     slewline_write(bytes, 2);
     if (slewline_read(bytes, 1) != 1)
-        slewline_lost("the server has hung up");
+        slewline_lost("the server has closed the connection");
     slewline_foresees = bytes[0] != 0xFF && (bytes[0] & 0x80) && (bytes[0] & 0x7F) >= 2;
     if (slewline_foresees && !at_exit)
         at_exit = atexit(slewline_close) == 0;
@@ -292,7 +292,7 @@ SLEWLINE_CALL unsigned char slewline_ask(unsigned request, unsigned value)
     bytes[1] = (unsigned char)value;
     slewline_write(bytes, 2);
     if (slewline_read(bytes, 1) != 1)
-        slewline_lost("the server has hung up");
+        slewline_lost("the server has closed the connection");
     return bytes[0];
 }
 
@@ -334,7 +334,7 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
         look[1] = 0;
         slewline_send_series(look, 1, 0);
         if (slewline_read(&status, 1) != 1)
-            slewline_lost("the server has hung up");
+            slewline_lost("the server has closed the connection");
         slewline_high = status >> 7;
         if (!(status & 0x80) || slewline_under_way == 1) {
             if (status & 0x80)

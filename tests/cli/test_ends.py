@@ -41,7 +41,7 @@ class Slow(World):
 ours, theirs = socket.socketpair()
 log = SimpleNamespace(file=None)
 nothing = dict.fromkeys(("bench", "past", "branches", "loop"))
-server = SimpleNamespace(**nothing, ports=(), tell=print, log=log, controls=lambda: [])
+server = SimpleNamespace(**nothing, ports=(), report=print, log=log, controls=lambda: [])
 if not os.fork():
     ours.close()
     Slow(server, {"branch": 1}, theirs).run()
