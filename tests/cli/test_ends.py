@@ -187,7 +187,7 @@ def test_a_panel_that_was_killed_is_started_again_once(tmp_path, attached):
             if attached:
                 assert x.process.wait(PATIENCE) == 0
             else:
-                x.until(lambda: "once more" in x.said("err"))
+                x.until(lambda: "is not restarted" in x.said("err"))
             assert "has ended (signal 9) again, and is not restarted; for a page, restart" in x.said("err")
             if not attached:
                 x.process.send_signal(signal.SIGINT)
