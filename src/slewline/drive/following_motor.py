@@ -110,7 +110,7 @@ class Following:
         self.state.kernel.outside.on_input.remove(self._input)
 
     def move(self, bench: Bench) -> None:
-        """Go on with a replacement bench, which is at the same instant and has a chip of the same name."""
+        """Continue with a replacement bench, which is at the same instant and has a chip of the same name."""
         self.detach()
         self.state.move(bench)
         self.path.move()

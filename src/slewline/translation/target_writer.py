@@ -1,7 +1,7 @@
 """The interface of a target: a writer for programs in its language, and a reader that proves the result.
 
 A writer goes through `program.lines` in order and returns lines of its own, each with its source line; comments stay
-next to the same code.  What cannot be written is reported as a `LineVerdict` with the target's limit and advice to
+next to the same code.  A part that cannot be written is reported as a `LineVerdict` with the target's limit and advice to
 the user, and as a comment at that line of the result.  `translate` adds the warning at the head, and the report.
 """
 

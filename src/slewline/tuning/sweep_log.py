@@ -35,7 +35,7 @@ def digest(task: Mapping[str, Any]) -> str:
 
 
 def interrupted(log: Log | None, here: int, most: int | None) -> str:
-    """Return the message for an interrupted search: what has been kept, and how to resume.
+    """Return the message for an interrupted search: the number of kept runs, and how to resume.
 
     Args:
         here: the number of runs judged since the start.

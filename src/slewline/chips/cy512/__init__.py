@@ -1,1 +1,1 @@
-"""The CY512: what it adds to the family, and where it differs from its sister chips."""
+"""The CY512: its additions to the family, and where it differs from its sister chips."""

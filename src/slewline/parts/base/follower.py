@@ -40,7 +40,7 @@ class Follower:
     Args:
         part: the part, with its pins.
         inputs: the names of the input pins.
-        schedule: a function that promises the outputs anew from this instant, for the present inputs.
+        schedule: a function that promises the outputs again from this instant, for the present inputs.
         react: a function that drives the outputs to levels, for a part in a loop, when an input has changed.
         cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
         delay_ps: the delay from the inputs to the outputs, ps.

@@ -1,7 +1,7 @@
 """The far end of a serial line: its board's rate, format and addresses, and whether they match this end.
 
 A connector checks each pair of settings once, before it sends characters with them, so a line on which both ends
-agree costs no time.  A mismatch is a finding of the connector, regardless of what is between the two ends.
+agree costs no time.  A mismatch is a finding of the connector, regardless of the parts between the two ends.
 """
 
 from __future__ import annotations

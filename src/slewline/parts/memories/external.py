@@ -41,7 +41,7 @@ class BusInterface:
 
     Args:
         part: the part, to which the pins are added.
-        selects: a description of what a low `select` does.
+        selects: a description of the effect of a low `select`.
         read: returns the byte at the address, 0 to 255; None: no byte at this address, and the bus floats.
         write: receives a byte for the address; None: the part cannot be written.
         on_latch: called when `ale` has changed; a falling edge of `ale` has latched the low byte of an address.

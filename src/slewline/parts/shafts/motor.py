@@ -110,7 +110,7 @@ def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
 
 
 class Translator(Part):
-    """A translator and its motor: a falling edge of PULSE makes a step in the direction of DIRECTION (CY525 fig. 10.4).
+    """A translator and its motor: a falling edge of PULSE is a step in the direction of DIRECTION (CY525 fig. 10.4).
 
     It sees only these two lines, so a PULSE that the commands O 128 to 255 output for a phase latch also counts as a
     step.  Parts on its `shaft`, such as an encoder, switches or a gear, turn with it.

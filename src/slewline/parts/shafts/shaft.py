@@ -82,7 +82,7 @@ class Shaft:
         self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
-        """Make a step at an instant (ps), not earlier than the last `cut`."""
+        """Step at an instant (ps), not earlier than the last `cut`."""
         self.cut(ps - 1)
         self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)

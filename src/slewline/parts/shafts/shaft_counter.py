@@ -6,7 +6,7 @@
 A `CountScale` assigns an integer to each position of a shaft: counts per step, for an encoder, or the number of
 bounds at or below the position, for a switch.  For a motion of the shaft, a `Counter` returns the count at an
 instant, the next change of the count, and its past changes; the levels on wires are in shown.py.  Neither has a
-state, and neither makes a step an event.
+state, and in neither is a step an event.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """A host's port on one chipset: drivers on its host port, and what is known of the current axis.
+    """A host's port on one chipset: drivers on its host port, and the known state of the current axis.
 
     Args:
         queue: the host's request queue; the port is used within its requests.
