@@ -1,8 +1,8 @@
 """The interface of a target: a writer for programs in its language, and a reader that proves the result.
 
 A writer goes through `program.lines` in order and returns lines of its own, each with its source line; comments stay
-next to the same code.  A part that cannot be written is reported as a `LineVerdict` with the target's limit and advice to
-the user, and as a comment at that line of the result.  `translate` adds the warning at the head, and the report.
+next to the same code.  A part that cannot be written is reported as a `LineVerdict` with the target's limit and advice
+to the user, and as a comment at that line of the result.  `translate` adds the warning at the head, and the report.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Shadow registers: the knowledge of a host of a part from the bytes it has sent, such as the mode register.
+"""Shadow registers: the knowledge that a host has of a part from the bytes it has sent, such as the mode register.
 
 A part that stores its program unchanged has no pin that shows its mode, so the host keeps track of it.  A host does
 not see the commands of another program on the part's other side, nor the effects of a stored program.
