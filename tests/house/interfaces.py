@@ -69,16 +69,16 @@ def options() -> Iterator[str]:
         yield from (f"option {kind} {option.name}" for option in part_class(kind).options)
 
 
-def commands(command: click.Command, path: str) -> Iterator[str]:
+def commands(command: click.Command, path: str, above: click.Context | None = None) -> Iterator[str]:
     """Yield a command, its arguments and options, and those of commands below it."""
-    context = click.Context(command)
+    context = click.Context(command, parent=above, **command.context_settings)
     for parameter in command.get_params(context):
         yield f"command {path} {' '.join(sorted([*parameter.opts, *parameter.secondary_opts]))}"
     if isinstance(command, click.Group):
         for name in command.list_commands(context):
             yield f"command {path} {name}"
             if (below := command.get_command(context, name)) is not None:
-                yield from commands(below, f"{path} {name}")
+                yield from commands(below, f"{path} {name}", context)
 
 
 def codes() -> Iterator[str]:
