@@ -342,6 +342,7 @@ class Program:
         assumed: the assumptions about facts missing in the text.
         wiring: the pins of the source, by their purpose: "step", "direction", "output1", "input1" ...
         half_steps: whether a step of the source is a motor half step, after some command or by an option.
+        interrupted: whether the surroundings may end a motion early, as limit switches do.
     """
 
     part: str
@@ -350,6 +351,7 @@ class Program:
     assumed: tuple[Assumed, ...] = ()
     wiring: Mapping[str, str] = field(default_factory=dict)
     half_steps: bool = False
+    interrupted: bool = False
 
     @property
     def actions(self) -> Iterator[Action]:

@@ -33,7 +33,9 @@ WIRES = (
 )
 
 
-def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | None = None) -> Program:
+def read_program(
+    text: str, part: str, where: str = "<text>", crystal_hz: int | None = None, interrupted: bool = False
+) -> Program:
     """Return the effect of a program.
 
     Args:
@@ -41,6 +43,7 @@ def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | 
         part: the part that the program is for.
         where: the name of the text in messages.
         crystal_hz: the crystal of the part, Hz; None: its usual crystal.
+        interrupted: whether the surroundings may end a motion early, as limit switches do.
 
     Raises:
         RefusedProgram: the part does not accept some lines; all of them are in `.problems`.
@@ -58,14 +61,17 @@ def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | 
     )
     if errors:
         raise RefusedProgram(errors, text, where)
-    return ActionReader(text, source, part, where, crystal_hz).program()
+    return ActionReader(text, source, part, where, crystal_hz, interrupted).program()
 
 
 class ActionReader:
     """Converts the statements of a text to actions."""
 
-    def __init__(self, text: str, source: Source, part: str, where: str, crystal_hz: int | None) -> None:
+    def __init__(
+        self, text: str, source: Source, part: str, where: str, crystal_hz: int | None, interrupted: bool
+    ) -> None:
         self.text, self.source, self.sheet, self.where = text, source, source.sheet, where
+        self.interrupted = interrupted
         self.hz = crystal_hz or self.sheet.crystal_hz
         self.stated = crystal_hz is not None
         profiles = profiles_of(part, self.hz)
@@ -74,7 +80,7 @@ class ActionReader:
             source,
             self.hz,
             profiles,
-            KnownRegisterValues(source, None if profiles is None else profiles.calculator, {}),
+            KnownRegisterValues(source, None if profiles is None else profiles.calculator, {}, interrupted),
             self.bits,
         )
 
@@ -107,7 +113,8 @@ class ActionReader:
             code, mark, comment = line.partition(";")
             lines.append(Line(number, code.strip(), comment.strip() if mark else "", tuple(actions.get(number, ()))))
         half = any(statement.row.role == "half_steps" for statement in self.source.statements)
-        return Program(self.sheet.part, self.where, tuple(lines), tuple(self.assumed()), self.wiring(), half)
+        assumed, wiring = tuple(self.assumed()), self.wiring()
+        return Program(self.sheet.part, self.where, tuple(lines), assumed, wiring, half, self.interrupted)
 
     # ----------------------------------------------------------------------------------------------------- assumptions
     def assumed(self) -> Iterable[Assumed]:

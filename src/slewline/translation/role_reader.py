@@ -40,8 +40,8 @@ from .meaning import (
     WaitInput,
 )
 from .profiles import Profiles
-from .source_registers import UNKNOWN, Key, KnownRegisterValues, start_of, takes_part
-from .special_commands import AT_THE_START, NEEDLESS, REMEDIES
+from .source_registers import STOPS, UNKNOWN, Key, KnownRegisterValues, start_of, takes_part, waits_for_update
+from .special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, REMEDIES
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
 RegisterValues = Mapping[Key, int]
@@ -135,7 +135,11 @@ class RoleReader:
 
     def on_update(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
         """Yield the actions that start the motions set up before."""
-        position = before.get((int(str(common["axis"])), "target"))
+        axis = int(str(common["axis"]))
+        if (axis, "stop") in before:
+            yield Stop(ramped=STOPS[before[axis, "stop"]] == "brake", **common)  # type: ignore[arg-type]
+            return
+        position = before.get((axis, "target"))
         yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_goto(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
@@ -317,13 +321,14 @@ class RoleReader:
     def other(self, statement: Statement, common: Common) -> Iterable[Action]:
         """Yield the action of a command whose role is not common to all parts."""
         row = statement.row
-        if row.at_once:
+        if row.at_once and not waits_for_update(row):
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
         elif row.form.startswith("GET_"):
             yield Query(**common)  # type: ignore[arg-type]
         else:
             remedy = REMEDIES.get(row.form, "")
-            yield Special(description=row.description, needless=NEEDLESS.get(row.role, ""), remedy=remedy, **common)  # type: ignore[arg-type]
+            needless = AT_THE_UPDATE if row.at_once else NEEDLESS.get(row.role, "")
+            yield Special(description=row.description, needless=needless, remedy=remedy, **common)  # type: ignore[arg-type]
             if row.form == "MULTI_UPDATE":
                 yield from self._updates(statement, common)
 

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping
 from ..core.datasheet.table import Row, Sheet
 from ..language.lint import explored
 from ..language.ramp_answers import Calculator
-from ..language.statements import Block, Source, Statement
+from ..language.statements import Block, Directive, Source, Statement
+from .host_directives import ends_motion
 
 Key = tuple[int, str]  # axis (0: the whole part), name
 State = frozenset[tuple[Key, int]]
@@ -20,14 +21,17 @@ State = frozenset[tuple[Key, int]]
 SWITCHES = "#"  # in place of a number
 INTERRUPTING = "SET_I"  # selects an axis that the text does not show
 UNKNOWN = 0  # axis
+STOPS = ("stop", "brake")  # of a command that acts at the next update
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
 class KnownRegisterValues:
     """The known register values of a program, before and after each of its statements."""
 
-    def __init__(self, source: Source, calculator: Calculator | None, preset: Mapping[str, int | str]) -> None:
-        self.source, self.sheet = source, source.sheet
+    def __init__(
+        self, source: Source, calculator: Calculator | None, preset: Mapping[str, int | str], interrupted: bool = False
+    ) -> None:
+        self.source, self.sheet, self.interrupted = source, source.sheet, interrupted
         self.parameters = {each.name for each in calculator.quantities} if calculator is not None else set()
         self.preset = preset
         self._seen: dict[int, set[State]] = {}
@@ -69,7 +73,11 @@ class KnownRegisterValues:
             self._seen.setdefault(id(statement), set()).add(state)
             return self._step(statement, state)
 
-        for statement in self.source.statements:
+        for statement in self.source.items:
+            if isinstance(statement, Directive):
+                if ends_motion(statement.text, self.sheet):
+                    states = list(dict.fromkeys(map(nowhere, states)))
+                continue
             if statement.block >= 0:
                 continue
             row = statement.row
@@ -110,16 +118,18 @@ class KnownRegisterValues:
             return self.initial()
         else:
             self._moved(row, value, axis, state)
-        if row.stored and row.flow != "n" and statement.block >= 0:
-            state = {
-                key: number for key, number in state.items() if key[1] != "position"
-            }  # a repeated section moves again
-        return frozenset(state.items())
+        if row.stored and row.flow != "n" and statement.block >= 0:  # a repeated section moves again
+            return nowhere(state.items())
+        return nowhere(state.items()) if self.interrupted and row.motion else frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
         """Apply the effect of a command to the position, and to the settings that a motion consumes."""
         here, place = state.get((axis, "position")), (axis, "position")
-        if row.role == "preset":
+        if waits_for_update(row):
+            state[axis, "stop"] = STOPS.index(row.at_once)
+        elif row.at_once or (row.role == "update" and state.pop((axis, "stop"), None) is not None):
+            state.pop(place, None)
+        elif row.role == "preset":
             state[place] = value
         elif row.role == "home" or (row.role == "clear" and value & 1):
             state[place] = 0
@@ -150,9 +160,19 @@ class KnownRegisterValues:
         state[axis, "position"] = position
 
 
+def nowhere(state: Iterable[tuple[Key, int]]) -> State:
+    """Return the registers without the positions."""
+    return frozenset((key, number) for key, number in state if key[1] != "position")
+
+
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:
     """Return whether a command sets a ramp parameter."""
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
+
+
+def waits_for_update(row: Row) -> bool:
+    """Return whether a command stops a motion, but not before the next update."""
+    return bool(row.at_once) and getattr(row, "buffered", False)
 
 
 def runs(row: Row, statement: Statement, block: Block) -> bool:

@@ -13,6 +13,7 @@ REMEDIES = {  # by the form of the command
     "SET_PRFL_VEL": "move to positions with SET_PRFL_TRAP, if the motion has an end",
     "SET_PRFL_GEAR": "gear the axes by hand, or by a controller that follows an encoder",
 }
+AT_THE_UPDATE = "the update after it stops the motion"
 ELSEWHERE = "runs a program that this text does not enter"
 ADD_IT = "add the lines that enter the program, before this one"
 BRANCHED = "starts the stored program by a loop or branch"

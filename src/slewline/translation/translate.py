@@ -110,12 +110,16 @@ def translate_text(
     target_crystal: str | int | None = None,
     options: WriterOptions | None = None,
     strict: bool = False,
+    interrupted: bool = False,
 ) -> Translation:
-    """Return a text translated for another part; arguments and errors as for `translate`."""
+    """Return a text translated for another part; arguments and errors as for `translate`.
+
+    `interrupted`: the surroundings may end a motion early, as limit switches do.
+    """
     options = options or WriterOptions()
     sheet = sheet_of(part)
     source_hz = None if crystal is None else crystal_for(sheet, crystal)
-    program = read_program(text, part, where, source_hz)
+    program = read_program(text, part, where, source_hz, interrupted)
     name = known(to)
     check_settings(options.values, name)
     if name in TARGETS:

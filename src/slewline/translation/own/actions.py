@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...core.datasheet.roles import ROW_ROLES
 from ...core.time.timebase import readable
+from ..host_directives import DRIVES, ends_motion, pin_of
 from ..meaning import (
     Delay,
     EndProgram,
@@ -29,6 +30,7 @@ from .base import Impossible
 from .conditions import LOW_BIT
 from .layout import Goto, ResultPiece
 from .limits import no_command, no_pin, out_of
+from .target_directives import at_rest
 from .target_motions import MotionWriter
 
 MOST_DELAYS = 20  # maximum number of commands for one delay
@@ -169,7 +171,25 @@ class Actions(MotionWriter):
         found = self.directives.translated(action.text)
         if isinstance(found, str):
             raise Impossible(action.text, found, "write it by hand for this host")
+        if not self.in_motion and ends_motion(action.text, self.source):
+            self.check_hold(action.text)
+        if self.unended is not None and found == [at_rest(self.sheet)]:
+            wait, self.unended = self.unended.text, None
+            return [ResultPiece(text=wait)]
         return [ResultPiece(text=text) for text in found]
+
+    def check_hold(self, text: str) -> None:
+        """Raise Impossible if a pin that would stop a motion acts otherwise on the start of the next one."""
+        match = DRIVES.fullmatch(text)
+        theirs = None if match is None else pin_of(self.source, match[3])
+        mine = self.sheet.role("abort")
+        if theirs is None or theirs.role != "abort" or (mine is not None and mine.reflex == theirs.reflex):
+            return
+        if mine is None:
+            limit = f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
+        else:
+            limit = f"{mine.name} of the {self.sheet.part.upper()}: {mine.description} ({self.sheet.manual})"
+        raise Impossible("acts on the start of the next motion", limit, "start the motion later")
 
     def on_query(self, action: Query) -> list[ResultPiece]:
         """Return the comment for a query, whose answer differs between parts."""

@@ -9,6 +9,7 @@ from ...language.dialect import dialect_of
 from ..meaning import (
     Action,
     EnterProgram,
+    HostDirective,
     Jump,
     Label,
     LeaveProgram,
@@ -63,6 +64,9 @@ class ActionWriter:
         self.cleared: set[int] = set()  # lines whose command was copied for its first action
         self.nothing = ResultPiece()
         self.before: list[ResultPiece] = []  # settings needed by the first motion
+        self.left_running: set[int] = set()  # motions during which the host acts
+        self.unended: ResultPiece | None = None  # the wait for the end of such a motion, until the host has acted
+        self.in_motion = False  # whether a motion, or a program, may run
         self.reset: Profile | None = None  # settings of the first motion, if nothing is set before it
 
     # ------------------------------------------------------------------------------------------------------ every kind
@@ -78,7 +82,7 @@ class ActionWriter:
         if self.source.encoder and not self.sheet.encoder and getattr(theirs, "encoder", False):
             limit = f"the {self.sheet.part.upper()} reads no encoder ({self.sheet.manual})"
             return self.placed(action, self.impossible(action, "", limit, "use a part with an encoder"))
-        first = self.unset_before(action)
+        first = [*self.ended(action), *self.unset_before(action)]
         copied = self.copied(action)
         if copied is not None:
             self.values_after(action)
@@ -90,7 +94,16 @@ class ActionWriter:
             found = self.impossible(action, "", cannot.limit, cannot.remedy)
         except Impossible as no:
             found = self.impossible(action, no.description, no.limit, no.remedy)
+        if not isinstance(action, HostDirective):
+            self.in_motion = isinstance(action, Motion | RunProgram) or getattr(action, "runs", False)
         return self.placed(action, self.in_order(action, first, found))
+
+    def ended(self, action: Action) -> list[ResultPiece]:
+        """Return the wait for the end of a motion during which the host has acted, before its next command."""
+        if self.unended is None or isinstance(action, HostDirective):
+            return []
+        found, self.unended = [self.unended], None
+        return found
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
         """Return the settings for the rates of the first motion, if the source moves with its reset rates."""
@@ -137,7 +150,7 @@ class ActionWriter:
     def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
         """Return the pieces with their line and block set."""
         for piece in pieces:
-            piece.source = action.line
+            piece.source = piece.source or action.line
             if piece.block < 0:
                 piece.block = action.block
         return pieces

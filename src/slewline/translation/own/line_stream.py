@@ -8,6 +8,7 @@ memory.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from ...core.datasheet.table import Sheet
@@ -70,16 +71,20 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
     """Return the steps, with all motions, waits and outputs inside programs."""
     found: list[StreamStep] = []
     pending: list[StreamStep] = []
+    over: list[StreamStep] = []  # the wait for the end of a program, after the directives that act while it runs
     number = max((step.action.number for step in steps if isinstance(step.action, EnterProgram)), default=-1)
     at = 0
     while at < len(steps):
         step = steps[at]
+        if not (pending or step.action is None or isinstance(step.action, HostDirective)):
+            found += over
+            over = []
         if step.action is None:
             (pending if pending else found).append(step)
         elif isinstance(step.action, EnterProgram):
             if any(isinstance(each.action, Motion) for each in pending):
                 number += 1
-                found += wrapped(pending, number)
+                found += [*wrapped(pending, number), *waits(pending)]
                 pending = []
             program, at = whole(steps, at, pending)
             found += program
@@ -92,15 +97,18 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
         elif isinstance(step.action, SetPosition) and not any(acts(each) for each in pending):
             found.append(step)
         else:
-            if any(acts(each) for each in pending):
+            for program in programs(pending, step.action):
                 number += 1
-                found += wrapped(pending, number)
-                pending = []
+                found += [*over, *wrapped(program, number)]
+                over, pending = waits(program), []
+            if not isinstance(step.action, HostDirective):
+                found += over
+                over = []
             found.append(step)
         at += 1
     if any(acts(each) for each in pending):
-        return [*found, *wrapped(pending, number + 1)]
-    return [*found, *pending]
+        return [*found, *wrapped(pending, number + 1), *waits(pending)]
+    return [*found, *over, *pending]
 
 
 def acts(step: StreamStep) -> bool:
@@ -109,15 +117,30 @@ def acts(step: StreamStep) -> bool:
     return isinstance(step.action, STORABLE) and not implied and not isinstance(step.action, (*SETTINGS, SetEndless))
 
 
+def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep]]:
+    """Yield the steps of each program to be run; a last motion during which the host acts has its own program."""
+    if not any(acts(each) for each in steps):
+        return
+    last = max((n for n, each in enumerate(steps) if isinstance(each.action, Motion)), default=0)
+    if isinstance(after, HostDirective) and any(isinstance(each.action, Motion) for each in steps[:last]):
+        yield steps[:last]
+        steps = steps[last:]
+    yield steps
+
+
 def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
     """Return steps as a program that is entered and run."""
     nowhere = Line(0)
     inside = [replace(each, action=within(each.action, number)) for each in steps]
     last = max((n for n, each in enumerate(steps) if each.action is not None), default=len(steps) - 1) + 1
-    endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
-    over = [] if endless else [StreamStep(HostDirective(text="@until ready"), nowhere)]
     enter, leave = StreamStep(EnterProgram(number=number), nowhere), StreamStep(LeaveProgram(runs=True), nowhere)
-    return [enter, *inside[:last], leave, *over, *steps[last:]]
+    return [enter, *inside[:last], leave, *steps[last:]]
+
+
+def waits(steps: list[StreamStep]) -> list[StreamStep]:
+    """Return the wait for the end of a program with these steps; none if it has no end."""
+    endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
+    return [] if endless else [StreamStep(HostDirective(text="@until ready"), Line(0))]
 
 
 def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:

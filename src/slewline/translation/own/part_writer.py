@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from ...chips import checks_of, sheet_of
 from ...language.lint import lint
 from ..meaning import (
     EndProgram,
     EnterProgram,
+    HostDirective,
     Jump,
     Label,
     LeaveProgram,
@@ -65,7 +68,7 @@ class OwnWriter:
         if self.sheet.enter is not None:
             self.steps = arranged(program, self.source, self.sheet)
         elif self.source.enter is not None:
-            self.steps = unrolled(steps_of(program), options.unroll)
+            self.steps = unrolled(steps_of(program), options.unroll, self.source, program.interrupted)
         else:
             self.steps = steps_of(program)
         self.rates = Rates(
@@ -161,6 +164,7 @@ class OwnWriter:
             self.actions.starts[block] = starts | (set() if again and not starts else own)
             self.actions.last.add(id(inside[-1]))
             self.actions.loops |= {(block, action.to) for action in inside if isinstance(action, Loop)}
+        self.actions.directives.stored = any(isinstance(action, EnterProgram | RunProgram) for action in actions)
         for action in actions:
             if isinstance(action, SetProfile):
                 break
@@ -168,6 +172,9 @@ class OwnWriter:
                 self.actions.reset = action.profile
                 break
         self.actions.start(actions)
+        for action, after in pairwise(actions):
+            if isinstance(action, Motion) and action.block < 0 and isinstance(after, HostDirective):
+                self.actions.left_running.add(id(action))
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
             if name == "sign" and any(isinstance(action, MoveTo) for action in actions):
@@ -201,8 +208,20 @@ class OwnWriter:
                 at = len(found)
                 found.insert(at, ResultPiece(labels=labels, block=self.actions.program))
                 labels = []
-            found += plain
+            for piece in plain:
+                self._append(found, piece)
+        if self.actions.unended is not None:
+            found.append(self.actions.unended)
         return found
+
+    @staticmethod
+    def _append(found: list[ResultPiece], piece: ResultPiece) -> None:
+        """Append a piece; of two waits in a row for the same, keep the one that the source states."""
+        if found and piece.text.startswith("@until") and found[-1].text == piece.text and not found[-1].comment:
+            if found[-1].source:
+                return
+            found.pop()
+        found.append(piece)
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
         """Return the instructions of a step; at the end of a program, also its last command."""

@@ -4,30 +4,45 @@ from __future__ import annotations
 
 import re
 
-from ...core.datasheet.table import Pin, Sheet
+from ...core.datasheet.table import Pin, Row, Sheet
+from ..host_directives import DRIVES, pin_of
+from ..source_registers import waits_for_update
+from .layout import ResultPiece
 
-PIN = re.compile(r"@(drive|release|until|pulse)\s+(\w+\.)?(\w+)(?:\s*=\s*([01]))?\s*(.*)")
 NEUTRAL = ("wait", "note", "to", "tell", "power", "reset")
 IDLE = ("running", "moving", "motion_complete")
 ALIKE = {"motion_complete": "moving", "moving": "motion_complete"}
 
 
 class Directives:
-    """The directives of a script, translated from one part to another."""
+    """The directives of a script, translated from one part to another.
+
+    `stored`: whether the script runs a stored program.
+    """
 
     def __init__(self, source: Sheet, sheet: Sheet) -> None:
-        self.source, self.sheet = source, sheet
+        self.source, self.sheet, self.stored = source, sheet, False
 
-    def idle(self) -> str:
-        """Return the directive that waits until a part is idle."""
-        return idle(self.sheet)
+    def idle(self) -> list[str] | str:
+        """Return the directive that waits until no program runs, or a text that states why there is none."""
+        sheet = self.sheet
+        if sheet.enter is None:
+            return [waiting(sheet, ("moving",))]
+        if self.stored and sheet.role("running") is None and not sheet.acting("state"):
+            return f"no pin of the {sheet.part.upper()} shows the end of a program ({sheet.manual})"
+        return [waiting(sheet, ("running", "ready"))]
 
     def stop(self) -> list[str] | None:
         """Return the directives that stop a motion through a pin; None: the part has no such pin."""
         pin = self.sheet.role("abort")
         if pin is None or pin.active is None:
             return None
-        return [f"@drive {pin.name}={pin.active}", self.idle(), f"@drive {pin.name}={1 - pin.active}"]
+        return [f"@drive {pin.name}={pin.active}", at_rest(self.sheet), f"@drive {pin.name}={1 - pin.active}"]
+
+    def stopping(self, row: Row) -> list[ResultPiece]:
+        """Return the instructions for a command that stops a motion, with the update that it may need."""
+        update = next(iter(self.sheet.acting("update")), None)
+        return [ResultPiece(row), *([ResultPiece(update)] if waits_for_update(row) and update is not None else [])]
 
     def translated(self, text: str) -> list[str] | str:
         """Return the directives for the target, or a text that states why there are none."""
@@ -36,14 +51,18 @@ class Directives:
         verb, _, rest = text.removeprefix("@").partition(" ")
         rest = rest.strip()
         if verb == "wait" and re.fullmatch(r"!?[A-Za-z_]+", rest):
-            return [self.idle()] if rest == "motion_complete" else f"the {self.sheet.part.upper()} has no status {rest}"
+            return (
+                [at_rest(self.sheet)]
+                if rest == "motion_complete"
+                else f"the {self.sheet.part.upper()} has no status {rest}"
+            )
         if verb in NEUTRAL and not (verb == "reset" and self.sheet.role("reset") is None):
             return [text]
         if verb == "until" and rest == "ready":
-            return [self.idle()]
+            return self.idle()
         if verb == "until" and rest.startswith("position"):
             return [text]
-        match = PIN.fullmatch(text)
+        match = DRIVES.fullmatch(text)
         if match is None:
             return f"@{verb} is for the host of a {self.source.part.upper()}"
         return self._pin(*match.groups())
@@ -51,11 +70,11 @@ class Directives:
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
         """Return a directive about a pin of the source, or about a named chip's pin on the same bench."""
         chip = chip or ""
-        theirs = next((pin for pin in self.source.pins if pin.name == name), None)
+        theirs = pin_of(self.source, name)
         if theirs is None:
             return [f"@{verb} {chip}{name}{f'={level}' if level else ''} {rest}".strip()]
         if verb == "until" and theirs.role in IDLE and level is not None and int(level) == over(theirs):
-            return [self.idle()]
+            return self.idle() if theirs.role == "running" else [at_rest(self.sheet)]
         mine = self.sheet.role(theirs.role, theirs.axis) if theirs.role else None
         if mine is None and theirs.role in ALIKE:
             mine = self.sheet.role(ALIKE[theirs.role], theirs.axis)
@@ -73,7 +92,11 @@ class Directives:
         row = next((row for row in self.sheet.commands if row.at_once == "brake"), None)
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
-        return [row.form] if verb == "drive" and level is not None and int(level) == theirs.active else []
+        return (
+            [str(piece.row.form) for piece in self.stopping(row) if piece.row is not None]
+            if verb == "drive" and level is not None and int(level) == theirs.active
+            else []
+        )
 
     @staticmethod
     def _level(theirs: Pin, mine: Pin, level: int) -> int:
@@ -86,14 +109,19 @@ class Directives:
 
 
 def over(pin: Pin) -> int:
-    """Return the level of a pin that shows the end of a program or of a motion."""
+    """Return the level of a pin that shows the end of a program, of a command or of a motion."""
     sense = pin.sense if pin.sense is not None else 1
-    return sense if pin.role == "motion_complete" else 1 - sense
+    return sense if pin.role in ("motion_complete", "ready") else 1 - sense
 
 
-def idle(sheet: Sheet) -> str:
-    """Return the directive that waits until a part is idle."""
+def at_rest(sheet: Sheet) -> str:
+    """Return the directive that waits until a motion has ended."""
+    return waiting(sheet, ("motion_complete", "ready") if sheet.enter is not None else ("moving",))
+
+
+def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
+    """Return the directive that waits for the first pin with one of the roles, or, for a module, for its answer."""
     if sheet.acting("state"):
         return "@until ready"
-    pin = next(pin for role in IDLE if (pin := sheet.role(role)) is not None)
+    pin = next(pin for role in roles if (pin := sheet.role(role)) is not None)
     return f"@until {pin.name}={over(pin)}"

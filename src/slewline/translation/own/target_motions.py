@@ -83,7 +83,8 @@ class MotionWriter(ActionWriter):
         """Return the instructions for a relative move."""
         row = self.rows.get("move") or self.row("update")
         if row.role == "update":
-            raise Impossible("", no_command(self.sheet, "move"))
+            description = "the position before it is unknown: a motion may have ended early"
+            raise Impossible(description, no_command(self.sheet, "move"), "let the host read the position")
         if row.args:
             if action.steps is None:
                 raise Impossible(
@@ -150,12 +151,12 @@ class MotionWriter(ActionWriter):
             self.known_values.pop("distance", None)
             self.known_values["targeted"] = 1
             return [*found, ResultPiece(go)]
-        return [
-            *found,
-            *(ResultPiece(row) for row in self.sheet.acting("clear_events")),
-            ResultPiece(go),
-            ResultPiece(text="wait motion_complete"),
-        ]
+        found += [*(ResultPiece(row) for row in self.sheet.acting("clear_events")), ResultPiece(go)]
+        wait = ResultPiece(text="wait motion_complete", source=action.line)
+        if id(action) in self.left_running:
+            self.unended = wait
+            return found
+        return [*found, wait]
 
     def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
         """Return the instructions for an endless run, or for a run until an input is low."""
@@ -191,7 +192,7 @@ class MotionWriter(ActionWriter):
         wanted = "brake" if action.ramped else "stop"
         row = next((row for row in self.sheet.commands if row.at_once == wanted), None)
         if row is not None:
-            return [ResultPiece(row, ())]
+            return self.directives.stopping(row)
         directive = self.directives.stop()
         if directive is None:
             raise Impossible(

@@ -1,34 +1,47 @@
 """Stored programs as host commands, for a part that stores no program: a loop becomes one set of lines per pass.
 
 Positions are tracked, since such a part makes only moves to positions; a program that never sets a position begins at
-0.  A branch on an input cannot be unrolled, and neither can a program that restarts forever; both are left unchanged,
-and the writer reports them.
+0, and after a motion that may have ended early the position is unknown.  A branch on an input cannot be unrolled, and
+neither can a program that restarts forever; both are left unchanged, and the writer reports them.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from ...core.datasheet.table import Sheet
+from ..host_directives import ends_motion
 from ..meaning import (
     Action,
     EndProgram,
     EnterProgram,
+    Home,
+    HostDirective,
     Jump,
     Label,
     LeaveProgram,
     Loop,
+    Motion,
     MoveBy,
     MoveTo,
+    RunEndless,
     RunProgram,
     SetPosition,
+    Stop,
 )
 from .line_stream import StreamStep
 
 ENTERED = "the host sends the commands of the program where it is run"
 
 
-def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
-    """Return steps without stored programs; each program is unrolled to at most `most` lines."""
+def unrolled(steps: list[StreamStep], most: int, source: Sheet, interrupted: bool) -> list[StreamStep]:
+    """Return steps without stored programs.
+
+    Args:
+        most: the maximum number of lines to which a program is unrolled.
+        source: the data sheet of the source.
+        interrupted: whether the surroundings may end a motion early.
+    """
     blocks: dict[int, list[StreamStep]] = {}
     for step in steps:
         if step.action is not None and step.action.block >= 0:
@@ -52,7 +65,7 @@ def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
         found.append(StreamStep(None, step.line, step.first, ENTERED))
     kept = {step.line.number for step in found if step.first}
     left = [step for step in steps if step.first and step.line.comment and step.line.number not in kept]
-    return followed([*found, *(StreamStep(None, step.line, True) for step in left)])
+    return followed([*found, *(StreamStep(None, step.line, True) for step in left)], source, interrupted)
 
 
 def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
@@ -95,8 +108,8 @@ def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 
 
-def followed(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return steps in which every move is a move to a position."""
+def followed(steps: list[StreamStep], source: Sheet, interrupted: bool) -> list[StreamStep]:
+    """Return steps in which every move from a known position is a move to a position."""
     found: list[StreamStep] = []
     position: int | None = 0
     for step in steps:
@@ -118,5 +131,13 @@ def followed(steps: list[StreamStep]) -> list[StreamStep]:
                     position=goal,
                 )
             position = goal
+        elif isinstance(action, Home):
+            position = 0
+        elif isinstance(action, Stop | RunEndless) or (
+            isinstance(action, HostDirective) and ends_motion(action.text, source)
+        ):
+            position = None
+        if interrupted and isinstance(action, Motion):
+            position = None
         found.append(replace(step, action=action))
     return found
