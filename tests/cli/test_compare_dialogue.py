@@ -121,7 +121,7 @@ WRONG = {
     "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: a dialogue has no such option; leave it out"),
     "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),
     "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S; allowed 9600, 4800"),
-    "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s takes none"),
+    "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s has no selectable crystal"),
     "address": (
         ["x.dialogue", "--address", "3"],
         "x.dialogue: nothing to compare: none of its",

@@ -221,7 +221,7 @@ MISTAKES = [  # the line, the end of the answer
     ),
     (
         "ramp cy525 F=3 R=127 --time 1s --steps 3",
-        "no single goal for the ramp; give one of time, acceleration and steps",
+        "the ramp needs exactly one goal: time, acceleration or steps",
     ),
     ("ramp cy525 F=3 R=127 S=1 --plot a.gif", "a.gif: give a name that ends in .svg, .png or .pdf"),
     ("describe", "Missing argument 'CHIP': slewline chips lists them"),

@@ -137,17 +137,17 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "mb.run_until(x.reaches(3))",
         "UsageError",
-        "run_until(x at position 3): the condition is on another bench, whose time does not pass here",
+        "run_until(x at position 3): the condition belongs to another bench, whose time does not pass here",
     ),
     (
         'mb.run_until(x.pin("slew").is_(0) | m.reaches(3))',
         "UsageError",
-        "the condition is on another bench, whose time does not pass here",
+        "the condition belongs to another bench, whose time does not pass here",
     ),
     (
         "mb.run_until(x.at_instruction(3))",
         "UsageError",
-        "the condition is on another bench, whose time does not pass here",
+        "the condition belongs to another bench, whose time does not pass here",
     ),
     (
         'b.run_until(x.at_instruction(50), timeout="1 s")',

@@ -94,7 +94,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Bench("cy525")',
         "UsageError",
-        "allowed a whole number, the random seed; add() puts a chip on a bench",
+        "expected a random seed, a whole number; add() puts a chip on a bench",
     ),
     ('b.on_finding.add("print")', "UsageError", "expected a function, which is called at each event"),
     ('x.write("A 0\\r")', "NoSuchAttribute", "x has no 'write'; bench.host(x).send(...)"),
@@ -266,7 +266,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: this switch needs a shaft; name its part, on=motor or on='its name'",
+        "switch: this switch needs a shaft; name the part that has it: on=motor or on='its name'",
     ),
     ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter takes no shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),
@@ -532,7 +532,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.find_ramps("cy525", F=3, R=100)',
         "UsageError",
-        "no single goal for the ramp; give one of time, acceleration and steps",
+        "the ramp needs exactly one goal: time, acceleration or steps",
     ),
     (
         'slewline.find_ramps("cy525", F=3, R=100, time=1)',

@@ -70,6 +70,6 @@ def write_image(path: str | PathLike[str], image: bytes) -> None:
     if not isinstance(image, (bytes, bytearray)):
         raise UsageError(f"{path}: image {image!r}; expected bytes, such as those of read_image")
     if len(image) > LARGEST:
-        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed {LARGEST} (sixteen address lines)")
+        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed up to {LARGEST} (sixteen address lines)")
     with WholeFile(str(path)) as file:
         file.write(as_image_file(path, image))

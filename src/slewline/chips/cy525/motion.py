@@ -117,7 +117,7 @@ class Motion(motion.Motion):
             if self.continuous:
                 chip.finding(
                     "abort-released",
-                    "ABORT was released in a continuous motion: it continues to its nominal target at F",
+                    "ABORT was released in a continuous motion: the motion continues at F to its nominal target",
                 )
         return await self.rate_request(plan, step)
 
@@ -210,7 +210,7 @@ class Motion(motion.Motion):
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:
-            self.chip.finding("range", f"rate {byte} on the fly is above 127: 127 is used")
+            self.chip.finding("range", f"on-the-fly rate {byte} is above 127: 127 is used")
         rate = min(byte, sheet.RATE_TOP)
         self.mark_deviation("command", f"R {rate}")
         return rate

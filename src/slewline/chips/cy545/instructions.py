@@ -180,7 +180,7 @@ class Instructions(instructions.ParameterHandlers):
         """Report a branch command that was sent by the host, although it belongs in a program."""
         became = "the program starts at its target" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
-        self.chip.finding(code, f"{letter} as a command of the host: {became}")
+        self.chip.finding(code, f"{letter} as a host command: {became}")
         if away:
             self.do_jump(target)
 

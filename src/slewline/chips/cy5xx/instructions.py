@@ -225,7 +225,7 @@ class Instructions(ParameterHandlers):
             return
         if program.loop is None:
             if count == 0 and self.chip.sheet.commands["L"].args[0].low > 0:
-                finding("loop-zero", "L 0 makes 256 passes, a full turn of the 8-bit counter")
+                finding("loop-zero", "L 0 makes 256 passes, a full cycle of the 8-bit counter")
             program.loop = (program.at, count or 256)
         elif program.loop[0] != program.at:
             self.finding_once(

@@ -228,7 +228,7 @@ class TwinAxis:
         active.position = new.position
         if any(name in new.loaded and getattr(new, name) != getattr(active, name) for name in fixed):
             self.event(COMMAND_ERROR)
-            self.finding("command-error", "an update in motion of what may not change then")
+            self.finding("command-error", "an update changes a parameter that must not change in motion")
             return
         for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
             if name not in fixed:
