@@ -40,11 +40,11 @@ MISTAKES = [
     ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
     (
         (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
-        ["--control and --allow-remote", "can move a real motor; leave out one"],
+        ["--control and --allow-remote", "can move a real motor; leave one out"],
     ),
     (
         (*DRIVE, "--board", "twin", "--black-box", "b", "--no-black-box"),
-        ["--black-box and --no-black-box: leave out one"],
+        ["--black-box and --no-black-box: leave one out"],
     ),
     ((*DRIVE, "--board", "twin", "--horizon", "5 ms"), ["horizon '5 ms'; allowed 10 ms to 2 s"]),
     ((*DRIVE, "--board", "twin", "--horizon", "long"), ["'long'"]),

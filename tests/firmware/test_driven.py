@@ -127,7 +127,7 @@ def goes_on(board, folder, count):
         assert drive.end() == 0
         assert "count-differs" not in drive.text
     with driven(board, folder, "--no-black-box", "--keep-count") as (drive, where), ModuleHost(where) as host:
-        drive.hears(rf"is at rest at count {count - 25}; the position register is set to that")
+        drive.hears(rf"is at rest at count {count - 25}; the position register is set to this count")
         assert host.position() == count - 25
         assert drive.end() == 0
 

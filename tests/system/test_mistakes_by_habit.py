@@ -66,7 +66,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "allowed a whole number, or a slice such as [:10]; arrays are",
     ),
-    ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1; not 1.0"),
+    ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1, but not 1.0"),
     ("x.deviation(3)", "UsageError", "x: deviation(3): expected a motion, such as x.motions()[0]"),
     # -------------------------------------------------------------------------------------------------------- ramps
     *(
@@ -164,7 +164,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ("x.on_finding(lambda found: 0)", "UsageError", "the hook is called with a listener, <function"),
     ("b.on_finding += print", "UsageError", "a hook += <built-in function print>; write .add(...)"),
-    ("b.on_finding.remove(print)", "UsageError", "it is not a listener; pass what was passed to add()"),
+    ("b.on_finding.remove(print)", "UsageError", "it is not a listener; pass the function that was passed to add()"),
     (
         'b.on_finding.add(lambda: 0); h.send("R 300\\r"); b.run_until_idle()',
         "UsageError",

@@ -39,7 +39,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Drive(gb, g, "twin", inputs="A1=home")',
         "UsageError",
-        "inputs 'A1=home': expected pins by names of the board, such as {'A1': 'home'}",
+        "inputs 'A1=home': expected board pins and their chip pins, such as {'A1': 'home'}",
     ),
     (
         'b.plot("a.svg", start="50 ms", stop="20 ms")',
@@ -126,8 +126,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "UnknownName",
         "direction, programmable_output, pulse, ascii_binary, motion_complete, wait, io_select",
     ),
-    ("x.axis(2)", "UnknownName", "x (cy525) has one axis, number 1; not 2"),
-    ('x.axis("x")', "UnknownName", "x (cy525) has one axis, number 1; not 'x'"),
+    ("x.axis(2)", "UnknownName", "x (cy525) has one axis, number 1, but not 2"),
+    ('x.axis("x")', "UnknownName", "x (cy525) has one axis, number 1, but not 'x'"),
     ('x.pin("slew").set(0)', "NoSuchAttribute", "x.slew has no 'set'; pin.drive(0) or pin.drive(1)"),
     (
         'x.pin("slew").level = 0',
@@ -190,7 +190,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (

@@ -342,7 +342,7 @@ class BenchFile:
                 with self.at("serve", number):
                     channel = channel_over(chip, table.over)
                 if (chip.name, channel) in taken:
-                    raise self.error(("serve", number), f"{chip.name} has a host or a port already; leave out one")
+                    raise self.error(("serve", number), f"{chip.name} has a host or a port already; leave one out")
                 taken.append((chip.name, channel))
             ports = [(kind, where) for kind in PORTS if (where := getattr(table, kind)) is not None]
             if len(ports) != 1:

@@ -55,7 +55,9 @@ def ramp(
     if best is not None and not goal:
         raise UsageError("--best: needs --time, --accel or --steps")
     if goal and others:
-        raise UsageError("a list of values excludes a search; leave out --time, --accel and --steps, or the list")
+        raise UsageError(
+            "a list of values cannot be combined with a search; leave out --time, --accel and --steps, or the list"
+        )
     if goal:
         found = nearest(chip, crystal, BEST if best is None else best, wanted, values, fitting)
     else:

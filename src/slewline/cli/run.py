@@ -110,7 +110,7 @@ class RunCommand(BenchOptions):
                         f"slewline run {path} {option} FILE"
                     )
         if (self.file is None) == (self.replay is None):
-            raise click.UsageError("give one of a program, a bench file and --replay JOURNAL")
+            raise click.UsageError("give exactly one of these: a program, a bench file, --replay JOURNAL")
         if self.vcd is None:
             given = [f"--{name.replace('_', '-')}" for name in OF_VCD if getattr(self, name) not in (None, False)]
             if given:

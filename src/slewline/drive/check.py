@@ -139,7 +139,7 @@ class Checkup(NamedTuple):
                 f"jog       {JOG} steps up and {JOG} back; if the motor did not turn clockwise first: --invert-dir"
             )
         else:
-            rows.append(f"jog       {JOG} steps were not made")
+            rows.append(f"jog       {JOG} steps were not output")
         if self.estop is not None:
             rows.append(
                 "e-stop    its contact opened, and the board switched the driver off"

@@ -141,7 +141,7 @@ class Drive:
         model.axis(axis)  # check that it exists
         for name, given in (("inputs", inputs), ("outputs", outputs)):
             if given is not None and not isinstance(given, Mapping):
-                raise UsageError(f"{name} {given!r}: expected pins by names of the board, such as {{'A1': 'home'}}")
+                raise UsageError(f"{name} {given!r}: expected board pins and their chip pins, such as {{'A1': 'home'}}")
         horizon_ps = terminals.checked_horizon(horizon)
         rate = None if start_stop is None else terminals.steps_a_second(start_stop)
         terminals.checked_driver(driver, enable)

@@ -195,7 +195,7 @@ class Talk:
         self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
-                "the board does not leave its halt: the input of an emergency stop is active; close its contact, then "
+                "the board does not leave its halt: an emergency stop is active; close its contact, then "
                 "clear the drive"
             )
 
@@ -205,8 +205,8 @@ class Talk:
         self.until(lambda: self.link.idle, SETTLE_S, "the board does not answer")
         if not self.power.on:
             raise UsageError(
-                "the board does not switch the driver on: the input of an emergency stop is active; close its "
-                "contact, then begin again"
+                "the board does not switch the driver on: an emergency stop is active; close its "
+                "contact, then start again"
             )
 
     def _synchronise(self) -> None:

@@ -92,7 +92,7 @@ class DriveCommand(ServeCommand):
                 "out one"
             )
         if self.black_box is not None and self.no_black_box:
-            raise click.UsageError("--black-box and --no-black-box: leave out one")
+            raise click.UsageError("--black-box and --no-black-box: leave one out")
         if self.serial is not None and os.path.realpath(self.serial) == os.path.realpath(self.board):
             raise click.UsageError(
                 f"--board and --serial: both are {self.serial}; the board and the host each need their own serial port"

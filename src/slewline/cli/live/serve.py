@@ -106,7 +106,7 @@ class ServeCommand(BenchOptions):
         """Refuse options that exclude each other; return the requested ports."""
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
-            raise click.UsageError("give one of a chip, such as gs-c200s, and --bench FILE")
+            raise click.UsageError("give either a chip, such as gs-c200s, or --bench FILE")
         if self.baud is not None:
             message = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
             raise click.UsageError(f"--baud {self.baud}: {message or 'this part has no rate of its own; leave it out'}")
@@ -135,7 +135,7 @@ class ServeCommand(BenchOptions):
         if self.framing and self.prologix:
             raise click.UsageError("--framing and --prologix: a port has one of the two; leave out the other")
         if self.lockstep and self.rate is not None:
-            raise click.UsageError("--lockstep follows no clock; leave out --rate")
+            raise click.UsageError("--lockstep: time follows no clock; leave out --rate")
         if self.anywhere and self.bench is None:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:

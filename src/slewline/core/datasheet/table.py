@@ -653,7 +653,7 @@ class Sheet:
         pin = self.role(role)
         if pin is None:
             raise SheetError(
-                f"{self.part}: needs a pin with the role {role!r}; no row of its pins has it: give it to one"
+                f"{self.part}: needs a pin with the role {role!r}; none of its pins has it: set it for one"
             )
         return pin
 

@@ -399,7 +399,7 @@ class Axis:
         if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
             raise UsageError(
                 f"expected instants of the past, int64 picoseconds up to {self.kernel.now}; found {at.dtype}, or later "
-                "ones"
+                "instants"
             )
         if self.since and at.size:
             self.check_kept(int(at.min()))

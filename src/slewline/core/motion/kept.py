@@ -41,7 +41,7 @@ class Kept:
         """Warn once that everything is kept, and explain how to keep less."""
         self.full = sys.maxsize
         warnings.warn(
-            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be, too; "
+            f"about {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be kept, too; "
             "slewline.Bench(keep='10 s') keeps only the last ten seconds",
             LongPast,
             stacklevel=level_of_caller(),

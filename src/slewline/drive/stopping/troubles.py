@@ -157,13 +157,13 @@ class Troubles:
             has += ", but its position is uncertain"
         keep_count = self.state.keep_count
         if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
-            self.report("board-went-on", f"{has}; the position register is set to that", found.counted)
+            self.report("board-went-on", f"{has}; the position register is set to this count", found.counted)
             return
         why = f"; the register has {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
         self.report(
             "board-went-on",
-            f"{has}, which the model does not know{why}: home it; or begin again with --keep-count (keep_count=True), "
-            "which sets the position register to that count",
+            f"{has}, which the model does not know{why}: home the motor; or start again with --keep-count "
+            "(keep_count=True), which sets the position register to that count",
         )
 
     def port_lost(self, error: OSError) -> None:
@@ -259,7 +259,7 @@ class Troubles:
     def too_fast(self, error: Exception) -> None:
         """Handle steps of the model that are too fast for the board."""
         self._halt()
-        self.report("too-fast", f"{error}; steps were not made")
+        self.report("too-fast", f"{error}; steps were not output")
 
     def not_started(self) -> None:
         """Handle a motion whose start the board has not taken one horizon after it was due."""
@@ -267,7 +267,7 @@ class Troubles:
         self._halt()
         self.report(
             "not-started",
-            "the board has not taken the start of a motion: the line is too noisy or too slow; the motor does "
+            "the board has not accepted the start of a motion: the line is too noisy or too slow; the motor does "
             "not move. Check the cable, or choose a longer horizon (--check recommends one)",
         )
 
