@@ -119,7 +119,7 @@ WRONG = {
     ),
     "not a dialogue": (["text"], "text: is not a dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
     "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: not an option for a dialogue; leave it out"),
-    "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),
+    "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: not an option for two waveforms"),
     "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S; allowed 9600, 4800"),
     "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s has no selectable crystal"),
     "address": (

@@ -131,7 +131,7 @@ MISTAKES = [  # the line, the end of the answer
     ("asm odd.hex --chip cy525", "odd.hex: has bytes, by its extension; slewline dis odd.hex --chip CHIP"),
     ("examples lesson", "slewline examples lists them; did you mean lessons?"),
     ("ramp cy525 F=3 R=80 S=200 --best 3", "--best: needs --time, --accel or --steps"),
-    ("ramp cy525 F=3 R=80 --steps 500 --best 0", "'--best': '0'; allowed 1 and more"),
+    ("ramp cy525 F=3 R=80 --steps 500 --best 0", "'--best': '0'; allowed 1 or more"),
     ("ramp cy525 F=3 R=80 --steps 500 --best 3.5", "'--best': '3.5': expected a whole number, such as 5"),
     (
         "ramp cy525 F=3 R=80 S=200 --distance 1,000",

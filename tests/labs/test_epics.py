@@ -226,7 +226,7 @@ def test_refusals_are_reported(run):
 
 
 def test_a_zero_resolution_and_an_endless_unit_are_refused():
-    with pytest.raises(UsageError, match="allowed units per step"):
+    with pytest.raises(UsageError, match="expected units per step"):
         MotorRecord("m1", lambda: None, 0)
     for units in ("x" * 16, "\u03bcm"):
         with pytest.raises(UsageError, match="allowed 15 characters of Latin-1"):

@@ -219,7 +219,7 @@ def test_switches_have_fields_of_their_own_and_may_be_ignored(run):
 def test_a_part_without_a_command_for_it_gives_its_position_by_the_offset_only(run):
     async def play(record):
         await record.put("SET", 1)
-        with pytest.raises(UsageError, match="no command that sets its position; shift OFF instead"):
+        with pytest.raises(UsageError, match="no command that sets its position; change OFF instead"):
             await record.put("DVAL", 5)
         assert here(record, "VAL", "DVAL", "OFF") == (0, 0, 0)
         await record.put("VAL", 5)
@@ -340,7 +340,7 @@ def test_a_first_rate_raises_the_rates_below_it(run):
     async def play(record):
         await record.put("VBAS", 1500)
         assert here(record, "VELO", "VBAS", "BVEL", "JVEL", "SBAS") == (1500, 1500, 1500, 1500, 7.5)
-        with pytest.raises(UsageError, match="VELO 1000; allowed from VBAS 1500 on"):
+        with pytest.raises(UsageError, match=r"VELO 1000; allowed VBAS \(1500\) or more"):
             await record.put("VELO", 1000)
         await record.put("VBAS", 100)
         await record.put("VELO", 1000)

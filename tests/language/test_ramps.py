@@ -59,7 +59,7 @@ def test_bad_parameters_are_refused_with_the_allowed_ones(values: Any, error: ty
     ({"steps": float("nan")}, "steps nan; allowed more than 0"),
     ({"steps": True}, "steps True; allowed more than 0"),
     ({"time": 1.5}, "a float would be rounded"),
-    ({"steps": 4, "count": 0}, "count 0; allowed 1 and more"),
+    ({"steps": 4, "count": 0}, "count 0; allowed 1 or more"),
 ])  # fmt: skip
 def test_exactly_one_thing_can_be_wanted_and_it_is_positive(wanted: Any, says: str) -> None:
     with pytest.raises(UsageError, match=says):

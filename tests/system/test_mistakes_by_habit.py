@@ -171,7 +171,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "too many positional arguments; it is called with 1 argument: Finding",
     ),
     # ----------------------------------------------------------------------------------------------- pins and hosts
-    ('x.pin("slew").edges(True)', "UsageError", "x.slew: True edges; allowed 1 and more"),
+    ('x.pin("slew").edges(True)', "UsageError", "x.slew: True edges; allowed 1 or more"),
     (
         'h.live("R 5")',
         "UsageError",
@@ -250,7 +250,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "finding has no 'message'; write finding.text",
     ),
     ('slewline.compare_edges("x.pulse", "x.pulse")', "UsageError", "model 'x.pulse': expected times and levels, as"),
-    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; allowed also "first", "best"'),
+    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; also allowed: "first", "best"'),
     (
         'slewline.load("[[chip]]\\npart = 5\\n")',
         "BenchFileError",
@@ -359,7 +359,7 @@ def test_custom_benches_and_chips_have_attributes_of_their_own():
 def test_waveforms_have_no_items(tmp_path):
     world, name = World(), str(tmp_path / "a.vcd")
     world["x"], world["b"].save_vcd(name)
-    with pytest.raises(errors.UsageError, match=r"they have no items; write waveforms.edges\('x.pulse'\)"):
+    with pytest.raises(errors.UsageError, match=r"waveforms have no items; write waveforms.edges\('x.pulse'\)"):
         slewline.read_vcd(name)["x.pulse"]
 
 

@@ -157,7 +157,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('x.pin("vcc").drive(1)', "WiringError", "x.vcc (pin 40: +5 V) carries no signal"),
     ('x.pin("slew").is_("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1"),
-    ('x.pin("slew").edges(0)', "UsageError", "x.slew: 0 edges; allowed 1 and more"),
+    ('x.pin("slew").edges(0)', "UsageError", "x.slew: 0 edges; allowed 1 or more"),
     (
         'x.steps("60 ms", "10 ms")',
         "TimeError",

@@ -57,9 +57,9 @@ def test_rows_may_be_given() -> None:
 
 
 @pytest.mark.parametrize(("text", "error", "says"), [
-    ("load", UsageError, "perturbation 'load'; allowed a quantity and per cent, such as"),
+    ("load", UsageError, "perturbation 'load'; expected a quantity and a percentage, such as"),
     ("laod 20%", UnknownName, "known: load, inertia, supply, current, friction, drag; did you mean load?"),
-    ("supply -100%", UsageError, "allowed less than 100 % down"),
+    ("supply -100%", UsageError, "allowed less than 100 % downwards"),
     ("load 20%,", UsageError, "perturbation ''; allowed"),
 ])  # fmt: skip
 def test_mistakes(text: str, error: type[Exception], says: str) -> None:

@@ -78,7 +78,7 @@ def find_ramps(
     )
     best = whole(count)
     if best is None or best < 1:
-        raise UsageError(f"count {count!r}; allowed 1 and more")
+        raise UsageError(f"count {count!r}; allowed 1 or more")
     fixed, free = read(calculator, values, hz, search=True)
     if not free:
         names = " or ".join(quantity.name for quantity in calculator.quantities if quantity.free)

@@ -152,7 +152,7 @@ class Effects:
         law[name] = value
         first = law["VBAS"]
         if name in TOPS and value < first:
-            raise UsageError(f"{name} {value:g}; allowed from VBAS {first:g} on")
+            raise UsageError(f"{name} {value:g}; allowed VBAS ({first:g}) or more")
         law |= {top: max(law[top], first) for top in TOPS}  # a higher VBAS raises them, as in the motor record
         if name in ("VELO", "VBAS") and state.kept["ACCU"] and accs:
             law["ACCL"] = (law["VELO"] - first) / accs

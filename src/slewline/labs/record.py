@@ -88,9 +88,9 @@ class MotorRecord:
     ) -> None:
         check_name(name)
         if not math.isfinite(resolution) or resolution == 0:
-            raise UsageError(f"resolution {resolution!r}; allowed units per step, such as 0.005, or below 0")
+            raise UsageError(f"resolution {resolution!r}; expected units per step, such as 0.005 or -0.005, but not 0")
         if len(units) > LONGEST["EGU"] or max(map(ord, units), default=0) > 0xFF:
-            raise UsageError(f"units {units!r}; allowed {LONGEST['EGU']} characters of Latin-1")
+            raise UsageError(f"units {units!r}; allowed up to {LONGEST['EGU']} characters of Latin-1")
         self.name, self.find, self.say = name, find, say
         self.motor = motor = find()
         self.state = RecordState(resolution, motor.limits, motor.position, motor.ramp, motor.fastest)

@@ -67,7 +67,7 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
     """
     for name, module in modules.items():
         if not module.rig.url.startswith(f"{SCHEME}://"):
-            raise UsageError(f"{name}: {module.label}; allowed a part with a serial line, on url")
+            raise UsageError(f"{name}: {module.label}; allowed: a part with a serial line, on url")
 
 
 def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:

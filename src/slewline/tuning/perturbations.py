@@ -134,13 +134,13 @@ def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Pert
 def _rows(item: str) -> Iterator[Perturbation]:
     match = _ITEM.fullmatch(item)
     if match is None:
-        raise UsageError(f"perturbation {item.strip()!r}; allowed a quantity and per cent, {EXAMPLE}")
+        raise UsageError(f"perturbation {item.strip()!r}; expected a quantity and a percentage, {EXAMPLE}")
     what, sign, percent = match[1].lower(), match[2], float(match[3])
     if what not in CHANGES:
         raise UnknownName(f"perturbation {what!r}; known: {', '.join(CHANGES)}{hint(what, CHANGES)}")
     for factor in (1, -1) if sign not in ("+", "-") else (1 if sign == "+" else -1,):
         if factor * percent <= -100:
-            raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % down")
+            raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % downwards")
         yield alone(what, factor * percent)
 
 

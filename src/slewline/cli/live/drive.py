@@ -89,7 +89,7 @@ class DriveCommand(ServeCommand):
         if self.control and self.allow_remote:
             raise click.UsageError(
                 "--control and --allow-remote: any client that reaches the control port can move a real motor; leave "
-                "out one"
+                "one out"
             )
         if self.black_box is not None and self.no_black_box:
             raise click.UsageError("--black-box and --no-black-box: leave one out")

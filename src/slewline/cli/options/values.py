@@ -103,7 +103,7 @@ class WholeNumber(click.ParamType[int]):
             self.fail(f"{value!r}: expected {what}{self.also}{without_comma(value)}", param, ctx)
         number = int(found[1])
         if self.least is not None and not self.least <= number <= (number if self.most is None else self.most):
-            most = "and more" if self.most is None else f"to {self.most}"
+            most = "or more" if self.most is None else f"to {self.most}"
             self.fail(f"{value!r}; allowed {self.least} {most}", param, ctx)
         return number
 

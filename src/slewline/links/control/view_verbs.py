@@ -167,7 +167,7 @@ class ViewVerbs(Verbs):
                 for command in text.splitlines():
                     line.take(command.encode("ascii", "replace") + b"\r")
                 return {}
-        raise UsageError(f"{chip.name}: a host program uses its registers, and must send its commands")
+        raise UsageError(f"{chip.name}: a host program uses its registers, and must itself send the commands")
 
     def do_act(self, request: Data) -> Data:
         """Operate a part."""

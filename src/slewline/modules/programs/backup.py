@@ -191,10 +191,11 @@ def keep_before(
         UsageError: the content cannot be saved.
     """
     if restore.is_there:
-        report("it holds this program already")
+        report("the module already holds this program")
         return ""
     if restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
-        report(f"it holds the beginning of this program, {contents.size}: an interrupted push, which now continues")
+        found = f"the module holds the beginning of this program, {contents.size}"
+        report(f"{found}: an interrupted push, which now continues")
         return f"the old program is in {earlier}"
     return f"the old program is in {save_beside(path, contents, keep, report)}"
 
@@ -299,5 +300,5 @@ def save_beside(
     save(found, contents, report)
     if earlier:
         names = ", ".join(map(str, earlier))
-        report(f"{names}: of earlier pushes; {found} may have an incomplete program of one of them")
+        report(f"{names}: from earlier pushes; {found} may contain an incomplete program from one of them")
     return found

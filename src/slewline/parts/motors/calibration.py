@@ -81,7 +81,7 @@ def calibrate(
     if start_stop is not None and pull_out is not None and pull_out <= start_stop:
         raise UsageError(
             f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that accelerates slowly "
-            "gets further than one that starts without a ramp; check whether the two rates are exchanged"
+            "reaches a higher rate than one that starts without a ramp; check whether the two rates are exchanged"
         )
     before = load.friction, motor.drag - motor.viscous
     if start_stop is not None and pull_out is not None:

@@ -96,7 +96,7 @@ class Waveforms:
         return iter(self.names)
 
     def __getitem__(self, name: object) -> NoReturn:
-        raise UsageError(f"waveforms[{name!r}]: they have no items; write waveforms.edges({name!r})")
+        raise UsageError(f"waveforms[{name!r}]: waveforms have no items; write waveforms.edges({name!r})")
 
     def __len__(self) -> int:
         return len(self.names)
