@@ -154,7 +154,7 @@ def test_a_torn_last_line_is_cut_off(path: Path) -> None:
     ({"steps": 199}, "steps was 200, is now 199"),
     ({"step_ps": 50_000_000}, "step_ps was 20000000, is now 50000000"),
     ({"grid": task("cy500", "R=20,240 S=1").grid}, "is now [20, 240]; grid.S was"),
-    ({"perturbations": ()}, r"perturbations.all that is bad was {"),
+    ({"perturbations": ()}, r"perturbations.worst case was {"),
 ])  # fmt: skip
 def test_the_log_of_another_task_is_refused_with_the_differences(path: Path, change: dict[str, Any], says: str) -> None:
     sweep(path)

@@ -93,7 +93,7 @@ WORST = tuple((what, 1 + percent / 100) for what, percent in {
     "load": 20, "inertia": 20, "supply": -10, "current": -20, "friction": 25, "drag": -30,
 }.items())  # fmt: skip
 USUAL = (  # tried first while no counts are known: the perturbations that caused most step losses in trials
-    Perturbation("all that is bad", WORST),
+    Perturbation("worst case", WORST),
     alone("current", -20),
     alone("inertia", 20),
     alone("supply", -10),
@@ -127,7 +127,7 @@ def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Pert
         for row in _rows(item):
             found[row.name] = row
     bad = {row.changes[0] for row in found.values()} & {*WORST}
-    together = (Perturbation("all that is bad", tuple(each for each in WORST if each in bad)),) * (len(bad) > 1)
+    together = (Perturbation("worst case", tuple(each for each in WORST if each in bad)),) * (len(bad) > 1)
     return (*together, *found.values(), NOMINAL)
 
 

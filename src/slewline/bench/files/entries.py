@@ -151,7 +151,7 @@ class Entries:
                 self._check_field(number, entry, name, OPTIONAL[name])
         self._check_field(number, entry, "t", TIME)
         if entry["t"] < last:
-            raise self.error(number, f"{do}: t {entry['t']} is before {last}, that of the entry above")
+            raise self.error(number, f"{do}: t {entry['t']} is before {last}, the t of the entry above")
 
     def _check_field(self, number: int, entry: dict[str, Any], name: str, kind: Kind) -> None:
         value = entry[name]
