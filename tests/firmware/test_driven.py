@@ -250,7 +250,8 @@ def test_check_tests_link_machine_and_pulses(board, wired, monkeypatch, capfd, t
     link = r"\d+\.\d ms round trip, \d+\.\d ms at worst, \d+ ms for the start of a motion; 0 frames damaged"
     assert re.fullmatch(link, lines["link"])
     late = re.fullmatch(
-        r"wakes (\S+) ms late \(median\), (\S+) ms \(99th percentile\), (\S+) ms at worst; no priority .*", lines["machine"]
+        r"wakes (\S+) ms late \(median\), (\S+) ms \(99th percentile\), (\S+) ms at worst; no priority .*",
+        lines["machine"],
     )
     assert 0 < float(late[1]) <= float(late[2]) <= float(late[3]) + 0.05
     assert re.match(r'--horizon "(20|50|100|250|500|1000) ms" is enough', lines["horizon"])

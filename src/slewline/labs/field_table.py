@@ -147,7 +147,11 @@ FIELDS: tuple[FieldRow, ...] = (
     _put("DLLM", "double", "limit", "lowest DVAL"),
     _read("RHLM", "double", "highest RVAL"),
     _read("RLLM", "double", "lowest RVAL"),
-    _read("LVIO", "short", "1: VAL is beyond the limits, or was refused because of them; a motion beyond them is stopped"),
+    _read(
+        "LVIO",
+        "short",
+        "1: VAL is beyond the limits, or was refused because of them; a motion beyond them is stopped",
+    ),
     _read("HLS", "short", f"0: {_NO_SWITCH}"),
     _read("LLS", "short", f"0: {_NO_SWITCH}"),
     _read("RHLS", "short", f"0: {_NO_SWITCH}"),

@@ -133,8 +133,8 @@ def serve_command(**options: Any) -> int:
     type=click.Choice(["rest", "halt", "never"]),
     default="halt",
     show_default=True,
-    help="When the board switches the driver off: whenever the motor is at rest; after a halt or without a host; never. "
-    "Except with never, also at the end. An E-stop always does.",
+    help="When the board switches the driver off: whenever the motor is at rest; after a halt or without a host; "
+    "never. Except with never, also at the end. An E-stop always does.",
 )
 @click.option(
     "--enable-hold",

@@ -84,7 +84,8 @@ REQUESTS = (
     ),
     RequestSpec(
         "breakpoints",
-        "Pause whenever one of these is met; they replace the previous ones. Without `breakpoints`, list the present ones.",
+        "Pause whenever one of these is met; they replace the previous ones. Without `breakpoints`, list the present "
+        "ones.",
         {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.mov", "edge": "falls"}]},
         (
             Key(
