@@ -290,7 +290,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
         "garbage.cy525: byte 80 in line 1 is not UTF-8 text; save it as UTF-8, or name the right file",
     ),
     "run zeros.cy525": (2, "zeros.cy525: contains NUL bytes"),
-    "run long.cy525": (2, "long.cy525, line 2: 1000000 characters; allowed 1000"),
+    "run long.cy525": (2, "long.cy525, line 2: 1000000 characters; allowed up to 1000"),
     "run umlaut.cy525": (
         2,
         "umlaut.cy525, line 2, column 3: '\u00e4' at character 3 is not printable ASCII; @bytes",

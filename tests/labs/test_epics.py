@@ -229,7 +229,7 @@ def test_a_zero_resolution_and_an_endless_unit_are_refused():
     with pytest.raises(UsageError, match="expected units per step"):
         MotorRecord("m1", lambda: None, 0)
     for units in ("x" * 16, "\u03bcm"):
-        with pytest.raises(UsageError, match="allowed 15 characters of Latin-1"):
+        with pytest.raises(UsageError, match="allowed up to 15 characters of Latin-1"):
             MotorRecord("m1", lambda: None, units=units)
 
 

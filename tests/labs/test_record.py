@@ -563,7 +563,7 @@ def test_texts_are_those_of_clients(run):
             4,
         )
         assert record.fields["JAR"].units == "mm/s/s"
-        with pytest.raises(UsageError, match="EGU of 20 characters; allowed 15"):
+        with pytest.raises(UsageError, match="EGU of 20 characters; allowed up to 15"):
             await record.put("EGU", "x" * 20)
 
     run(play)

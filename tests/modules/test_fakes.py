@@ -216,7 +216,7 @@ def check_said(said, fake, part):
         assert fake.eeprom == NEW[part], said
     if "its RAM has the stored program" in said:
         assert fake.ram == fake.eeprom, said
-    if "its RAM has one of its two programs" in said:
+    if "its RAM has either of its two programs" in said:
         assert fake.ram in (fake.eeprom, OLD[part]), said
 
 

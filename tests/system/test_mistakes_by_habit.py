@@ -262,7 +262,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.load("move.cy525")',
         "BenchFileError",
-        "move.cy525: a program, by its extension, not a bench file",
+        "move.cy525: a program, judging by its extension, not a bench file",
     ),
     ('slewline.load("move.cy525")', "BenchFileError", 'or on a bench with a host: [[host]], file = "move.cy525"'),
     ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "ms, so it has no edges yet"),

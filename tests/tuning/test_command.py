@@ -87,7 +87,7 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
 @pytest.mark.parametrize(("arguments", "says"), [
     (("--grid", "Q=3"), "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
-    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 points; allowed 1000000; use fewer values, such as /12"),
+    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 points; allowed up to 1000000; use fewer values, such as /12"),
     (("--perturb", "lod 20%"), "perturbation 'lod'; known: load, inertia"),
     (("--stepping", "quarter"), "steps 'quarter'; allowed full, wave, half, and micro with a number, such as micro 8"),
     (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 or more"),

@@ -307,7 +307,7 @@ class Circuit:
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         first, second = self.net(a), self.net(b)
         if first is second:
-            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two")
+            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two different ones")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.record("wire", a=a, b=b, invert=invert)

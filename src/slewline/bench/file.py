@@ -122,8 +122,8 @@ class BenchFile:
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         if self.path.suffix[1:].lower() in CHIPS.ours:
             raise BenchFileError(
-                f"{path}: a program, by its extension, not a bench file; run it with slewline run, or on a bench "
-                f'with a host: [[host]], file = "{self.path.name}"'
+                f"{path}: a program, judging by its extension, not a bench file; run it with slewline run, or on a "
+                f'bench with a host: [[host]], file = "{self.path.name}"'
             )
         self.text = read_text(path)
         self.data = read_toml(path, self.text)

@@ -78,7 +78,7 @@ def differing(known: Survey) -> str:
     """Return text that lists the parts of a journal whose laws differ from the present ones; "" if there are none."""
     here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
     different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
-    return ", ".join(f"{part} had behaviour {had} and has {here[part]}" for part, had in different)
+    return ", ".join(f"{part} had behaviour {had} and now has {here[part]}" for part, had in different)
 
 
 @answering("replay()")

@@ -141,7 +141,7 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
             each = "; in a list each value has its unit" if len(texts) > 1 else ""
             raise UsageError(f"{calculator.sheet.part}: {name} {values[name]!r}{without_comma(values[name])}{each}")
         if len(texts) > MAX_COMPARED:
-            raise UsageError(f"{name}: {len(texts)} values; allowed {MAX_COMPARED}")
+            raise UsageError(f"{name}: {len(texts)} values; allowed up to {MAX_COMPARED}")
         return [{**values, name: text.strip()} for text in texts]
     return [values]
 

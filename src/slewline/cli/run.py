@@ -128,7 +128,9 @@ class RunCommand(BenchOptions):
         if self.anywhere and not self.is_bench:
             raise click.UsageError("--anywhere needs a bench file")
         if self.allow_code and not (self.is_bench or self.replay):
-            raise click.UsageError("--allow-code needs a bench file or --replay; --chip may name a module without it")
+            raise click.UsageError(
+                "--allow-code needs a bench file or --replay; --chip may name a module without --allow-code"
+            )
         if self.is_bench and {"chip", "crystal", "over", "strap", "options", "memory"} & set(given):
             raise click.UsageError(
                 "a bench file names its chips; leave out --chip, --crystal, --over, --strap, --options, --memory"

@@ -189,7 +189,7 @@ class Effects:
     async def text(self, name: str, value: str) -> None:
         """Store a text."""
         if len(value) > LONGEST[name]:
-            raise UsageError(f"{name} of {len(value)} characters; allowed {LONGEST[name]}")
+            raise UsageError(f"{name} of {len(value)} characters; allowed up to {LONGEST[name]}")
         self.owner.state.kept[name] = value
 
     # ---------------------------------------------------------------------------------------------------- buttons

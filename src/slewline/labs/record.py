@@ -127,7 +127,7 @@ class MotorRecord:
                 self._same(row, value)
             else:
                 if row.put in SPEAKING and self.state.lost:
-                    raise UsageError(f"the module does not answer; the search repeats every {RETRY_S:.0f} s")
+                    raise UsageError(f"the module does not answer; the search is repeated every {RETRY_S:.0f} s")
                 await getattr(self.effects, row.put)(row.name, value)
         except UsageError as error:
             self.say(f"{self.name}.{row.name} {value}: refused: {error}")

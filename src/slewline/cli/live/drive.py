@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ...links.server import Server
 
 CHECK_S = 10.0
-WORDS = "clear: continue after a halt; clear homing, clear homed: with current; stop: stop the motor; status; end"
+WORDS = "clear: continue after a halt; clear homing, clear homed: and energise it; stop: stop the motor; status; end"
 
 
 @dataclass(kw_only=True)

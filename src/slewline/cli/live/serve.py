@@ -139,13 +139,13 @@ class ServeCommand(BenchOptions):
         if self.anywhere and self.bench is None:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:
-            raise click.UsageError("--allow-code needs --bench; CHIP may name a module without it")
+            raise click.UsageError("--allow-code needs --bench; CHIP may name a module without --allow-code")
         ctx = click.get_current_context(silent=True)
         if ctx and ctx.get_parameter_source("token") is ParameterSource.COMMANDLINE and not self.control:
             raise click.UsageError("--token: belongs to a control port; give --control HOST:PORT, too, or leave it out")
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
             raise click.UsageError(
-                f"--log {self.log}: is a program, by its extension; give the transcript another name"
+                f"--log {self.log}: is a program, judging by its extension; give the transcript another name"
             )
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")

@@ -206,7 +206,7 @@ class Row:
         if self.role and self.role not in ROW_ROLES:
             raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
         if self.at_once and self.at_once not in AT_ONCE:
-            raise SheetError(f"command {self.name}: at once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
+            raise SheetError(f"command {self.name}: at_once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
         if self.code < 0:
             object.__setattr__(self, "code", ord(self.form[0]))
 

@@ -120,7 +120,7 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
     """Copy the data of a record into an image; `given` marks the bytes set so far."""
     end = address + len(data)
     if end > LARGEST:
-        raise BenchFileError(f"{at}: up to address {end - 1:X}; allowed up to FFFF, sixteen address lines")
+        raise BenchFileError(f"{at}: the data end at address {end - 1:X}; allowed up to FFFF, sixteen address lines")
     if end > len(image):
         given.extend(bytes(end - len(image)))
         image.extend(bytes([ERASED]) * (end - len(image)))

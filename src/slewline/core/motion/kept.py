@@ -68,7 +68,7 @@ class Kept:
         """The remedy for the user: how to keep more."""
         if self.ps is not None:
             return keep_more(self.ps)
-        return f"a server keeps the last {self.stretches} stretches: query earlier, or replay its journal"
+        return f"a server keeps the last {self.stretches} stretches of motion: query earlier, or replay its journal"
 
     def refusal(self, start: int, since: int) -> NotRecorded:
         """Return the error for a query about an instant before the kept past."""

@@ -24,7 +24,7 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by the event of 
         "no message from the host for {watchdog} (watchdog); the motor decelerates to a stop",
     ),
     Happening.STOPPED: ("board-stopped", "{cause} stopped the motor immediately"),
-    Happening.BRAKED: ("board-stopped", "{cause} stops the motor by its stop ramp"),
+    Happening.BRAKED: ("board-stopped", "{cause} stops the motor along its stop ramp"),
     Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
     Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
 }
@@ -250,7 +250,7 @@ class Troubles:
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
-            "the chip began to move before any command of a host, by a program that starts at power-up; the motor is "
+            "the chip began to move before any command from a host, by a program that starts at power-up; the motor is "
             "held at rest. To allow this, give --self-start (self_start=True)",
         )
         self.feeder.halt()

@@ -38,7 +38,7 @@ class TimeVerbs(Verbs):
             found: Data = {"rate": float(pace.rate)}
         else:
             if "rate" in request:
-                raise UsageError("go: rate: in lockstep time passes only for hosts; leave it out")
+                raise UsageError("go: rate: in lockstep, time passes only for hosts; leave it out")
             pace.go()
             found = {"rate": 1.0}
         self.server.breakpoints.arm()

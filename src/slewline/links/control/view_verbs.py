@@ -147,7 +147,8 @@ class ViewVerbs(Verbs):
             except SlewlineError as error:  # it names a file on the server
                 raise UsageError(f"export: {str(error).removeprefix(f'{path}: ')}") from None
             if path.stat().st_size > EXPORTED:
-                raise UsageError(f"export: {path.stat().st_size} bytes; allowed {EXPORTED}; choose a shorter window")
+                size = path.stat().st_size
+                raise UsageError(f"export: {size} bytes; allowed up to {EXPORTED}; choose a shorter window")
             return {"text": path.read_text("utf-8")}
 
     # ---------------------------------------------------------------------------------------------- commands, actions

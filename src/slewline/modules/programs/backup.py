@@ -293,7 +293,7 @@ def save_beside(
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)
     if has(found, text):
-        report(f"{found} has the old program")
+        report(f"the old program is already in {found}")
         return found
     check_new(found, replace=None)
     earlier = sorted(found.parent.glob(f"{beside(path, 'before*').name}")) if keep is None else []

@@ -116,8 +116,8 @@ def _both(
         slope = (lacks - tried[1]) / (friction - tried[0]) if turn else -1.0
         tried, friction = (friction, lacks), max(friction - lacks / slope if slope else 0.0, 0.0)
     raise UsageError(
-        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss reproduce "
-        "both; check motor, driver and load, or use one of the two"
+        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no combination of friction and "
+        "iron loss reproduces both; check motor, driver and load, or use one of the two"
     )
 
 

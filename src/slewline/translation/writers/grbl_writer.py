@@ -307,6 +307,6 @@ class GrblWriter(LanguageWriter):
         if lasts == action.time_ps:
             self.sheet.same(action.line)
             return
-        description = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
+        description = f"{seconds(lasts)} instead of {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
         off = (lasts - action.time_ps) / action.time_ps
         self.sheet.nearly(action.line, description, off, lasts - action.time_ps)
