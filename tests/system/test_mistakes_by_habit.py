@@ -64,7 +64,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.steps()[x.steps().positions > 3]",
         "UsageError",
-        "allowed a whole number, or a slice such as [:10]; arrays are",
+        "expected a whole number, or a slice such as [:10]; arrays are",
     ),
     ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1, but not 1.0"),
     ("x.deviation(3)", "UsageError", "x: deviation(3): expected a motion, such as x.motions()[0]"),

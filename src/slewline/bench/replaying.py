@@ -255,7 +255,7 @@ def as_bytes(content: Any) -> bytes:
     """
     if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
         raise UsageError(
-            f"store: found {json.dumps(content)[:80]}; allowed a list of at most {LARGEST} bytes, 0 to 255"
+            f"store: found {json.dumps(content)[:80]}; expected a list of at most {LARGEST} bytes, 0 to 255"
         )
     try:
         return bytes(content)

@@ -64,7 +64,7 @@ class LineSpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a line with address, checksum and carriage return, as far as the part uses them."""
         if not command.isascii() or CR.decode() in command or not command:
-            raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
+            raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
 
     def row(self, command: str) -> Row | None:
@@ -153,7 +153,7 @@ class QuerySpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a command with its carriage return, unless the command needs none."""
         if not command.isascii() or CR.decode() in command or not command:
-            raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
+            raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:

@@ -84,7 +84,7 @@ def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) ->
                 raise UsageError(f"usb of {name}: {key!r}; allowed {', '.join(ADAPTER)}{hint(key, ADAPTER)}")
             number = key in ("vid", "pid")
             if not isinstance(value, int if number else str) or (number and not 0 <= int(value) <= 0xFFFF):
-                raise UsageError(f"usb of {name}: {key} {value!r}; allowed {'0 to 0xFFFF' if number else 'a text'}")
+                raise UsageError(f"usb of {name}: {key} {value!r}; allowed {'0 to 0xFFFF' if number else 'text'}")
 
 
 def check_class(library: str, cls: object, base: type) -> None:

@@ -122,7 +122,7 @@ class Rig:
         sheet = sheet_of(part)
         self.channel = self.channel_of(sheet)
         if not isinstance(seed, int):
-            raise UsageError(f"seed {seed!r}; allowed a whole number")
+            raise UsageError(f"seed {seed!r}; expected a whole number")
         self.bench = Bench(seed)
         kept = None if store is None else store_at(store)
         external = is_outside(sheet)

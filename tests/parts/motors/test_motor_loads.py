@@ -104,7 +104,7 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
 @rows(
     ("value", "says"),
     [
-        (5, f"l 5; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {TABLE}"),
+        (5, f"l 5; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {TABLE}"),
         ({"inertia": -1}, f"l: inertia -1; allowed {KG_M2}"),
         ("inertia -1 g cm2", f"l: inertia '-1 g cm2'; allowed {KG_M2}"),
         ("inertia", f"l: inertia ''; allowed {KG_M2}"),

@@ -72,7 +72,7 @@ class Steps:
         count = len(self)
         if whole(which) is None:
             raise UsageError(
-                f"steps[{which!r}]: allowed a whole number, or a slice such as [:10]; arrays are steps.times_ps, "
+                f"steps[{which!r}]: expected a whole number, or a slice such as [:10]; arrays are steps.times_ps, "
                 "steps.directions and steps.positions"
             )
         if not -count <= which < count:

@@ -34,7 +34,7 @@ def switch_address(letter: str, digit: int) -> int:
 
 
 def _one_letter(letter: str) -> str:
-    return "" if len(letter) == 1 and "A" <= letter <= "Z" else "allowed one letter, A to Z"
+    return "" if len(letter) == 1 and "A" <= letter <= "Z" else "expected one letter, A to Z"
 
 
 def _digits(value: str) -> str:

@@ -65,7 +65,7 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
         raise UsageError(
-            f"{name} {value!r}; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {table}"
+            f"{name} {value!r}; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {table}"
         )
     found = checked(name, FIGURES, of_text(value, FIGURES, name, {}) if isinstance(value, str) else value)
     for each, others in NEEDS:

@@ -165,7 +165,7 @@ def _teeth(angle: Any, name: str) -> int:
         teeth = 0.0
     if not 1 <= teeth <= 1000 or abs(teeth - round(teeth)) > 1e-3 * teeth:
         raise UsageError(
-            f"{name}: step_angle {angle!r}; allowed an angle that divides 90 deg, such as 1.8 deg, 0.9 deg"
+            f"{name}: step_angle {angle!r}; expected an angle that divides 90 deg, such as 1.8 deg, 0.9 deg"
         )
     return round(teeth)
 
@@ -189,7 +189,7 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join((*BESIDE, *(row.name for row in FIGURES)))
         raise UsageError(
-            f"{name} {value!r}; allowed the name of a motor, text such as '{EXAMPLE}', or a table with {table}"
+            f"{name} {value!r}; expected the name of a motor, text such as '{EXAMPLE}', or a table with {table}"
         )
     given, rows = motor_table(value, name), [*FIGURES]
     if "like" in given:
