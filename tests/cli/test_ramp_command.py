@@ -157,7 +157,7 @@ WRONG = [
     ((*CY, "--plot", "x.txt"), "x.txt: give a name that ends in .svg, .png or .pdf"),
     (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move reaches 9675 steps/s; give --distance"),
     ((*MC, "--distance", "5000001", "--plot", "x.svg"), "x.svg: 5000001 steps; allowed up to 5000000"),
-    (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be free"),
+    (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be searched"),
 ]
 
 

@@ -73,7 +73,7 @@ def test_an_address_is_added_to_the_base_with_its_carry() -> None:
         (":00000009F7\n", "line 1: a record of type 09; allowed 00 to 05"),
         (":020000040001F9\n:0100000041BE\n:00000001FF\n", "line 2: the data end at address 10000; allowed up to FFFF"),
         (":0100000041BE\n:0100000042BD\n:00000001FF\n", "line 2: address 0000 is 42 here and 41 above"),
-        (":0100000000FF\n:01000002FFFE\n", "line 2: a base of 1 bytes; allowed 2"),
+        (":0100000000FF\n:01000002FFFE\n", "line 2: a base address of 1 bytes; required 2"),
     ],
 )
 def test_mistakes_are_reported_with_their_line(text: str, says: str) -> None:

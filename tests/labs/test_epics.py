@@ -58,7 +58,7 @@ def test_a_part_that_is_silent_while_it_moves_has_a_record_as_well(run):
     async def play(record):
         await record.put("VAL", 4000)
         assert record.chip.position == record.get("RBV") == 4000
-        with pytest.raises(UsageError, match="no homing in a given direction"):
+        with pytest.raises(UsageError, match="no homing with a selectable direction"):
             await record.put("HOMF", 1)
         put = asyncio.create_task(record.put("VAL", 0))
         while not record.get("MOVN"):

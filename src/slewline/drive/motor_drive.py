@@ -137,7 +137,7 @@ class Drive:
         if (number := getattr(model, "number", None)) is not None:
             raise UsageError(f"chip {chip!r}: is an axis; give its chip, and axis={number}")
         if not hasattr(model, "axis"):
-            raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 names another axis")
+            raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 selects another axis")
         model.axis(axis)  # check that it exists
         for name, given in (("inputs", inputs), ("outputs", outputs)):
             if given is not None and not isinstance(given, Mapping):
@@ -390,5 +390,5 @@ class Drive:
         """
         self._check_open()
         if homed and homing:
-            raise UsageError("clear: homed and homing; give one of them")
+            raise UsageError("clear: homed and homing; give only one of them")
         self._live.clear(homed, homing)

@@ -226,7 +226,7 @@ class Talk:
         """Check that the board is still the one for which the drive was created."""
         board, was = board_of(ident), self.state.board
         if board is not was:
-            raise UsageError(f"the board is an {board.title} now, and was an {was.title}; make a new drive")
+            raise UsageError(f"the board is now an {board.title}, but was an {was.title}; make a new drive")
         self.feeder.shortest = ident.shortest
 
 

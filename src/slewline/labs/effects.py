@@ -218,7 +218,7 @@ class Effects:
         """Home; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
-            raise UsageError(f"{name} {value}; allowed 1; STOP ends a homing")
+            raise UsageError(f"{name} {value}; allowed only 1; STOP ends a homing")
         self._no_setting(name)
         if motor.homing is None:
             motor.home(1)  # the message states why it cannot
@@ -252,7 +252,7 @@ class Effects:
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:
-            raise UsageError(f"{name}: SET is Set, in which no motor moves; set it to Use first")
+            raise UsageError(f"{name}: SET is Set, a state in which no motor moves; set it to Use first")
 
     async def update(self, name: str, value: int) -> None:
         """Query the position of the module."""

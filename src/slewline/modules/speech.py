@@ -39,7 +39,7 @@ class LineSpeech(Speech):
         if self.address not in allowed:
             raise UsageError(f"--address {address}: allowed {', '.join(map(str, allowed))} (0: none is sent)")
         if checked and not self.line.checksum_pin:
-            raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have none; leave it out")
+            raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have no checksum; leave it out")
 
     @property
     def word(self) -> CharacterFormat:

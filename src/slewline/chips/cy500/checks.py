@@ -42,7 +42,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     if name == "FACTOR" and state.slope:
         yield Odd("factor-in-slope", "warning", "slopes force the factor to 1", "T.2 S", "send S 0 to end the slopes")
     if name == "TIL" and state.jog:
-        yield Odd("til-and-jog", "warning", "command T is sent in jog mode, and both use XSS", "T.2 J, T")
+        yield Odd("til-and-jog", "warning", "command T is sent in jog mode; both T and jog mode use XSS", "T.2 J, T")
     if name == "GOSTEP" and state.jog:
         found = "command G is ignored in jog mode, in which XSS starts and stops the motor"
         yield Odd("go-in-jog", "warning", found, "T.2 J")

@@ -159,7 +159,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     def do_til(self) -> None:
         """T: run the program from its start while XSS is low; in jog mode, which uses XSS too, this is a finding."""
         if self.registers.jog:
-            self.chip.finding("til-and-jog", "command T is sent in jog mode, and both use XSS")
+            self.chip.finding("til-and-jog", "command T is sent in jog mode; both T and jog mode use XSS")
         super().do_til()
 
     def do_quit(self) -> None:

@@ -182,7 +182,7 @@ class Motion(motion.Motion):
                 self.hold_reported = True
                 chip.finding(
                     "request-held",
-                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has been high",
+                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has gone high",
                 )
             return plan
         return await self.change_rate(profile.rate(plan, step))
@@ -237,7 +237,7 @@ class Motion(motion.Motion):
             self.request_changes = self.request.changes
             if rate > old:
                 break
-            chip.finding("fly-zero-low", f"rate {rate} at rate 0 has no effect; required {commands}")
+            chip.finding("fly-zero-low", f"rate {rate} has no effect at rate 0; required: {commands}")
         slew.deactivate()
         await self.uninhibited()
         chip.waits(self.progress)

@@ -175,7 +175,7 @@ class Stepwise(twin.Stepwise):
             self.ramped_over = True
         elif coming.kind == SLEW and self.served and not self.hold_reported:
             self.hold_reported = True
-            self.chip.finding("request-held", "a request counts once")
+            self.chip.finding("request-held", "a request is served only once")
         if self.request.level == 0 and self.endless and not self.served and SLEW in (just.kind, coming.kind):
             self.served, self.ramped_over = True, False
             return await self.rate_request()

@@ -82,7 +82,7 @@ class Instructions(instructions.ParameterHandlers):
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding(
-                "bus-bit", f"B {argument}: the data bus is in use; the bit lasts until the next bus cycle"
+                "bus-bit", f"B {argument}: the data bus is in use; the bit keeps its level until the next bus cycle"
             )
         if one and argument & 0x0F == 6 and self.bits.shared:
             self.chip.finding("shared-bit", f"B {argument}: USRB6 is {self.bits.shared}; only the latch changes")

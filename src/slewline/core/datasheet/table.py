@@ -71,7 +71,8 @@ class Pin:
 
     def __post_init__(self) -> None:
         if self.reflex and (self.reflex not in REFLEXES or self.acts is None):
-            raise SheetError(f"pin {self.name}: reflex {self.reflex!r} of no level, or none of {', '.join(REFLEXES)}")
+            names = ", ".join(REFLEXES)
+            raise SheetError(f"pin {self.name}: reflex {self.reflex!r}; required: an active level, and one of {names}")
         if self.role and self.role not in ROLES:
             raise SheetError(f"pin {self.name}: no role {self.role!r}; there are: {', '.join(ROLES)}")
         if self.sense is None:

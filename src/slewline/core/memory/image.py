@@ -112,7 +112,7 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
         raise BenchFileError(f"{at}: checksum {record[-1]:02X}, calculated {right:02X}; the file is damaged")
     address, kind, data = int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
     if kind in SHIFTS and len(data) != 2:
-        raise BenchFileError(f"{at}: a base of {len(data)} bytes; allowed 2")
+        raise BenchFileError(f"{at}: a base address of {len(data)} bytes; required 2")
     return address, kind, data
 
 

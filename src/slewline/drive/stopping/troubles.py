@@ -234,7 +234,7 @@ class Troubles:
         if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             self.feeder.restart(self.clock.unwrap(answer.tick) + state.horizon // 2)
             self.report(
-                "late-start", "the host was too late to start a motion: the motor makes the whole motion, later"
+                "late-start", "the host was too late to start a motion: the motor makes the whole motion, but later"
             )
             return
         energised = answer.flags & PowerFlag.ENERGISED
@@ -284,8 +284,8 @@ class Troubles:
         self._halt()
         self.report(
             "driver-off",
-            "the board has switched the driver off without a message from its host, and does not switch it on by "
-            "itself: the motor may have moved; clear the drive, and home",
+            "the board has switched the driver off by itself, without a message from its host, and does not "
+            "switch it on again: the motor may have moved; clear the drive, and home",
         )
 
     def clock_jumped(self) -> None:
@@ -294,7 +294,7 @@ class Troubles:
             self._halt()
             self.report(
                 "computer-slept",
-                "this computer slept during a motion, so the board has stopped the motor; keep it awake",
+                "this computer slept during a motion, so the board has stopped the motor; keep the computer awake",
             )
         self.cable.flush()  # its ticks are the old ones
 

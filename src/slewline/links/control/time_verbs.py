@@ -91,7 +91,7 @@ class TimeVerbs(Verbs):
         chip, by = self.chip(request["chip"]), request["by"]
         if by == "instruction":
             if not chip.program_rows() and chip.program_counter is None:
-                raise UsageError(f"{chip.name}: no program is stored, so there is no instruction to come")
+                raise UsageError(f"{chip.name}: no program is stored, so there is no next instruction")
             return chip.at_instruction()
         if by == "step":
             return StepCondition(self.axis(request))

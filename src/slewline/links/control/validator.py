@@ -55,7 +55,7 @@ def as_object(line: bytes) -> Data:
         text = shown(line.decode("utf-8", "replace"))
         raise UsageError(f'{text} is not a JSON object; expected a line such as {{"do": "status"}}')
     if deeper(found, DEEPEST):
-        raise UsageError(f"the request is nested more deeply than {DEEPEST} objects and lists; send a flatter one")
+        raise UsageError(f"the request is nested more than {DEEPEST} levels deep; send a flatter one")
     return found
 
 

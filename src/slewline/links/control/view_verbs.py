@@ -136,7 +136,7 @@ class ViewVerbs(Verbs):
         form = request["form"]
         pins = [name for name in dict.fromkeys(request["signals"]) if name in self.bench.recorded]
         if not pins:
-            raise UsageError("export: signals: no recorded pin is among them; `record` records pins from then on")
+            raise UsageError("export: signals: no recorded pin is among them; use `record` to record pins from now on")
         start, stop = (f"{ps} ps" for ps in self.of_window(request))
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"window.{form}"

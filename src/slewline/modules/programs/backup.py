@@ -209,8 +209,8 @@ def check_push(sheet: Sheet) -> None:
     if not any(isinstance(channel, (*WRITERS,)) for channel in sheet.channels):
         part = sheet.part.upper()
         raise UsageError(
-            f"push: an adapter does not show whether program entry of the {part} is open, so a move might be made "
-            "instead of stored, and a program that cannot be verified is not sent; allowed: parts with a serial "
+            f"push: an adapter does not show whether program entry of the {part} is open, so a move might be "
+            "executed instead of stored, and a program that cannot be verified is not sent; allowed: parts with a serial "
             "line; switch the motor off and enter the program by hand, with slewline terminal"
         )
 

@@ -213,7 +213,7 @@ def inverted(levels: NDArray[Any], name: str = "") -> NDArray[Any]:
     import numpy as np
 
     if len(levels) and levels.max() > 1:
-        raise UsageError(f"invert: {name or 'the signal'} is a bus; only wires are inverted")
+        raise UsageError(f"invert: {name or 'the signal'} is a bus; only wires can be inverted")
     return np.where(levels < 0, levels, 1 - levels).astype(levels.dtype)
 
 
