@@ -180,7 +180,7 @@ def run(app: Debugger) -> int:
     """
     if not (is_terminal(sys.stdin) and is_terminal(sys.__stderr__)):  # the screen is drawn there
         raise UsageError(
-            "debug needs a terminal for its screen, but standard input or error is not one; `slewline run` plays a "
+            "debug needs a terminal for its screen, but standard input or error is not one; `slewline run` runs a "
             "program without one"
         )
     columns, lines = get_terminal_size()
