@@ -409,7 +409,7 @@ def test_homing_is_at_its_own_rate_and_leaves_what_is_wanted_there(run):
     async def play(record):
         for switch in ("eot", "home"):
             record.chip.pin(switch).drive(0)
-        with pytest.raises(UsageError, match="HOMF 0; allowed 1"):
+        with pytest.raises(UsageError, match="HOMF 0; allowed only 1"):
             await record.put("HOMF", 0)
         await record.put("HVEL", 300)
         module, sent = record.motor.module, []
