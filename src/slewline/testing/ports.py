@@ -96,7 +96,7 @@ def check_class(library: str, cls: object, base: type) -> None:
     if not (isinstance(cls, type) and issubclass(cls, base)):
         raise UsageError(
             f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so a program cannot find a module "
-            "there; do not replace it in tests with such modules: a port that does not exist cannot be opened anyway"
+            "there; do not replace it in tests that use modules: a port that does not exist cannot be opened anyway"
         )
 
 

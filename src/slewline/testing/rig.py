@@ -305,7 +305,7 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
     rig = NAMED[name]
     named = rig.part
     if part != named or (len(query) > 1 and url != rig.url):
-        that = f"{name!r} is {rig.url} already; give this one another name, or open that one"
+        that = f"{name!r} is {rig.url} already; give this one another name, or open that one by its URL"
         raise UsageError(f"{url}: {that}, or {SCHEME}://{named}?name={name}")
     return rig
 

@@ -105,7 +105,7 @@ USUAL = (  # tried first while no counts are known: the perturbations that cause
     alone("drag", -30),
 )
 _ITEM = re.compile(r"\s*([A-Za-z]+)\s*(±|\+-|\+/-|[+-])?\s*(\d+(?:\.\d+)?)\s*%\s*")
-EXAMPLE = 'such as "load 20%, supply -10%": without a sign, up and down; or "none"'
+EXAMPLE = 'such as "load 20%, supply -10%": without a sign, both up and down; or "none"'
 
 
 def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
