@@ -295,7 +295,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "a part of kind inverter has no standard wiring; connect in1, out with bench.wire",
     ),
-    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same pin or bus; give two different"),
+    ('b.wire("x.slew", "x.slew")', "WiringError", "x.slew to x.slew: both are the same pin or bus; give two different"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
     (

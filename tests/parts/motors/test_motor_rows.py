@@ -129,7 +129,8 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         ),
         (
             SMALL | {"torque": 0},
-            "m: torque 0 N m; must be more than the detent torque (0 N m): give the holding torque at the rated current",
+            "m: torque 0 N m; must be more than the detent torque (0 N m): "
+            "give the holding torque at the rated current",
         ),
         (
             SMALL | {"detent": 0.49},

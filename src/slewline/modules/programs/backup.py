@@ -210,8 +210,8 @@ def check_push(sheet: Sheet) -> None:
         part = sheet.part.upper()
         raise UsageError(
             f"push: an adapter does not show whether program entry of the {part} is open, so a move might be "
-            "executed instead of stored, and a program that cannot be verified is not sent; allowed: parts with a serial "
-            "line; switch the motor off and enter the program by hand, with slewline terminal"
+            "executed instead of stored, and a program that cannot be verified is not sent; allowed: parts with a "
+            "serial line; switch the motor off and enter the program by hand, with slewline terminal"
         )
 
 

@@ -231,7 +231,8 @@ class MemoryReader(ProgramReader):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
         self.report(
-            f"{module.name}: erased from {address} on; the module is listing the rest, which takes at most {seconds:.0f} s"
+            f"{module.name}: erased from {address} on; the module is listing the rest, which takes at most "
+            f"{seconds:.0f} s"
         )
         module.tidy(self.sheet.buffer_bytes - address)
         return b""

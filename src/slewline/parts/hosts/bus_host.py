@@ -211,9 +211,7 @@ class BusHost(Host):
         """
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
-            raise UsageError(
-                f"{self.name}: rate {rate!r}; allowed 0 to 127, or up to 255 to test the part's reaction"
-            )
+            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127, or up to 255 to test the part's reaction")
         self._needs("slewing", "takes no rate on the fly")
         taken = "a rate is taken while the motor slews, in a motion after H and G"
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)

@@ -267,7 +267,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
     for each in given:
         if each not in (*ALWAYS, *TAKES[kind]) and any(each == row.name for row in rows):
             of = ", ".join(other for other, takes in TAKES.items() if each in takes)
-            raise UsageError(f"{name}: {each} {given[each]!r}; drivers of kind {kind!r} have no {each}, only: {of}")
+            raise UsageError(f"{name}: {each} {given[each]!r}; not for kind {kind!r}, only for: {of}")
     for each in NEEDED:
         if each in TAKES[kind] and each not in given:
             row = next(row for row in rows if row.name == each)
