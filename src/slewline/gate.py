@@ -123,7 +123,7 @@ class FileGate:
             )
         if refused := next((each for each in below if each.startswith(".") or each.lower() in RUN_IN), None):
             raise SlewlineError(
-                f"found {name!r}, in a folder {refused!r}, whose files are run; name a link in another folder, "
+                f"found {name!r}, in a folder {refused!r}, whose files are executed; name a link in another folder, "
                 "or allow links anywhere (--anywhere)"
             )
         return LinkPlace(self.folder, tuple(below), own)

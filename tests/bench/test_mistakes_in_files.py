@@ -138,7 +138,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slew"\nto = "x.slew"\n',
-        ", line 4: [[wire]] 1: wire x.slew to x.slew: both are the same pin or bus; give two",
+        ", line 4: [[wire]] 1: wire x.slew to x.slew: both are the same pin or bus; give two different ones",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slow"\nto = "x.wait"\n',

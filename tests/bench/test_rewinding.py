@@ -164,7 +164,7 @@ def test_only_the_past_can_be_gone_back_to(at: int, tmp_path: Path) -> None:
     bench.add("cy525", "x")
     bench.run("20 ms")
     past = Past(bench)
-    with pytest.raises(UsageError, match="allowed: after 0, up to 20 ms"):
+    with pytest.raises(UsageError, match="allowed: later than 0, up to 20 ms"):
         past.at(at).rerun([driven("x.abort", 0, at)], bench.now_ps, tmp_path / "copy")
     with pytest.raises(UsageError, match="no input"):
         past.at(MS).rerun([], bench.now_ps, tmp_path / "copy")

@@ -315,7 +315,7 @@ def test_two_scripts_of_a_host_play_one_after_the_other():
         ("P \u22123", "at character 3 is not printable ASCII; write -"),
         ("R\u200b 8", r"'\u200b' at character 2 is not printable ASCII; delete this invisible character"),
         ("R\t80", "'\\t' at character 2"),
-        ("9" * 1001, "a line of 1001 characters; allowed 1000"),
+        ("9" * 1001, "a line of 1001 characters; allowed up to 1000"),
     ],
 )
 def test_mistakes_are_reported_with_their_place_before_anything_is_queued(line, found):

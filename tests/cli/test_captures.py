@@ -206,6 +206,6 @@ def test_compare_on_a_constant_signal(call, tmp_path, monkeypatch):
     assert called.status == 0 and "no edges; its level is 1, that of the model 0; it may be inverted" in called.out
     assert "no edges" not in call("compare", "model.vcd", "a.vcd", "--map", MAP, "--invert", "DIR").out
     says = call("compare", "model.vcd", "a.vcd", "--map", MAP, "--invert", "D7").err
-    assert "--invert D7: allowed wires that are compared: x.STEP, x.DIR, all" in says
+    assert "--invert D7: not a wire that is compared; allowed x.STEP, x.DIR, all" in says
     data = call("compare", "model.vcd", "a.vcd", "--map", MAP, "--json").json
     assert data[0]["within"] == "the sampling at 12 MHz" and len(data[1]["notes"]) == 1

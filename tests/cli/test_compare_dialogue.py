@@ -118,10 +118,10 @@ WRONG = {
         "dialogue nowhere: cannot be read: No such file or directory; name a file that can be read",
     ),
     "not a dialogue": (["text"], "text: is not a dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
-    "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: a dialogue has no such option; leave it out"),
-    "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),
+    "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: not an option for a dialogue; leave it out"),
+    "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: not an option for two waveforms"),
     "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S; allowed 9600, 4800"),
-    "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s takes none"),
+    "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s has no selectable crystal"),
     "address": (
         ["x.dialogue", "--address", "3"],
         "x.dialogue: nothing to compare: none of its",

@@ -17,7 +17,7 @@ from tests.links.conftest import PATIENCE
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ((), "give one of a program, a chip, a bench file, and --attach HOST:PORT"),
+        ((), "give exactly one of these: a program, a chip, a bench file, --attach HOST:PORT"),
         (("cy525", "--attach", "4002"), "give one of"),
         (("--attach", "4002", "--chip", "cy525"), "--attach debugs a running server"),
         (("cell.toml", "--chip", "cy525"), "a bench file names its chips"),

@@ -40,11 +40,11 @@ MISTAKES = [
     ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
     (
         (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
-        ["--control and --allow-remote", "can move a real motor; leave out one"],
+        ["--control and --allow-remote", "can move a real motor; leave one out"],
     ),
     (
         (*DRIVE, "--board", "twin", "--black-box", "b", "--no-black-box"),
-        ["--black-box and --no-black-box: leave out one"],
+        ["--black-box and --no-black-box: leave one out"],
     ),
     ((*DRIVE, "--board", "twin", "--horizon", "5 ms"), ["horizon '5 ms'; allowed 10 ms to 2 s"]),
     ((*DRIVE, "--board", "twin", "--horizon", "long"), ["'long'"]),
@@ -267,7 +267,7 @@ def test_without_a_black_box_nothing_is_left(folder):
 def test_typed_words_stop_the_motor_and_let_it_continue(folder):
     with Slewline(*DRIVE, *AHEAD, "--board", "twin", "--no-black-box", folder=folder, typed=True) as driven:
         where = driven.ready()
-        driven.hears("slewline: type clear: continue after a halt; clear homing, clear homed: with current; stop: stop")
+        driven.hears("slewline: type clear: continue after a halt; clear homing, clear homed: and energise it; stop:")
         driven.type("clear")
         driven.hears("slewline: the drive is not halted, so clear has no effect")
         driven.type("Halt")
@@ -277,7 +277,7 @@ def test_typed_words_stop_the_motor_and_let_it_continue(folder):
             while driven.count() < 300:
                 sleep(0.02)
             driven.type("stop")
-            driven.hears(r"gs_c200s: board-stopped: the host stops the motor by its stop ramp")
+            driven.hears(r"gs_c200s: board-stopped: the host stops the motor along its stop ramp")
             driven.type("status")
             driven.hears(r"board halted at \d+ .*board-stopped")
             stood = driven.stands()
@@ -313,7 +313,7 @@ def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allo
         assert driven.end() == 0
     with Slewline(*DRIVE, *words, "--strap", "rec=0", folder=folder) as driven:
         driven.ready()
-        driven.hears("gs_c200s: moved-by-itself: the chip began to move before any command of a host")
+        driven.hears("gs_c200s: moved-by-itself: the chip began to move before any command from a host")
         driven.hears("--self-start")
         for _ in range(3):
             assert "board halted at 0" in driven.status()

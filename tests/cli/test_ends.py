@@ -181,14 +181,14 @@ def test_a_panel_that_was_killed_is_started_again_once(tmp_path, attached):
             first = x.where("panel")
             again = "out" if attached else "err"
             x.until(lambda: x.said(again).count("panel: http://") == 1 + attached)
-            assert "slewline: the panel has ended (signal 9), and is restarted\n" in x.said("err")
+            assert "slewline: the panel has ended (signal 9), and is being restarted\n" in x.said("err")
             assert x.said(again).split()[-1] != first
             os.kill(panel_of(x.process.pid), signal.SIGKILL)
             if attached:
                 assert x.process.wait(PATIENCE) == 0
             else:
                 x.until(lambda: "is not restarted" in x.said("err"))
-            assert "has ended (signal 9) again, and is not restarted; for a page, restart" in x.said("err")
+            assert "has ended (signal 9) again, and is not restarted; to get the page back, restart" in x.said("err")
             if not attached:
                 x.process.send_signal(signal.SIGINT)
                 assert x.process.wait(PATIENCE) == 0

@@ -51,7 +51,7 @@ def test_an_invalid_record_name_is_not_served(capsys, module, name, says):
         ((*RAMP, "S=20"), "'S=20'; expected each parameter of the ramp once, as in S=10"),
         (("S10", *RAMP), "'S10'; expected each parameter of the ramp once, as in S=10"),
         (("S=10", "T=5000", "R=50"), "T '5000'; allowed 1..1000"),
-        ((*RAMP, "--resolution", "0"), "allowed units per step"),
+        ((*RAMP, "--resolution", "0"), "expected units per step"),
         ((*RAMP, "--every", "0 s"), "--every 0 ps; allowed 50 ms to 3600 s"),
         ((*RAMP, "--every", "2"), "'--every': time '2': expected a number and a unit"),
         ((*RAMP, "--baud", "1000"), "--baud 1000: not a rate of the GS-C200S"),
@@ -75,7 +75,7 @@ def test_an_address_that_other_machines_reach_needs_an_option(capsys, module, mo
 def test_an_invalid_port_variable_is_reported(capsys, module, monkeypatch, name, port):
     monkeypatch.setenv(name, port)
     told = refused(capsys, module.url, *OPTIONS, *RAMP)
-    assert f"{name} '{port}' in the environment: allowed a port, 1 to 65535" in told
+    assert f"{name} '{port}' in the environment; allowed: a port, 1 to 65535" in told
 
 
 def test_the_port_of_the_server_is_that_of_either_variable(monkeypatch):

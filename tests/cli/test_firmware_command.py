@@ -48,7 +48,7 @@ def test_it_writes_the_file_and_prints_the_next_steps(call, release: Path) -> No
 def test_a_missing_image_is_named_with_its_remedy(call, release: Path) -> None:
     ran = call("firmware", "uno")
     assert ran.status == 2
-    assert "slewline-uno.hex is not here" in ran.err and "--from" in ran.err and "make boards" in ran.err
+    assert "slewline-uno.hex was not found" in ran.err and "--from" in ran.err and "make boards" in ran.err
 
 
 def test_a_wrong_name_board_or_extension_is_refused(call, release: Path) -> None:
@@ -156,8 +156,8 @@ def test_the_dialogue_can_be_saved(call) -> None:
         (("--check", "p"), "name the firmware that the board has"),
         (("uno", "--check", "p"), "uno does not replace a module"),
         (("gs-c200s", "--check", "p", "-o", "x.uf2"), "writes no firmware"),
-        (("gs-c200s", "--check", "p", "--move"), "--move: the motor moves by a program"),
-        (("gs-c200", "--check", "p", "--replace"), "ends program entry only by E"),
+        (("gs-c200s", "--check", "p", "--move"), "--move: a program moves the motor"),
+        (("gs-c200", "--check", "p", "--replace"), "ends program entry only with E"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(call, words: tuple[str, ...], says: str) -> None:

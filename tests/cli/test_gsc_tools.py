@@ -226,7 +226,7 @@ def test_pins_and_ramps_are_drawn(call, program):
 @pytest.mark.parametrize(
     ("options", "found"),
     [
-        (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s takes none"),
+        (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s has no selectable crystal"),
         (("p.gs-c200s", "--strap", "clock=1"), "a strap sets an input to 0 or 1"),
         (("p.gs-c200s", "--strap", "chs=2"), "is not a level; levels are 0 (low) and 1 (high)"),
         (

@@ -88,7 +88,7 @@ def test_rates_in_turns_are_those_of_the_motor_and_its_steps(call):
         ("short.toml", "short.toml: needs resistance (ohm: of a phase)"),
         ("bench.toml", "bench.toml: is a bench file; allowed: the figures of one motor"),
         ("word.toml", "word.toml: no option 'volts'"),
-        ("unit.toml", "unit.toml: torque '0.44 kg'; kg is a unit of mass; allowed 0 and more N m"),
+        ("unit.toml", "unit.toml: torque '0.44 kg'; kg is a unit of mass; allowed 0 or more N m"),
     ],
 )
 def test_a_motor_that_cannot_be_is_refused(call, folder, given, says):
@@ -106,7 +106,7 @@ def test_a_motor_that_cannot_be_is_refused(call, folder, given, says):
     [
         (
             ("ramp", "mc1451a", "SET_VEL=600 rpm"),
-            "a chip counts steps, and the steps a turn of a motor are not known here",
+            "a chip counts steps, and the motor's steps per revolution are not known here",
         ),
         (("ramp", "gs-c200s", "T=600 rpm"), "rate '600 rpm': a chip counts steps"),
         (("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "5 Nm"), "--pull-out '5 Nm'; Nm is a unit of torque"),

@@ -147,17 +147,17 @@ WRONG = [
     ((*CY, "part=3"), "cy525: no parameter 'part'; there are: F, R, S, Z"),
     (("cy525", "F=3", "R=200", "S=1"), "cy525: R '200'; allowed 0..127"),
     (("cy525", "F=3", "R=9"), "cy525: no value for S (acceleration"),
-    ((*CY, "--time", "1 s", "--accel", "4 steps/s2"), "give one of time, acceleration and steps"),
+    ((*CY, "--time", "1 s", "--accel", "4 steps/s2"), "exactly one goal: time, acceleration or steps"),
     ((*CY, "Z=1", "--time", "1 s"), "every parameter is given; leave out S or Z"),
     ((*CY, "--distance", "70000"), "a move of 70000 steps; allowed 1..65535"),
     ((*GSC, "--distance", "0"), "a move of 0 steps; allowed 1..9999999"),
     ((*MC, "--distance", "2147483648"), "a move of 2147483648 steps; allowed 1..1073741823"),
     ((*CY, "--crystal", "40 MHz"), "CY525 takes 1 to 11 MHz"),
-    ((*GSC, "--crystal", "4 MHz"), "the gs-c200 takes none"),
+    ((*GSC, "--crystal", "4 MHz"), "the gs-c200 has no selectable crystal"),
     ((*CY, "--plot", "x.txt"), "x.txt: give a name that ends in .svg, .png or .pdf"),
     (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move reaches 9675 steps/s; give --distance"),
     ((*MC, "--distance", "5000001", "--plot", "x.svg"), "x.svg: 5000001 steps; allowed up to 5000000"),
-    (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be free"),
+    (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be searched"),
 ]
 
 

@@ -102,7 +102,7 @@ def test_a_complete_line_is_not_prompted_for():
 
 def test_without_a_terminal_all_that_is_missing_is_named(call):
     ran = call("tune", "cy525", "--steps", "40")
-    assert ran.status == 2 and "Missing --motor, --driver; such as:  slewline tune cy525" in ran.err
+    assert ran.status == 2 and "Missing --motor, --driver; for example:  slewline tune cy525" in ran.err
     assert "Missing argument 'CHIP'" in call("tune").err
 
 

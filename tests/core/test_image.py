@@ -71,9 +71,9 @@ def test_an_address_is_added_to_the_base_with_its_carry() -> None:
         ("hello\n", "line 1: 'hello' is not a record"),
         (":0G\n", "line 1: ':0G' is not a record"),
         (":00000009F7\n", "line 1: a record of type 09; allowed 00 to 05"),
-        (":020000040001F9\n:0100000041BE\n:00000001FF\n", "line 2: up to address 10000; allowed FFFF"),
+        (":020000040001F9\n:0100000041BE\n:00000001FF\n", "line 2: the data end at address 10000; allowed up to FFFF"),
         (":0100000041BE\n:0100000042BD\n:00000001FF\n", "line 2: address 0000 is 42 here and 41 above"),
-        (":0100000000FF\n:01000002FFFE\n", "line 2: a base of 1 bytes; allowed 2"),
+        (":0100000000FF\n:01000002FFFE\n", "line 2: a base address of 1 bytes; required 2"),
     ],
 )
 def test_mistakes_are_reported_with_their_line(text: str, says: str) -> None:
@@ -84,7 +84,7 @@ def test_mistakes_are_reported_with_their_line(text: str, says: str) -> None:
 def test_a_file_declares_its_own_format() -> None:
     assert is_hex(PRINTED.encode()) and not is_hex(b"") and not is_hex(b": hello") and not is_hex(b"N 1\r")
     assert from_file(b"N 1\r", "x.bin") == b"N 1\r"
-    with pytest.raises(BenchFileError, match=r"x.bin: an image of 65537 bytes; allowed 65536"):
+    with pytest.raises(BenchFileError, match=r"x.bin: an image of 65537 bytes; allowed up to 65536"):
         from_file(bytes(LARGEST + 1), "x.bin")
 
 
@@ -112,7 +112,7 @@ def test_a_file_that_is_called_hex_is_read_as_such(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("image", "says"), [(bytes(LARGEST + 1), "an image of 65537 bytes; allowed 65536"), ("abc", "expected bytes")]
+    ("image", "says"), [(bytes(LARGEST + 1), "an image of 65537 bytes; allowed up to 65536"), ("abc", "expected bytes")]
 )
 def test_an_invalid_image_is_not_written(image, says: str, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)

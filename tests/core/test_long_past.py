@@ -19,7 +19,7 @@ def moves(bench: slewline.Bench, number: int) -> None:
 def test_a_bench_that_keeps_everything_warns_once_and_names_keep(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slewline.core.motion.kept.MANY", 40)
     bench = slewline.Bench()
-    with pytest.warns(LongPast, match=r"some 20 motions of an axis are kept.*Bench\(keep='10 s'\)") as found:
+    with pytest.warns(LongPast, match=r"about 20 motions of an axis are kept.*Bench\(keep='10 s'\)") as found:
         moves(bench, 60)
     assert len(found) == 1
     assert found[0].filename == __file__

@@ -239,8 +239,8 @@ def test_a_furnished_bench_is_prepared_even_if_no_time_passes(tmp_path):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("", "the first line is not that of a journal"),
-        ('{"do":"journal","t":0,"version":99,"seed":0}\n', "the first line is not that of a journal"),
+        ("", "the first line is not the header of a journal"),
+        ('{"do":"journal","t":0,"version":99,"seed":0}\n', "the first line is not the header of a journal"),
         (
             '{"do":"journal","t":0,"version":1,"seed":0}\nnonsense\n{"do":"run","t":0,"to":5}\n',
             "line 2: not a journal entry",

@@ -98,7 +98,7 @@ def test_a_board_that_becomes_another_one_is_refused(listed):
     drive = drive_of(bench, bench.add("cy525", name="x"), line)
     line.model = UNO._replace(number=OTHER.number, hz=OTHER.hz)
     line.reset_board()
-    with pytest.raises(UsageError, match=r"is an Other board .* now, and was an Arduino Uno"), drive:
+    with pytest.raises(UsageError, match=r"is now an Other board .*, but was an Arduino Uno"), drive:
         pass
 
 

@@ -116,9 +116,9 @@ def test_a_driver_by_the_times_of_its_data_sheet(tmp_path, subtests):
     assert [row.verdict[:11] for row in found.limits] == ["VIOLATED 40", "kept"]
     assert check_capture(path, XY, driver=" high 5 us ").good
     for driver, says in {
-        "high 5 us, high 5 us": "'high'; allowed each of high, low, setup, hold once, such as 'high 30 us",
-        "width 5 us": "'width'; allowed each of high, low",
-        "setup 5 us": "expected the least times of STEP high or low",
+        "high 5 us, high 5 us": "'high'; allowed high, low, setup, hold, each once, such as 'high 30 us",
+        "width 5 us": "'width'; allowed high, low",
+        "setup 5 us": "expected minimum times of STEP high or low",
         "high 5": "a bare number is picoseconds|unit",
         "high soon": "soon",
     }.items():

@@ -127,7 +127,7 @@ def goes_on(board, folder, count):
         assert drive.end() == 0
         assert "count-differs" not in drive.text
     with driven(board, folder, "--no-black-box", "--keep-count") as (drive, where), ModuleHost(where) as host:
-        drive.hears(rf"is at rest at count {count - 25}; the position register is set to that")
+        drive.hears(rf"is at rest at count {count - 25}; the position register is set to this count")
         assert host.position() == count - 25
         assert drive.end() == 0
 
@@ -250,7 +250,8 @@ def test_check_tests_link_machine_and_pulses(board, wired, monkeypatch, capfd, t
     link = r"\d+\.\d ms round trip, \d+\.\d ms at worst, \d+ ms for the start of a motion; 0 frames damaged"
     assert re.fullmatch(link, lines["link"])
     late = re.fullmatch(
-        r"wakes (\S+) ms late, (\S+) ms in the worst of 100, (\S+) ms at worst; no priority .*", lines["machine"]
+        r"wakes (\S+) ms late \(median\), (\S+) ms \(99th percentile\), (\S+) ms at worst; no priority .*",
+        lines["machine"],
     )
     assert 0 < float(late[1]) <= float(late[2]) <= float(late[3]) + 0.05
     assert re.match(r'--horizon "(20|50|100|250|500|1000) ms" is enough', lines["horizon"])

@@ -58,7 +58,7 @@ def test_a_part_that_is_silent_while_it_moves_has_a_record_as_well(run):
     async def play(record):
         await record.put("VAL", 4000)
         assert record.chip.position == record.get("RBV") == 4000
-        with pytest.raises(UsageError, match="no homing in a given direction"):
+        with pytest.raises(UsageError, match="no homing with a selectable direction"):
             await record.put("HOMF", 1)
         put = asyncio.create_task(record.put("VAL", 0))
         while not record.get("MOVN"):
@@ -226,10 +226,10 @@ def test_refusals_are_reported(run):
 
 
 def test_a_zero_resolution_and_an_endless_unit_are_refused():
-    with pytest.raises(UsageError, match="allowed units per step"):
+    with pytest.raises(UsageError, match="expected units per step"):
         MotorRecord("m1", lambda: None, 0)
     for units in ("x" * 16, "\u03bcm"):
-        with pytest.raises(UsageError, match="allowed 15 characters of Latin-1"):
+        with pytest.raises(UsageError, match="allowed up to 15 characters of Latin-1"):
             MotorRecord("m1", lambda: None, units=units)
 
 
@@ -238,11 +238,11 @@ def test_a_zero_resolution_and_an_endless_unit_are_refused():
     [
         ("", "record name '': is empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, the name alone"),
         ("lab:m1.VAL", "record name 'lab:m1.VAL': names the field 'VAL'; allowed 1 to 55 letters"),
-        ("lab:m1.VAL", "without field; write lab:m1"),
+        ("lab:m1.VAL", "without a field; write lab:m1"),
         ("lab:m1.", "ends in a dot; allowed 1 to 55 letters"),
         (".VAL", "'.' at character 1; "),
         ("lab m1", "' ' at character 4; allowed 1 to 55 letters"),
-        ("lab m1", "without field; write lab_m1"),
+        ("lab m1", "without a field; write lab_m1"),
         ("lab\tm1", "'\\t' at character 4"),
         ("lab:'m1'", "write lab:_m1_"),
         ("$(P)m1", "write _P_m1"),

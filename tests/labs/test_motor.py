@@ -114,7 +114,7 @@ def test_a_position_is_set_without_motion(motor_at):
 
 def test_a_part_that_needs_an_input_for_it_does_not_home(motor_at):
     motor = motor_at(*KINDS["cy545"])
-    with pytest.raises(UsageError, match="no homing in a given direction"):
+    with pytest.raises(UsageError, match="no homing with a selectable direction"):
         motor.home(1)
 
 

@@ -219,7 +219,7 @@ def test_switches_have_fields_of_their_own_and_may_be_ignored(run):
 def test_a_part_without_a_command_for_it_gives_its_position_by_the_offset_only(run):
     async def play(record):
         await record.put("SET", 1)
-        with pytest.raises(UsageError, match="no command that sets its position; shift OFF instead"):
+        with pytest.raises(UsageError, match="no command that sets its position; change OFF instead"):
             await record.put("DVAL", 5)
         assert here(record, "VAL", "DVAL", "OFF") == (0, 0, 0)
         await record.put("VAL", 5)
@@ -340,7 +340,7 @@ def test_a_first_rate_raises_the_rates_below_it(run):
     async def play(record):
         await record.put("VBAS", 1500)
         assert here(record, "VELO", "VBAS", "BVEL", "JVEL", "SBAS") == (1500, 1500, 1500, 1500, 7.5)
-        with pytest.raises(UsageError, match="VELO 1000; allowed from VBAS 1500 on"):
+        with pytest.raises(UsageError, match=r"VELO 1000; allowed VBAS \(1500\) or more"):
             await record.put("VELO", 1000)
         await record.put("VBAS", 100)
         await record.put("VELO", 1000)
@@ -409,7 +409,7 @@ def test_homing_is_at_its_own_rate_and_leaves_what_is_wanted_there(run):
     async def play(record):
         for switch in ("eot", "home"):
             record.chip.pin(switch).drive(0)
-        with pytest.raises(UsageError, match="HOMF 0; allowed 1"):
+        with pytest.raises(UsageError, match="HOMF 0; allowed only 1"):
             await record.put("HOMF", 0)
         await record.put("HVEL", 300)
         module, sent = record.motor.module, []
@@ -563,7 +563,7 @@ def test_texts_are_those_of_clients(run):
             4,
         )
         assert record.fields["JAR"].units == "mm/s/s"
-        with pytest.raises(UsageError, match="EGU of 20 characters; allowed 15"):
+        with pytest.raises(UsageError, match="EGU of 20 characters; allowed up to 15"):
             await record.put("EGU", "x" * 20)
 
     run(play)

@@ -361,7 +361,7 @@ def test_a_rate_that_no_register_holds():
 def test_the_step_ratio_is_a_whole_number_or_none():
     ratio = arg("SET_STEP_RATIO")
     assert [rates.step_ratio(ratio, *turn) for turn in ((4000, 12_800), (2000, 400), (400, 400))] == [80, 1280, 256]
-    with pytest.raises(UsageError, match=r"4096 counts for 12800 steps are 81\.92: the ratio must be a whole number"):
+    with pytest.raises(UsageError, match=r"4096 counts for 12800 steps: the ratio, 81\.92, must be a whole number"):
         rates.step_ratio(ratio, 4096, 12_800)
     with pytest.raises(UsageError, match=r"allowed 0\.\.127\.99609"):
         rates.step_ratio(ratio, 128, 1)
@@ -430,7 +430,7 @@ def test_a_script_with_mistakes_is_refused_whole():
 def test_there_is_no_program_entry():
     assembly = assemble(TEXT, SHEET)
     for write in (to_ascii, to_binary):
-        with pytest.raises(UsageError, match="the MC1451A-E stores no program to be entered; hex and bin"):
+        with pytest.raises(UsageError, match="the MC1451A-E has no program entry; the formats hex and bin"):
             write(assembly)
 
 

@@ -52,14 +52,14 @@ def test_bad_parameters_are_refused_with_the_allowed_ones(values: Any, error: ty
 
 
 @rows(("wanted", "says"), [
-    ({}, "give one of time, acceleration and steps"),
-    ({"time": "1 s", "steps": 4}, "give one of time, acceleration and steps"),
+    ({}, "exactly one goal: time, acceleration or steps"),
+    ({"time": "1 s", "steps": 4}, "exactly one goal: time, acceleration or steps"),
     ({"time": 0}, "time 0; allowed more than 0"),
     ({"acceleration": -4.0}, r"acceleration -4\.0; allowed more than 0"),
     ({"steps": float("nan")}, "steps nan; allowed more than 0"),
     ({"steps": True}, "steps True; allowed more than 0"),
     ({"time": 1.5}, "a float would be rounded"),
-    ({"steps": 4, "count": 0}, "count 0; allowed 1 and more"),
+    ({"steps": 4, "count": 0}, "count 0; allowed 1 or more"),
 ])  # fmt: skip
 def test_exactly_one_thing_can_be_wanted_and_it_is_positive(wanted: Any, says: str) -> None:
     with pytest.raises(UsageError, match=says):
@@ -67,7 +67,7 @@ def test_exactly_one_thing_can_be_wanted_and_it_is_positive(wanted: Any, says: s
 
 
 def test_a_part_without_a_crystal_takes_none() -> None:
-    with pytest.raises(UsageError, match="the gs-c200 takes none"):
+    with pytest.raises(UsageError, match="the gs-c200 has no selectable crystal"):
         slewline.ramp("gs-c200", S=1, T=2, R=3, crystal="1 MHz")
 
 

@@ -398,7 +398,7 @@ def test_the_control_port_knows_axes(stand):
     steps = ask("steps", chip="x", axis=2)
     assert steps["positions"] == list(range(1, 1001))
     assert ask("steps", chip="x", axis=1)["positions"] == ask("steps", chip="x")["positions"] == []
-    assert "has axes 1 to 4; not 5" in ask.refused("steps", chip="x", axis=5)
+    assert "has axes 1 to 4, but not 5" in ask.refused("steps", chip="x", axis=5)
     assert ask.refused("fault", line="x", to="chip", kind="lost") == "no serial line 'x'; allowed: none"
 
 

@@ -171,7 +171,7 @@ def test_a_file_other_than_our_old_link_stays(lockstep, link, kind):
     server, line = lockstep()
     before = as_made(link)
     with pytest.raises(
-        UsageError, match="a terminal in use" if kind == "terminal" else "not an old link made by"
+        UsageError, match="a terminal that is in use" if kind == "terminal" else "not an old link made by"
     ) as refused:
         server.pty(line, str(link))
     assert "remove" not in str(refused.value)

@@ -448,7 +448,7 @@ def test_a_bench_file_without_serve_is_reported(capfd, folder):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "give one of a chip, such as gs-c200s, and --bench FILE"),
+        ([], "give either a chip, such as gs-c200s, or --bench FILE"),
         (["gs-c200s"], "give one of --tcp, --pty, --rfc2217, --serial"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--pty: a chip has one port; leave out all but one"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),

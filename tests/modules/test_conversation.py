@@ -125,7 +125,7 @@ def test_all_values(talk):
 
 def test_forbidden_lines(talk):
     talk = talk()
-    assert "allowed one line of ASCII" in talk.say("µ").failure
+    assert "expected one line of ASCII" in talk.say("µ").failure
     assert talk.say(":halp").failure == f":halp: there is no such verb; allowed {', '.join(VERBS)}"
     assert talk.say("").lines == ()
     assert talk.say(":quit").over

@@ -219,7 +219,7 @@ def test_a_port_that_takes_no_characters_is_reported():
         raise SerialTimeoutException("Write timeout")
 
     x.port.line.write = write
-    with pytest.raises(PortLost, match="has taken no characters for 5 s"):
+    with pytest.raises(PortLost, match="has accepted no characters for 5 s"):
         x.send(b"V2\r")
 
 

@@ -41,7 +41,7 @@ NAMES = {
     "empty lines": "it has empty lines",
     "blank behind": "it has blanks before or after it",
     "blank inside": "it has blanks inside",
-    "small letters": "it has small letters instead of capitals",
+    "small letters": "it has lower-case letters instead of capitals",
     "bit 7": "bit 7 of its 7-bit characters is 1",
     "prompt": "it is surrounded by a prompt",
     "banner": "it is preceded by other lines",
@@ -216,7 +216,7 @@ def check_said(said, fake, part):
         assert fake.eeprom == NEW[part], said
     if "its RAM has the stored program" in said:
         assert fake.ram == fake.eeprom, said
-    if "its RAM has one of its two programs" in said:
+    if "its RAM has either of its two programs" in said:
         assert fake.ram in (fake.eeprom, OLD[part]), said
 
 

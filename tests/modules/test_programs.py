@@ -124,7 +124,7 @@ def test_erased_memory_holds_no_program_and_that_is_reported_before_it_takes_a_m
     said = []
     contents = read_contents(found("cy545"), 65000, said.append)
     assert (contents.program, contents.stored) == ((), b"")
-    assert "erased from 65000 on; the module lists the rest, 1 s at most" in said[0]
+    assert "erased from 65000 on; the module is listing the rest, which takes at most 1 s" in said[0]
 
 
 def test_an_unknown_instruction_ends_a_program_and_is_noted(found, tmp_path):
@@ -333,7 +333,7 @@ def test_existing_content_is_not_sent_again(found, tmp_path, store):
     x, said = filled(found, "gs-c200s", "chs=0"), []
     x.transcript.entries.clear()
     push(x, wanted("gs-c200s"), tmp_path / "weld", store=store, report=said.append)
-    assert "it holds this program already" in said
+    assert "the module already holds this program" in said
     assert set(x.transcript.sent.split(b"\r")) - {b""} == {b"V1", b"V2", b"Q", *([b"M"] if store else [])}
     assert not [*tmp_path.iterdir()]
 

@@ -259,7 +259,7 @@ def test_one_port_for_the_host_is_wanted(tmp_path):
         call = [*COMMAND, "--serial", "x", "--dialogue", tmp_path / "x", *ports]
         done = subprocess.run(call, capture_output=True, text=True, check=False)
         assert done.returncode == 2
-        assert "give one of --pty LINK and --tcp HOST:PORT" in done.stderr
+        assert "give either --pty LINK or --tcp HOST:PORT" in done.stderr
 
 
 def test_other_machines_need_leave(tmp_path):

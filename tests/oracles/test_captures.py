@@ -104,5 +104,5 @@ def test_a_session_that_is_damaged(program, tmp_path):
 def test_a_session_without_the_program(tmp_path, monkeypatch):
     (tmp_path / "a.sr").write_bytes(b"PK\x03\x04")
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    with pytest.raises(UsageError, match="which sigrok-cli converts, and that is not installed; install it, or export"):
+    with pytest.raises(UsageError, match="sigrok-cli, which converts it, is not installed; install it, or export"):
         slewline.read_waveforms(tmp_path / "a.sr")

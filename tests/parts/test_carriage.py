@@ -186,11 +186,11 @@ def test_unsuitable_parts_are_refused_with_the_reason():
     motor = bench.part("translator", "motor", to=x)
     gate = bench.part("and", "gate")
     for kind, given, says in (
-        ("switch", {"low": 1}, "needs a shaft; name its part"),
+        ("switch", {"low": 1}, "needs a shaft; name the part that has it"),
         ("uart", {"on": motor}, "takes no shaft"),
         ("switch", {"on": gate, "low": 1}, r"gate has no shaft; parts with a shaft: motor"),
-        ("switch", {"on": motor}, "allowed low below high, one of them None"),
-        ("switch", {"on": motor, "low": 2, "high": 2}, "allowed low below high"),
+        ("switch", {"on": motor}, "low must be below high; one of them may be None"),
+        ("switch", {"on": motor, "low": 2, "high": 2}, "low must be below high"),
         ("switch", {"on": motor, "low": "2"}, "low '2'; allowed a number"),
         ("carriage", {"on": motor, "low": 1}, "start 0 is beyond the stop at 1"),
         ("gear", {"on": motor, "wheel": 0}, "wheel 0; allowed"),

@@ -103,8 +103,8 @@ def test_a_table_among_the_options_comes_from_a_bench_file_and_from_a_journal(lo
 @pytest.mark.parametrize(
     ("load", "says"),
     [
-        ('inertia = "much"', r"line 2: \[\[part\]\] 1: p: load: inertia 'much'; allowed 0 and more kg m2"),
-        ("teeth = 2", "p: load: teeth 2; allowed 3 and more"),
+        ('inertia = "much"', r"line 2: \[\[part\]\] 1: p: load: inertia 'much'; allowed 0 or more kg m2"),
+        ("teeth = 2", "p: load: teeth 2; allowed 3 or more"),
         ("tooth = 9", "p: load: no option 'tooth'; its options: inertia, teeth"),
     ],
 )

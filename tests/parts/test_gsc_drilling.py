@@ -198,7 +198,7 @@ def test_the_bar_must_not_move_with_the_drill_in_it_and_the_drill_must_turn():
     assert m.bar.holes == [0]
     assert str(CutPiece((250, 370), 980)) == "holes at 250, 370, cut at 980"
     assert str(CutPiece((), 5)) == "holes at none, cut at 5"
-    with pytest.raises(slewline.UsageError, match="d: gap 0; allowed 1 and more steps"):
+    with pytest.raises(slewline.UsageError, match="d: gap 0; allowed 1 or more steps"):
         slewline.Bench().part("drill", "d", gap=0)
 
 

@@ -212,7 +212,7 @@ def test_a_motor_at_speed_loses_the_step_that_turns_it_round(way, lost):
 
 
 def test_a_motor_with_nonsense_is_refused():
-    with pytest.raises(slewline.UsageError, match="m: pull_in -1; allowed 0 and more steps/s"):
+    with pytest.raises(slewline.UsageError, match="m: pull_in -1; allowed 0 or more steps/s"):
         slewline.Bench().part("motor", "m", pull_in=-1)
     with pytest.raises(slewline.UsageError, match=r"m: acceleration 5001; allowed up to 5000 with pull_in 100"):
         slewline.Bench().part("motor", "m", pull_in=100, acceleration=5001)

@@ -98,12 +98,12 @@ def test_a_write_into_the_mirror_lands_in_the_part() -> None:
 
 
 def test_an_image_that_does_not_fit_is_refused() -> None:
-    with pytest.raises(UsageError, match="p: 3000 bytes from address 0 on; the part has 2048"):
+    with pytest.raises(UsageError, match="p: 3000 bytes from address 0 on do not fit; the part has 2048"):
         BusMaster("ram", size=2048, image=bytes(3000))
     with pytest.raises(UsageError, match=r"p: size 1000; allowed 2048, 4096, 8192, 16384, 32768, 65536, None"):
         BusMaster("ram", size=1000)
     ram = BusMaster("ram").part
-    with pytest.raises(UsageError, match="p: 2 bytes from address 65535 on; the part has 65536"):
+    with pytest.raises(UsageError, match="p: 2 bytes from address 65535 on do not fit; the part has 65536"):
         ram.load(b"ab", 65535)
     with pytest.raises(UsageError, match="p: 1 bytes from address -1 on"):
         ram.load(b"a", -1)
@@ -323,7 +323,7 @@ def test_a_bench_file_names_a_file_with_the_image(tmp_path) -> None:
         ("none.bin", "", r"b.toml, line 2: \[\[part\]\] 1: .*none.bin: cannot be read: No such file"),
         ("../dump.bin", "", "found '../dump.bin', outside the folder of the bench file"),
         ("b.toml", 'image = "x"', "file: given together with image; give one of the two"),
-        ("long.bin", "", "an image of 70000 bytes; allowed 65536"),
+        ("long.bin", "", "an image of 70000 bytes; allowed up to 65536"),
     ],
 )
 def test_mistakes_in_its_file_are_reported_with_their_place(file: str, more: str, says: str, tmp_path) -> None:

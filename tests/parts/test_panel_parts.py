@@ -48,8 +48,8 @@ def test_switches_are_turned_within_their_digits() -> None:
 @rows(
     ("options", "says"),
     [
-        ({"letter": "RR"}, "letter 'RR'; allowed one letter, A to Z"),
-        ({"letter": "r"}, "letter 'r'; allowed one letter, A to Z"),
+        ({"letter": "RR"}, "letter 'RR'; expected one letter, A to Z"),
+        ({"letter": "r"}, "letter 'r'; expected one letter, A to Z"),
         ({"value": ""}, "value ''; allowed 1 to 8 digits"),
         ({"value": "12x"}, "value '12x'; allowed 1 to 8 digits"),
         ({"value": "123456789"}, "value '123456789'; allowed 1 to 8 digits"),

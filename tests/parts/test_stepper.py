@@ -193,7 +193,7 @@ def test_a_push_and_an_edge_at_one_instant_both_count(first: str) -> None:
 def test_a_push_is_a_number_of_steps(steps: Any) -> None:
     bench, motor = stepper()
 
-    with pytest.raises(slewline.UsageError, match=r"m: push by .* steps; allowed a number up to 1e\+06 either way"):
+    with pytest.raises(slewline.UsageError, match=r"m: push by .* steps; expected a number up to \+/-1e\+06"):
         motor.push(steps)
     assert bench.findings == []
 

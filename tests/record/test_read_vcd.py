@@ -170,7 +170,7 @@ def test_a_vector_that_is_too_wide_is_refused_when_requested(parse):
     )
     wide = parse(text)
     assert wide.level_at("b", 0) == 1
-    with pytest.raises(UsageError, match="a has 64 bits; allowed 63"):
+    with pytest.raises(UsageError, match="a has 64 bits; allowed up to 63"):
         wide.edges("a")
 
 

@@ -129,7 +129,7 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         "Time,A\n": "no row of numbers in its first 1 lines; expected columns of numbers",
         "A,B\n0,1\n1,1\n": "has no column of times, and states no sample rate; export times too",
         good + "0," + "1" * (1 << 21): "a line of more than",
-        "Time [s]" + ",A" * 2000 + "\n" + "0" + ",1" * 2000: "2001 columns; allowed 1024",
+        "Time [s]" + ",A" * 2000 + "\n" + "0" + ",1" * 2000: "2001 columns; allowed up to 1024",
         "X,A,Start,Increment\n0,V,0,1e-999999999\n0,1,,\n1,0,,\n": "has no column of times",
         f"; Channels (2/2): A, {'a' * 100_000}\nA,B\n0,1\n": "has no column of times",
         "a,b\nsample rate" + " " * 500_000 + "x\nA,B\n0,1\n": "has no column of times",

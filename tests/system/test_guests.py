@@ -251,7 +251,7 @@ def test_names_of_a_class_in_addition_to_its_sheet_are_used(lab, call):
     assert [quirk.id for quirk in quirks_of(careful)] == ["MX-1"] and quirks_of(NAME) == ()
     status, _, err = call("ramp", NAME, "F=3")
     assert status == 2 and "my_lab.mx10:Mx10: has no ramp calculator; set `ramps` of the class" in err
-    with pytest.raises(UsageError, match=r"Wrong.checks: found <function slow.*; allowed a tuple of functions"):
+    with pytest.raises(UsageError, match=r"Wrong.checks: found <function slow.*; expected a tuple of functions"):
         checks_of("my_lab.careful:Wrong")
     with pytest.raises(UsageError, match="Wrong: ramps: found 'none'; set `ramps` of the class"):
         ramps_of("my_lab.careful:Wrong")

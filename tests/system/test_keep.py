@@ -148,7 +148,7 @@ def test_a_server_keeps_the_given_number_of_stretches_and_counts_all_steps(monke
     serving.run()
     bench.run_to("3 s")
     assert 30 <= len(x.motor.past) <= 60 and serving.steps_of(x) == shuttled(3)
-    with pytest.raises(NotRecorded, match="a server keeps the last 30 stretches: query earlier, or replay its journal"):
+    with pytest.raises(NotRecorded, match="a server keeps the last 30 stretches of motion: query earlier, or replay"):
         x.steps(0)
     assert len(x.steps()) == x.motor.count(x.motor.since, bench.now_ps)
 

@@ -64,9 +64,9 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.steps()[x.steps().positions > 3]",
         "UsageError",
-        "allowed a whole number, or a slice such as [:10]; arrays are",
+        "expected a whole number, or a slice such as [:10]; arrays are",
     ),
-    ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1; not 1.0"),
+    ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1, but not 1.0"),
     ("x.deviation(3)", "UsageError", "x: deviation(3): expected a motion, such as x.motions()[0]"),
     # -------------------------------------------------------------------------------------------------------- ramps
     *(
@@ -137,17 +137,17 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "mb.run_until(x.reaches(3))",
         "UsageError",
-        "run_until(x at position 3): the condition is on another bench, whose time does not pass here",
+        "run_until(x at position 3): the condition belongs to another bench, whose time does not pass here",
     ),
     (
         'mb.run_until(x.pin("slew").is_(0) | m.reaches(3))',
         "UsageError",
-        "the condition is on another bench, whose time does not pass here",
+        "the condition belongs to another bench, whose time does not pass here",
     ),
     (
         "mb.run_until(x.at_instruction(3))",
         "UsageError",
-        "the condition is on another bench, whose time does not pass here",
+        "the condition belongs to another bench, whose time does not pass here",
     ),
     (
         'b.run_until(x.at_instruction(50), timeout="1 s")',
@@ -164,14 +164,14 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ("x.on_finding(lambda found: 0)", "UsageError", "the hook is called with a listener, <function"),
     ("b.on_finding += print", "UsageError", "a hook += <built-in function print>; write .add(...)"),
-    ("b.on_finding.remove(print)", "UsageError", "it is not a listener; pass what was passed to add()"),
+    ("b.on_finding.remove(print)", "UsageError", "it is not a listener; pass the function that was passed to add()"),
     (
         'b.on_finding.add(lambda: 0); h.send("R 300\\r"); b.run_until_idle()',
         "UsageError",
         "too many positional arguments; it is called with 1 argument: Finding",
     ),
     # ----------------------------------------------------------------------------------------------- pins and hosts
-    ('x.pin("slew").edges(True)', "UsageError", "x.slew: True edges; allowed 1 and more"),
+    ('x.pin("slew").edges(True)', "UsageError", "x.slew: True edges; allowed 1 or more"),
     (
         'h.live("R 5")',
         "UsageError",
@@ -250,7 +250,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "finding has no 'message'; write finding.text",
     ),
     ('slewline.compare_edges("x.pulse", "x.pulse")', "UsageError", "model 'x.pulse': expected times and levels, as"),
-    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; allowed also "first", "best"'),
+    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; also allowed: "first", "best"'),
     (
         'slewline.load("[[chip]]\\npart = 5\\n")',
         "BenchFileError",
@@ -262,7 +262,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.load("move.cy525")',
         "BenchFileError",
-        "move.cy525: a program, by its extension, not a bench file",
+        "move.cy525: a program, judging by its extension, not a bench file",
     ),
     ('slewline.load("move.cy525")', "BenchFileError", 'or on a bench with a host: [[host]], file = "move.cy525"'),
     ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "ms, so it has no edges yet"),
@@ -359,7 +359,7 @@ def test_custom_benches_and_chips_have_attributes_of_their_own():
 def test_waveforms_have_no_items(tmp_path):
     world, name = World(), str(tmp_path / "a.vcd")
     world["x"], world["b"].save_vcd(name)
-    with pytest.raises(errors.UsageError, match=r"they have no items; write waveforms.edges\('x.pulse'\)"):
+    with pytest.raises(errors.UsageError, match=r"waveforms have no items; write waveforms.edges\('x.pulse'\)"):
         slewline.read_vcd(name)["x.pulse"]
 
 

@@ -39,7 +39,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Drive(gb, g, "twin", inputs="A1=home")',
         "UsageError",
-        "inputs 'A1=home': expected pins by names of the board, such as {'A1': 'home'}",
+        "inputs 'A1=home': expected board pins and their chip pins, such as {'A1': 'home'}",
     ),
     (
         'b.plot("a.svg", start="50 ms", stop="20 ms")',
@@ -94,7 +94,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Bench("cy525")',
         "UsageError",
-        "allowed a whole number, the random seed; add() puts a chip on a bench",
+        "expected a random seed, a whole number; add() puts a chip on a bench",
     ),
     ('b.on_finding.add("print")', "UsageError", "expected a function, which is called at each event"),
     ('x.write("A 0\\r")', "NoSuchAttribute", "x has no 'write'; bench.host(x).send(...)"),
@@ -126,8 +126,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "UnknownName",
         "direction, programmable_output, pulse, ascii_binary, motion_complete, wait, io_select",
     ),
-    ("x.axis(2)", "UnknownName", "x (cy525) has one axis, number 1; not 2"),
-    ('x.axis("x")', "UnknownName", "x (cy525) has one axis, number 1; not 'x'"),
+    ("x.axis(2)", "UnknownName", "x (cy525) has one axis, number 1, but not 2"),
+    ('x.axis("x")', "UnknownName", "x (cy525) has one axis, number 1, but not 'x'"),
     ('x.pin("slew").set(0)', "NoSuchAttribute", "x.slew has no 'set'; pin.drive(0) or pin.drive(1)"),
     (
         'x.pin("slew").level = 0',
@@ -157,7 +157,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('x.pin("vcc").drive(1)', "WiringError", "x.vcc (pin 40: +5 V) carries no signal"),
     ('x.pin("slew").is_("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1"),
-    ('x.pin("slew").edges(0)', "UsageError", "x.slew: 0 edges; allowed 1 and more"),
+    ('x.pin("slew").edges(0)', "UsageError", "x.slew: 0 edges; allowed 1 or more"),
     (
         'x.steps("60 ms", "10 ms")',
         "TimeError",
@@ -190,7 +190,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
@@ -266,7 +266,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: this switch needs a shaft; name its part, on=motor or on='its name'",
+        "switch: this switch needs a shaft; name the part that has it: on=motor or on='its name'",
     ),
     ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter takes no shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),
@@ -295,7 +295,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "a part of kind inverter has no standard wiring; connect in1, out with bench.wire",
     ),
-    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same pin or bus; give two"),
+    ('b.wire("x.slew", "x.slew")', "WiringError", "x.slew to x.slew: both are the same pin or bus; give two different"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
     (
@@ -532,7 +532,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.find_ramps("cy525", F=3, R=100)',
         "UsageError",
-        "no single goal for the ramp; give one of time, acceleration and steps",
+        "the ramp needs exactly one goal: time, acceleration or steps",
     ),
     (
         'slewline.find_ramps("cy525", F=3, R=100, time=1)',

@@ -29,11 +29,11 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.pin('ui1').level = 0", "write pin.drive(0)"),
     ("gs_c200s", "gs_c200s.assert_steps('200')", "expected a number, instants, or the steps of another run"),
     ("gs_c200s", "gs_c200s.assert_steps(0, since=0.5)", "a float would be rounded"),
-    ("gs_c200s", "gs_c200s.assert_steps(0, axis=2)", "has one axis, number 1; not 2"),
+    ("gs_c200s", "gs_c200s.assert_steps(0, axis=2)", "has one axis, number 1, but not 2"),
     ("gs_c200s", "gs_c200s.assert_steps(0, direction='cw')", "allowed +1 (clockwise), -1, or None for either"),
     ("gs_c200s", "gs_c200s.assert_edges('slew', [])", "has no pin 'slew'"),
-    ("gs_c200s", "gs_c200s.assert_edges('mov', ['10 ms'])", 'then the level from it on: ("10 ms", 1)'),
-    ("gs_c200s", "gs_c200s.assert_edges('mov', [('10 ms', 'high')])", "expected an instant, then the level from it on"),
+    ("gs_c200s", "gs_c200s.assert_edges('mov', ['10 ms'])", 'then the level from that instant on: ("10 ms", 1)'),
+    ("gs_c200s", "gs_c200s.assert_edges('mov', [('10 ms', 'high')])", "then the level from that instant on"),
     ("cy525", "cy525.host.send('A 0'); cy525.assert_steps(3)", "0 steps found, expected 3; host: sends to cy525"),
     ("cy525", "cy525.url", "cy525 (cy525) has no url, because no program can reach it"),
     ("cy525", "cy525.ask('A 0')", "'A 0' has no answer; use ask() for 'V 0'"),
@@ -49,7 +49,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.faults.drop_byte()", "faults has no 'drop_byte'; write faults.lost_byte()"),
     ("slewline_ports", "slewline_ports({'COM3': 'gs-c200s'})['COM4']", "no port 'COM4'; there are: COM3"),
     ("slewline_ports", "slewline_ports(['COM3'])", 'expected modules by port, such as {"COM3": "gs-c200s"}'),
-    ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "allowed a part with a serial line, on url"),
+    ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "allowed: a part with a serial line, on url"),
 ]
 FIXED = [  # what a marker says, the end of the answer: the fixture itself fails
     ('on="usb"', "on 'usb'; allowed url, host, tcp, pty, rfc2217"),

@@ -159,7 +159,7 @@ def test_the_url_that_is_advised_is_one_that_opens(opened):
     [
         ("name=", "name '': allowed letters"),
         ("store=no/dir/x.eeprom", "store no/dir/x.eeprom: expected a file in a directory that exists"),
-        ("seed=x", "seed 'x'; allowed a whole number"),
+        ("seed=x", "seed 'x'; expected a whole number"),
         ("eeprom_time=20", "gs_c200s: eeprom_time 20; time 20: a bare number is picoseconds; write its unit"),
         ("nonsense=1", "gs-c200s: no option 'nonsense'"),
         ("chs=2", "gs_c200s"),
@@ -566,7 +566,7 @@ NOT_OPENED = [
     ("slewline://gs-c200s?chs=2", {}, "strap chs=2; a strap sets an input to 0 or 1"),
     ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
     ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is given twice; give it once"),
-    ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),
+    ("slewline://gs-c200s?seed=x", {}, "seed 'x'; expected a whole number"),
     ("slewline://gs-c200s?store=/nowhere/x", {}, "store /nowhere/x: expected a file in a directory that exists"),
     ("slewline://gs-c200s?store=/", {}, "store /: expected a file in a directory that exists"),
     ("slewline://gs-c200s?store=", {}, "store : expected a file in a directory that exists"),

@@ -51,7 +51,7 @@ def test_printed_and_written_output(call: Any, tmp_path: Path) -> None:
     first, *others = tables["host"][0]["script"]
     assert lines["commands"] == first and "\n".join(f"              {each}" for each in others) in out
     picture = (tmp_path / "found.svg").read_text("utf-8")
-    assert "The curve is not the judge" in picture and "Map of R and F: " in picture
+    assert "The curve does not decide" in picture and "Map of R and F: " in picture
     assert len((tmp_path / "log.jsonl").read_text("utf-8").splitlines()) == 1 + found.runs
     again = call("cy525", *QUICK, "--store", "log.jsonl", "--map", "--jobs", "1")[1]
     assert f"runs          {found.runs} of {found.exhaustive}, 0 of them now" in again and "lost: " in again
@@ -87,11 +87,11 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
 @pytest.mark.parametrize(("arguments", "says"), [
     (("--grid", "Q=3"), "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
-    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 points; allowed 1000000; use fewer values, such as /12"),
+    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 points; allowed up to 1000000; use fewer values, such as /12"),
     (("--perturb", "lod 20%"), "perturbation 'lod'; known: load, inertia"),
     (("--stepping", "quarter"), "steps 'quarter'; allowed full, wave, half, and micro with a number, such as micro 8"),
     (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 or more"),
-    (("--steps", "70000"), "none of 6 grid points has a move; the first: cy525: a move of 70000 steps;"),
+    (("--steps", "70000"), "none of 6 grid points gives a valid move; the first: cy525: a move of 70000 steps;"),
     (("--jobs", "0"), "jobs 0; allowed 1..256 processes"),
     (("--jobs", "1", "--dask", "tcp://x:1"), "--jobs and --dask: give one of the two"),
     (("--store", "nowhere/log.jsonl"), "nowhere/log.jsonl: no directory 'nowhere'; create it, or name another"),
@@ -101,10 +101,10 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--driver", "24 hamsters"), "driver"),
     (("--load", "torque 3 Nm"), "load: "),
     (("--load", "inertia -1"), "load: inertia"),
-    (("--load", "inertia 68"), "inertia '68'; 68 has no unit; allowed 0 and more kg m2, or text with a unit: kg m2, "),
+    (("--load", "inertia 68"), "inertia '68'; 68 has no unit; allowed 0 or more kg m2, or text with a unit: kg m2, "),
     (("--load", "inertia 68 g cm2 friction 5 mNm"), "a comma is missing before 'friction'"),
     (("--load", "inertia 68 g cm2; friction 5 mNm"), "commas separate figures, not semicolons"),
-    (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 and more m, or text with a unit: m, cm, mm"),
+    (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 or more m, or text with a unit: m, cm, mm"),
     (("--grid", "F=range(3,10) R=8 S=199"), "F 'range(3,10)': write 3..9"),
     (("--grid", "F=3-10 R=8 S=199"), "cy525: F '3-10': write 3..10 for a range"),
     (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; blanks separate parameters, such as F=4,6 R=8"),

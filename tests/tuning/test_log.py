@@ -154,7 +154,7 @@ def test_a_torn_last_line_is_cut_off(path: Path) -> None:
     ({"steps": 199}, "steps was 200, is now 199"),
     ({"step_ps": 50_000_000}, "step_ps was 20000000, is now 50000000"),
     ({"grid": task("cy500", "R=20,240 S=1").grid}, "is now [20, 240]; grid.S was"),
-    ({"perturbations": ()}, r"perturbations.all that is bad was {"),
+    ({"perturbations": ()}, r"perturbations.worst case was {"),
 ])  # fmt: skip
 def test_the_log_of_another_task_is_refused_with_the_differences(path: Path, change: dict[str, Any], says: str) -> None:
     sweep(path)
@@ -175,7 +175,7 @@ def test_the_log_of_another_version_is_refused(path: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize("content", [b"a text\n", b"notes", b"{}\n", b"[1]\n", b'{"do":"journal"}\n', b"\x00\xff\n"])
 def test_a_file_other_than_a_log_is_left_unchanged(path: Path, content: bytes) -> None:
     path.write_bytes(content)
-    with pytest.raises(UsageError, match=r"tune.jsonl: is no log of a sweep; name a new file"):
+    with pytest.raises(UsageError, match=r"tune.jsonl: is not the log of a sweep; name a new file"):
         sweep(path)
     assert path.read_bytes() == content
 

@@ -44,7 +44,7 @@ def test_where_resistors_set_the_current_they_change() -> None:
     ("load 20%", ["load +20 %", "load -20 %", "nominal"]),
     ("supply -10 %", ["supply -10 %", "nominal"]),
     ("load ±5%", ["load +5 %", "load -5 %", "nominal"]),
-    ("load +20%, supply -10%", ["all that is bad", "load +20 %", "supply -10 %", "nominal"]),
+    ("load +20%, supply -10%", ["worst case", "load +20 %", "supply -10 %", "nominal"]),
     ("Drag -30%, inertia -20%", ["drag -30 %", "inertia -20 %", "nominal"]),
 ])  # fmt: skip
 def test_meaning_of_a_text(text: str, names: list[str]) -> None:
@@ -57,9 +57,9 @@ def test_rows_may_be_given() -> None:
 
 
 @pytest.mark.parametrize(("text", "error", "says"), [
-    ("load", UsageError, "perturbation 'load'; allowed a quantity and per cent, such as"),
+    ("load", UsageError, "perturbation 'load'; expected a quantity and a percentage, such as"),
     ("laod 20%", UnknownName, "known: load, inertia, supply, current, friction, drag; did you mean load?"),
-    ("supply -100%", UsageError, "allowed less than 100 % down"),
+    ("supply -100%", UsageError, "allowed less than 100 % downwards"),
     ("load 20%,", UsageError, "perturbation ''; allowed"),
 ])  # fmt: skip
 def test_mistakes(text: str, error: type[Exception], says: str) -> None:
@@ -71,7 +71,7 @@ def test_mistakes(text: str, error: type[Exception], says: str) -> None:
 def test_the_usual_perturbations_are_both_directions_of_ten_rows() -> None:
     found = scenarios(SYSTEM, USUAL, "full", 5)
     assert len(found) == 20 == len({each.name for each in found})
-    assert found[0].name == "all that is bad, forward" and found[0].load.torque == pytest.approx(36e-3)
+    assert found[0].name == "worst case, forward" and found[0].load.torque == pytest.approx(36e-3)
     assert [each.name for each in found if each.nominal] == ["nominal, forward", "nominal, backward"]
     assert {each.direction for each in found} == {1, -1} and {each.step_ps for each in found} == {5}
 
@@ -86,4 +86,4 @@ def test_rows_that_change_nothing_are_left_out() -> None:
         (replace(MOTOR, friction=0.0), replace(DRIVER, kind="current", supply=0.0), LoadData()), USUAL, "full", 5
     )
     names = {each.name.rpartition(",")[0] for each in still}
-    assert names == {"all that is bad", "current -20 %", "inertia +20 %", "nominal", "inertia -20 %", "drag -30 %"}
+    assert names == {"worst case", "current -20 %", "inertia +20 %", "nominal", "inertia -20 %", "drag -30 %"}

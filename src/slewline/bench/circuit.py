@@ -202,7 +202,9 @@ class Circuit:
         """Return the shaft that a new part is mounted on, as an argument of its constructor; {} if it needs none."""
         if on is None:
             if sits == "must":
-                raise UsageError(f"{name}: this {kind} needs a shaft; name its part, on=motor or on='its name'")
+                raise UsageError(
+                    f"{name}: this {kind} needs a shaft; name the part that has it: on=motor or on='its name'"
+                )
             return {}
         if not sits:
             raise UsageError(f"{name}: a {kind} takes no shaft; leave out on=")
@@ -305,7 +307,7 @@ class Circuit:
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         first, second = self.net(a), self.net(b)
         if first is second:
-            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two")
+            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two different ones")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.record("wire", a=a, b=b, invert=invert)
@@ -386,7 +388,7 @@ def crystal_for(sheet: Sheet, crystal: str | int) -> int:
         UsageError: the part has no selectable crystal, or the frequency is far outside the range in the data sheet.
     """
     if not sheet.crystal_high_hz:
-        raise UsageError(f"crystal {crystal!r}: the {sheet.part} takes none; {sheet.manual}")
+        raise UsageError(f"crystal {crystal!r}: the {sheet.part} has no selectable crystal; {sheet.manual}")
     hz = hertz(crystal)
     low, high = sheet.crystal_low_hz // 2, sheet.crystal_high_hz * 12 // 11
     if not low <= hz <= high:

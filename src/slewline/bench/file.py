@@ -122,8 +122,8 @@ class BenchFile:
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         if self.path.suffix[1:].lower() in CHIPS.ours:
             raise BenchFileError(
-                f"{path}: a program, by its extension, not a bench file; run it with slewline run, or on a bench "
-                f'with a host: [[host]], file = "{self.path.name}"'
+                f"{path}: a program, judging by its extension, not a bench file; run it with slewline run, or on a "
+                f'bench with a host: [[host]], file = "{self.path.name}"'
             )
         self.text = read_text(path)
         self.data = read_toml(path, self.text)
@@ -342,7 +342,7 @@ class BenchFile:
                 with self.at("serve", number):
                     channel = channel_over(chip, table.over)
                 if (chip.name, channel) in taken:
-                    raise self.error(("serve", number), f"{chip.name} has a host or a port already; leave out one")
+                    raise self.error(("serve", number), f"{chip.name} has a host or a port already; leave one out")
                 taken.append((chip.name, channel))
             ports = [(kind, where) for kind in PORTS if (where := getattr(table, kind)) is not None]
             if len(ports) != 1:

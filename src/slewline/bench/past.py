@@ -273,7 +273,9 @@ class Instant:
         marks = [self.ps, *(int(entry["t"]) for entry in inputs), *map(self._instant, without)]
         for at in marks:
             if not 0 < at <= to_ps:
-                raise UsageError(f"going back: an input at {readable(at)}; allowed: after 0, up to {readable(to_ps)}")
+                raise UsageError(
+                    f"going back: an input at {readable(at)}; allowed: later than 0, up to {readable(to_ps)}"
+                )
         return min(marks)
 
     def _instant(self, offset: int) -> int:

@@ -78,7 +78,7 @@ def find_ramps(
     )
     best = whole(count)
     if best is None or best < 1:
-        raise UsageError(f"count {count!r}; allowed 1 and more")
+        raise UsageError(f"count {count!r}; allowed 1 or more")
     fixed, free = read(calculator, values, hz, search=True)
     if not free:
         names = " or ".join(quantity.name for quantity in calculator.quantities if quantity.free)
@@ -90,7 +90,7 @@ def _wanted(goals: dict[Goal, float | None]) -> Wanted:
     """Return the one goal that is given."""
     given = [(goal, value) for goal, value in goals.items() if value is not None]
     if len(given) != 1:
-        raise UsageError("no single goal for the ramp; give one of time, acceleration and steps")
+        raise UsageError("the ramp needs exactly one goal: time, acceleration or steps")
     goal, value = given[0]
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
         raise UsageError(f"{goal} {value!r}; allowed more than 0")

@@ -78,7 +78,7 @@ def differing(known: Survey) -> str:
     """Return text that lists the parts of a journal whose laws differ from the present ones; "" if there are none."""
     here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
     different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
-    return ", ".join(f"{part} had behaviour {had} and has {here[part]}" for part, had in different)
+    return ", ".join(f"{part} had behaviour {had} and now has {here[part]}" for part, had in different)
 
 
 @answering("replay()")
@@ -255,7 +255,7 @@ def as_bytes(content: Any) -> bytes:
     """
     if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
         raise UsageError(
-            f"store: found {json.dumps(content)[:80]}; allowed a list of at most {LARGEST} bytes, 0 to 255"
+            f"store: found {json.dumps(content)[:80]}; expected a list of at most {LARGEST} bytes, 0 to 255"
         )
     try:
         return bytes(content)

@@ -272,7 +272,7 @@ class Runner:
         if isinstance(condition, Condition):
             if not condition.belongs(self.kernel):
                 raise UsageError(
-                    f"{verb}({condition}): the condition is on another bench, whose time does not pass here"
+                    f"{verb}({condition}): the condition belongs to another bench, whose time does not pass here"
                 )
             condition.begin()
             return condition

@@ -158,7 +158,7 @@ def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]
     found = _named(part, "checks", ())
     if not isinstance(found, tuple) or not all(callable(check) for check in found):
-        raise UsageError(f"{_called(part)}.checks: found {found!r}; allowed a tuple of functions of a source")
+        raise UsageError(f"{_called(part)}.checks: found {found!r}; expected a tuple of functions that take a source")
     return found
 
 

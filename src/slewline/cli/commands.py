@@ -68,13 +68,13 @@ def cli() -> None:
 @click.option(
     "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; by default until all is idle."
 )
-@click.option("--timeout", type=TimeWithUnit(), help="Longest wait for that; 60 s by default.")
+@click.option("--timeout", type=TimeWithUnit(), help="Longest wait until all is idle; 60 s by default.")
 @click.option(
     "--drive", type=PinDrive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated."
 )
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no transcript.")
-@path("--journal", help="Record every input from outside, for --replay.")
+@path("--journal", help="Record every external input, for --replay.")
 @path("--replay", help="Repeat the run of a journal, instead of FILE.")
 @MEMORY
 @path("--save-memory", help="Write the final content of that memory; .hex: as Intel HEX.")

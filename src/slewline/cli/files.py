@@ -78,7 +78,8 @@ def read_program(path: str, source: bool = False) -> str:
     """
     if source and is_named_hex(path):
         raise BenchFileError(
-            f"{path}: has bytes, by its extension; slewline dis {path} --chip CHIP converts them to commands"
+            f"{path}: contains bytes, judging by its extension; slewline dis {path} --chip CHIP converts them to "
+            "commands"
         )
     text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for pattern, what in ((VCD, "vcd"), (LISTING, "listing"), (NOTEBOOK, "ipynb")):
@@ -87,7 +88,7 @@ def read_program(path: str, source: bool = False) -> str:
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             found = f"{path}, line {number}: {len(line)} characters"
-            raise BenchFileError(f"{found}; allowed {LONGEST}; check the file name")
+            raise BenchFileError(f"{found}; allowed up to {LONGEST}; check the file name")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
         if (extension := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
             raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[extension]}")
@@ -123,7 +124,7 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
         raise UsageError(f"{path}: is not a program but {NO_PROGRAMS[part]}")
     if is_bench(path):
         raise UsageError(
-            f"{path}: is a bench file, by its extension; slewline run, lint, serve, panel and debug read one"
+            f"{path}: is a bench file, judging by its extension; slewline run, lint, serve, panel and debug read one"
         )
     if fits is not None:
         names = [name for name in names if _fits(name, fits)]

@@ -222,7 +222,7 @@ def lint(
     from ..language.problems import picture
 
     if allow_code and not any(is_bench(file) for file in files):
-        raise click.UsageError("--allow-code needs a bench file; --chip may name a module without it")
+        raise click.UsageError("--allow-code needs a bench file; --chip may name a module without --allow-code")
     if options is not None and any(is_bench(file) for file in files):
         raise click.UsageError("a bench file has the options of its chips; leave out --options")
     found = [each for file in files for each in texts_of(file, chip, allow_code, options)]

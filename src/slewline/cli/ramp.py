@@ -55,7 +55,9 @@ def ramp(
     if best is not None and not goal:
         raise UsageError("--best: needs --time, --accel or --steps")
     if goal and others:
-        raise UsageError("a list of values excludes a search; leave out --time, --accel and --steps, or the list")
+        raise UsageError(
+            "a list of values cannot be combined with a search; leave out --time, --accel and --steps, or the list"
+        )
     if goal:
         found = nearest(chip, crystal, BEST if best is None else best, wanted, values, fitting)
     else:
@@ -139,7 +141,7 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
             each = "; in a list each value has its unit" if len(texts) > 1 else ""
             raise UsageError(f"{calculator.sheet.part}: {name} {values[name]!r}{without_comma(values[name])}{each}")
         if len(texts) > MAX_COMPARED:
-            raise UsageError(f"{name}: {len(texts)} values; allowed {MAX_COMPARED}")
+            raise UsageError(f"{name}: {len(texts)} values; allowed up to {MAX_COMPARED}")
         return [{**values, name: text.strip()} for text in texts]
     return [values]
 

@@ -110,7 +110,7 @@ class RunCommand(BenchOptions):
                         f"slewline run {path} {option} FILE"
                     )
         if (self.file is None) == (self.replay is None):
-            raise click.UsageError("give one of a program, a bench file and --replay JOURNAL")
+            raise click.UsageError("give exactly one of these: a program, a bench file, --replay JOURNAL")
         if self.vcd is None:
             given = [f"--{name.replace('_', '-')}" for name in OF_VCD if getattr(self, name) not in (None, False)]
             if given:
@@ -128,7 +128,9 @@ class RunCommand(BenchOptions):
         if self.anywhere and not self.is_bench:
             raise click.UsageError("--anywhere needs a bench file")
         if self.allow_code and not (self.is_bench or self.replay):
-            raise click.UsageError("--allow-code needs a bench file or --replay; --chip may name a module without it")
+            raise click.UsageError(
+                "--allow-code needs a bench file or --replay; --chip may name a module without --allow-code"
+            )
         if self.is_bench and {"chip", "crystal", "over", "strap", "options", "memory"} & set(given):
             raise click.UsageError(
                 "a bench file names its chips; leave out --chip, --crystal, --over, --strap, --options, --memory"

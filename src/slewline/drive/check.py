@@ -126,8 +126,8 @@ class Checkup(NamedTuple):
             f"board     {board.title}; its crystal differs from this machine's clock by {self.offset_ppm:+.0f} ppm",
             f"link      {median:.1f} ms round trip, {worst:.1f} ms at worst, {self.load_ms:.0f} ms for the start "
             f"of a motion; {self.damaged} frames damaged",
-            f"machine   wakes {late.median:.2f} ms late, {late.p99:.2f} ms in the worst of 100, {late.worst:.1f} ms at "
-            f"worst; {self.priority}",
+            f"machine   wakes {late.median:.2f} ms late (median), {late.p99:.2f} ms (99th percentile), "
+            f"{late.worst:.1f} ms at worst; {self.priority}",
             "horizon   none is long enough: this link is too slow; use another adapter"
             if self.horizon_ms is None
             else f'horizon   --horizon "{self.horizon_ms} ms" is enough for this machine and link, by this measurement',
@@ -139,7 +139,7 @@ class Checkup(NamedTuple):
                 f"jog       {JOG} steps up and {JOG} back; if the motor did not turn clockwise first: --invert-dir"
             )
         else:
-            rows.append(f"jog       {JOG} steps were not made")
+            rows.append(f"jog       {JOG} steps were not output")
         if self.estop is not None:
             rows.append(
                 "e-stop    its contact opened, and the board switched the driver off"

@@ -137,11 +137,11 @@ class Drive:
         if (number := getattr(model, "number", None)) is not None:
             raise UsageError(f"chip {chip!r}: is an axis; give its chip, and axis={number}")
         if not hasattr(model, "axis"):
-            raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 names another axis")
+            raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 selects another axis")
         model.axis(axis)  # check that it exists
         for name, given in (("inputs", inputs), ("outputs", outputs)):
             if given is not None and not isinstance(given, Mapping):
-                raise UsageError(f"{name} {given!r}: expected pins by names of the board, such as {{'A1': 'home'}}")
+                raise UsageError(f"{name} {given!r}: expected board pins and their chip pins, such as {{'A1': 'home'}}")
         horizon_ps = terminals.checked_horizon(horizon)
         rate = None if start_stop is None else terminals.steps_a_second(start_stop)
         terminals.checked_driver(driver, enable)
@@ -390,5 +390,5 @@ class Drive:
         """
         self._check_open()
         if homed and homing:
-            raise UsageError("clear: homed and homing; give one of them")
+            raise UsageError("clear: homed and homing; give only one of them")
         self._live.clear(homed, homing)

@@ -93,10 +93,10 @@ def own_driver(text: str) -> StepDriver:
     for each in text.split(","):
         key, _, time = each.strip().partition(" ")
         if key not in TIMES or key in found:
-            raise UsageError(f"driver {text!r}: {key!r}; allowed each of {', '.join(TIMES)} once, such as {OWN!r}")
+            raise UsageError(f"driver {text!r}: {key!r}; allowed {', '.join(TIMES)}, each once, such as {OWN!r}")
         found[key] = picoseconds(time.strip())
     if not found.keys() & {"high", "low"}:
-        raise UsageError(f"driver {text!r}: expected the least times of STEP high or low, such as {OWN!r}")
+        raise UsageError(f"driver {text!r}: expected minimum times of STEP high or low, such as {OWN!r}")
     high, low, setup, hold = (found.get(key, 0) for key in TIMES)
     return StepDriver("this driver", high, low, setup, hold, 0, "its data sheet")
 

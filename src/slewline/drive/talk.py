@@ -195,7 +195,7 @@ class Talk:
         self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
-                "the board does not leave its halt: the input of an emergency stop is active; close its contact, then "
+                "the board does not leave its halt: an emergency stop is active; close its contact, then "
                 "clear the drive"
             )
 
@@ -205,8 +205,8 @@ class Talk:
         self.until(lambda: self.link.idle, SETTLE_S, "the board does not answer")
         if not self.power.on:
             raise UsageError(
-                "the board does not switch the driver on: the input of an emergency stop is active; close its "
-                "contact, then begin again"
+                "the board does not switch the driver on: an emergency stop is active; close its "
+                "contact, then start again"
             )
 
     def _synchronise(self) -> None:
@@ -226,7 +226,7 @@ class Talk:
         """Check that the board is still the one for which the drive was created."""
         board, was = board_of(ident), self.state.board
         if board is not was:
-            raise UsageError(f"the board is an {board.title} now, and was an {was.title}; make a new drive")
+            raise UsageError(f"the board is now an {board.title}, but was an {was.title}; make a new drive")
         self.feeder.shortest = ident.shortest
 
 

@@ -36,7 +36,9 @@ def port_of_server() -> int | None:
     for name in ("EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"):
         if text := os.environ.get(name, ""):
             if not (text.isascii() and text.isdecimal() and 0 < int(text) < 1 << 16):
-                raise UsageError(f"{name} {text!r} in the environment: allowed a port, 1 to 65535; set it, or unset it")
+                raise UsageError(
+                    f"{name} {text!r} in the environment; allowed: a port, 1 to 65535; set it, or unset it"
+                )
             named = int(text)
     return named
 

@@ -152,7 +152,7 @@ class Effects:
         law[name] = value
         first = law["VBAS"]
         if name in TOPS and value < first:
-            raise UsageError(f"{name} {value:g}; allowed from VBAS {first:g} on")
+            raise UsageError(f"{name} {value:g}; allowed VBAS ({first:g}) or more")
         law |= {top: max(law[top], first) for top in TOPS}  # a higher VBAS raises them, as in the motor record
         if name in ("VELO", "VBAS") and state.kept["ACCU"] and accs:
             law["ACCL"] = (law["VELO"] - first) / accs
@@ -189,7 +189,7 @@ class Effects:
     async def text(self, name: str, value: str) -> None:
         """Store a text."""
         if len(value) > LONGEST[name]:
-            raise UsageError(f"{name} of {len(value)} characters; allowed {LONGEST[name]}")
+            raise UsageError(f"{name} of {len(value)} characters; allowed up to {LONGEST[name]}")
         self.owner.state.kept[name] = value
 
     # ---------------------------------------------------------------------------------------------------- buttons
@@ -218,7 +218,7 @@ class Effects:
         """Home; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
-            raise UsageError(f"{name} {value}; allowed 1; STOP ends a homing")
+            raise UsageError(f"{name} {value}; allowed only 1; STOP ends a homing")
         self._no_setting(name)
         if motor.homing is None:
             motor.home(1)  # the message states why it cannot
@@ -252,7 +252,7 @@ class Effects:
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:
-            raise UsageError(f"{name}: SET is Set, in which no motor moves; set it to Use first")
+            raise UsageError(f"{name}: SET is Set, a state in which no motor moves; set it to Use first")
 
     async def update(self, name: str, value: int) -> None:
         """Query the position of the module."""

@@ -174,7 +174,8 @@ class ModuleMotor:
         """
         if self.homing is None:
             raise UsageError(
-                f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
+                f"{self.sheet.part}: has no homing with a selectable direction; send its own command with slewline "
+                "terminal"
             )
         self._program(self.ramp if ramp is None else ramp)
         for _ in range(LOOKS):  # a program without a motion is soon over; any other makes the module refuse to home
@@ -191,7 +192,7 @@ class ModuleMotor:
             ModuleFailure: the module does not execute the command.
         """
         if self.presetting is None:
-            raise UsageError(f"{self.sheet.part}: has no command that sets its position; shift OFF instead")
+            raise UsageError(f"{self.sheet.part}: has no command that sets its position; change OFF instead")
         allowed = self.presetting.args[0]
         if not allowed.low <= position <= allowed.high:
             raise UsageError(
@@ -208,7 +209,7 @@ class ModuleMotor:
             ModuleFailure: the module does not execute the command.
         """
         if self.stopping is None:
-            raise UsageError(f"{self.sheet.part}: accepts no command while it moves; stop it by its pins")
+            raise UsageError(f"{self.sheet.part}: accepts no command while it moves; stop it through its pins")
         self.module.ask(self.stopping.form)
 
     def at_rest(self) -> bool:

@@ -53,7 +53,7 @@ def _head(sheet: Sheet) -> str:
     low, high = mhz(sheet.crystal_low_hz), mhz(sheet.crystal_high_hz)
     text = [f"# {sheet.title}", "", f"- source: {sheet.manual}{f'; {sheet.key}' if sheet.key else ''}"]
     if sheet.crystal_high_hz:
-        at = f"times below hold at {mhz(sheet.crystal_hz)} MHz unless another is named"
+        at = f"times below hold at {mhz(sheet.crystal_hz)} MHz unless another frequency is given"
         text.append(f"- crystal: {low} to {high} MHz; {at}")
     if sheet.buffer_bytes:
         text.append(f"- program buffer: {sheet.buffer_bytes} {units(sheet)}")

@@ -153,7 +153,7 @@ class Dialect(Generic[R]):
     # ------------------------------------------------------------------------------------------------------- streams
     def decoder(self, sheet: Sheet) -> Any:
         """Return a decoder for a part that receives commands byte by byte."""
-        raise UsageError(f"the {sheet.part} takes no stream of bytes, but {self.name}")
+        raise UsageError(f"the {sheet.part} takes {self.name}, not a stream of bytes")
 
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False

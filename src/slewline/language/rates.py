@@ -104,8 +104,8 @@ def nearest_rate(
 def _refuse_turns(text: str) -> None:
     if in_steps(text.strip(), 1) != text.strip():
         raise UsageError(
-            f"rate {text.strip()!r}: a chip counts steps, and the steps a turn of a motor are not known here; write "
-            "steps/s: rev/s times the steps a turn, or rpm times the steps a turn / 60"
+            f"rate {text.strip()!r}: a chip counts steps, and the motor's steps per revolution are not known here; "
+            "write steps/s: rev/s times the steps per revolution, or rpm times the steps per revolution / 60"
         )
 
 
@@ -139,7 +139,7 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
     if exact.denominator != 1:
         shown = f"{float(exact):.6g}"
         raise UsageError(
-            f"{counts} counts for {steps} steps are {shown}: the ratio must be a whole number, or the position drifts"
+            f"{counts} counts for {steps} steps: the ratio, {shown}, must be a whole number, or the position drifts"
         )
     return _within_range(arg, Fraction(counts, steps), f"{counts}/{steps}")
 

@@ -100,7 +100,7 @@ class FramedSpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a line with its carriage return."""
         if not command.isascii() or not command or set(command) & set("\r\n") or len(command) > LONGEST:
-            raise UsageError(f"command {command[:60]!r}; allowed one line of ASCII, up to {LONGEST} characters")
+            raise UsageError(f"command {command[:60]!r}; expected one line of ASCII, up to {LONGEST} characters")
         return command.encode("ascii") + b"\r"
 
     def answers(self, command: str) -> bool:

@@ -173,7 +173,7 @@ MENDS = (
     Mend("it is surrounded by a prompt", _no_prompt),
     Mend("it has blanks before or after it", _each(lambda _, line: line.rstrip(CR).strip(BLANKS) + CR)),
     Mend("it has blanks inside", _each(lambda _, line: re.sub(rb"[ \t]", b"", line))),
-    Mend("it has small letters instead of capitals", _each(_capitals)),
+    Mend("it has lower-case letters instead of capitals", _each(_capitals)),
     Mend("it begins with the address", _each(lambda _, line: re.sub(rb"\A[1-7](?=[A-Z])", b"", line))),
     Mend("it is preceded by other lines", _last_line),
     Mend("its number has a different number of digits", _each(_padded)),

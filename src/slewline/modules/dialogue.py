@@ -292,7 +292,7 @@ def _entry(entry: Any) -> DialogueEntry:
     last_us: Any = entry.get("last_us", at_us)
     for name, value in (("at_us", at_us), ("last_us", last_us)):
         if not _whole(value, -LATEST_US, LATEST_US):
-            raise ValueError(f"{name}: allowed a whole number up to {LATEST_US}")
+            raise ValueError(f"{name}: expected a whole number up to {LATEST_US}")
     if speaker not in ("host", "module", "tool"):
         raise ValueError(f"from {speaker!r}")
     if not isinstance(entry["text"], str):

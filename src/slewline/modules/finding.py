@@ -229,7 +229,7 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
         _probed(module)
     except NoAnswer as silence:
         module.send(CR + leave.form.encode("ascii"))
-        module.transcript.note(f"sent {leave.form}, should program entry be open")
+        module.transcript.note(f"sent {leave.form}, in case program entry is open")
         try:
             _probed(module)
         except NoAnswer:

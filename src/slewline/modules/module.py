@@ -118,7 +118,7 @@ class Module:
                 if not repeatable or not tries_left:
                     raise
                 self.transcript.note(f"query repeated: {failure}")
-                self.report_once(f"no whole answer to {command} so far; the query is repeated")
+                self.report_once(f"no complete answer to {command} so far; the query is repeated")
                 continue
             last = answer.lines[-1] if answer.lines else ""
             # undetected noise has changed a query that is refused

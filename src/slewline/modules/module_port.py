@@ -173,7 +173,7 @@ class ModulePort(Closing):
             return call()
         except SerialTimeoutException:
             raise PortLost(
-                f"{self.where}: the port has taken no characters for {WRITE_S:g} s; allowed: a port without flow "
+                f"{self.where}: the port has accepted no characters for {WRITE_S:g} s; use a port without flow "
                 "control; check the adapter, and try again"
             ) from None
         except (OSError, TypeError, AttributeError) as error:  # raised by pySerial for a lost port

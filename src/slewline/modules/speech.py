@@ -39,7 +39,7 @@ class LineSpeech(Speech):
         if self.address not in allowed:
             raise UsageError(f"--address {address}: allowed {', '.join(map(str, allowed))} (0: none is sent)")
         if checked and not self.line.checksum_pin:
-            raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have none; leave it out")
+            raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have no checksum; leave it out")
 
     @property
     def word(self) -> CharacterFormat:
@@ -64,7 +64,7 @@ class LineSpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a line with address, checksum and carriage return, as far as the part uses them."""
         if not command.isascii() or CR.decode() in command or not command:
-            raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
+            raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
 
     def row(self, command: str) -> Row | None:
@@ -153,7 +153,7 @@ class QuerySpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a command with its carriage return, unless the command needs none."""
         if not command.isascii() or CR.decode() in command or not command:
-            raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
+            raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:

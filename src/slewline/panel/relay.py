@@ -151,7 +151,7 @@ class Relay:
             async with asyncio.timeout(GREETING_S):
                 greeting = await self.page.receive_text()
         except TimeoutError:
-            await self.hang_up(Hangup(POLICY, "No token came in time."))
+            await self.hang_up(Hangup(POLICY, "No token was received in time."))
             return
         except KeyError as error:
             await self.hang_up(error)
@@ -207,7 +207,7 @@ class Relay:
                     writer.write(f"{json.dumps(greeting)}\n".encode())
                     if "error" in json.loads(await reader.readline() or b'{"error": ""}'):
                         writer.transport.abort()
-                        raise Hangup(GONE, f"The control port at {where} needs another token.")
+                        raise Hangup(GONE, f"The control port at {where} needs a different token.")
         except (OSError, ValueError, TimeoutError):
             raise Hangup(GONE, f"There is no server at {where}.") from None
         return reader, writer

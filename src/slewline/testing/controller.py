@@ -260,7 +260,9 @@ class Controller(Closing):
         match expected:
             case (time, (0 | 1 | -1) as level):
                 return moment(time), int(level)
-        raise UsageError(f'assert_edges: {expected!r}; expected an instant, then the level from it on: ("10 ms", 1)')
+        raise UsageError(
+            f'assert_edges: {expected!r}; expected an instant, then the level from that instant on: ("10 ms", 1)'
+        )
 
     # --------------------------------------------------------------------------------------------------------- report
     def report(self) -> str:

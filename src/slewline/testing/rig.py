@@ -122,7 +122,7 @@ class Rig:
         sheet = sheet_of(part)
         self.channel = self.channel_of(sheet)
         if not isinstance(seed, int):
-            raise UsageError(f"seed {seed!r}; allowed a whole number")
+            raise UsageError(f"seed {seed!r}; expected a whole number")
         self.bench = Bench(seed)
         kept = None if store is None else store_at(store)
         external = is_outside(sheet)
@@ -305,7 +305,7 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
     rig = NAMED[name]
     named = rig.part
     if part != named or (len(query) > 1 and url != rig.url):
-        that = f"{name!r} is {rig.url} already; give this one another name, open that one"
+        that = f"{name!r} is {rig.url} already; give this one another name, or open that one by its URL"
         raise UsageError(f"{url}: {that}, or {SCHEME}://{named}?name={name}")
     return rig
 

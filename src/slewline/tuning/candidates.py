@@ -49,7 +49,9 @@ class Candidates:
                 self.refused[place] = str(refusal)
         if not timed:
             why = self.refused[0]
-            raise UsageError(f"{calculator.sheet.part}: none of {grid.size} grid points has a move; the first: {why}")
+            raise UsageError(
+                f"{calculator.sheet.part}: none of {grid.size} grid points gives a valid move; the first: {why}"
+            )
         timed.sort()
         self.order: Sequence[int] = [place for _, place in timed]
         self.time_ps = {place: time for time, place in timed}

@@ -140,7 +140,7 @@ def dask(address: str) -> Iterator[Workers]:
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
-    remedy = "allowed the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
+    remedy = "expected the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
     try:
         client = make(address, timeout=ANSWER_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:

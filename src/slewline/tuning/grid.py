@@ -111,7 +111,9 @@ def read_grid(
         values[quantity.name] = _values(calculator, quantity, named.get(quantity.name), crystal_hz, per_turn)
     grid = Grid(tuple(values), tuple(values.values()))
     if grid.size > MOST:
-        raise UsageError(f"{part}: {_sizes(grid)} = {grid.size} points; allowed {MOST}; use fewer values, such as /12")
+        raise UsageError(
+            f"{part}: {_sizes(grid)} = {grid.size} points; allowed up to {MOST}; use fewer values, such as /12"
+        )
     return grid
 
 
@@ -200,7 +202,9 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
             raise UsageError(f"{where}: empty range; write 1 or more after {'/' if count == 0 else 'by'}")
         among = range(low, high + 1, by or 1)
         if min(len(among), count or len(among)) > MOST:
-            raise UsageError(f"{where}: {len(among)} values; allowed {MOST}; give their number, such as {piece}/12")
+            raise UsageError(
+                f"{where}: {len(among)} values; allowed up to {MOST}; give their number, such as {piece}/12"
+            )
         found += among if count is None else evenly(quantity, low, high, count)
     return found
 

@@ -93,7 +93,7 @@ WORST = tuple((what, 1 + percent / 100) for what, percent in {
     "load": 20, "inertia": 20, "supply": -10, "current": -20, "friction": 25, "drag": -30,
 }.items())  # fmt: skip
 USUAL = (  # tried first while no counts are known: the perturbations that caused most step losses in trials
-    Perturbation("all that is bad", WORST),
+    Perturbation("worst case", WORST),
     alone("current", -20),
     alone("inertia", 20),
     alone("supply", -10),
@@ -105,7 +105,7 @@ USUAL = (  # tried first while no counts are known: the perturbations that cause
     alone("drag", -30),
 )
 _ITEM = re.compile(r"\s*([A-Za-z]+)\s*(±|\+-|\+/-|[+-])?\s*(\d+(?:\.\d+)?)\s*%\s*")
-EXAMPLE = 'such as "load 20%, supply -10%": without a sign, up and down; or "none"'
+EXAMPLE = 'such as "load 20%, supply -10%": without a sign, both up and down; or "none"'
 
 
 def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
@@ -127,20 +127,20 @@ def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Pert
         for row in _rows(item):
             found[row.name] = row
     bad = {row.changes[0] for row in found.values()} & {*WORST}
-    together = (Perturbation("all that is bad", tuple(each for each in WORST if each in bad)),) * (len(bad) > 1)
+    together = (Perturbation("worst case", tuple(each for each in WORST if each in bad)),) * (len(bad) > 1)
     return (*together, *found.values(), NOMINAL)
 
 
 def _rows(item: str) -> Iterator[Perturbation]:
     match = _ITEM.fullmatch(item)
     if match is None:
-        raise UsageError(f"perturbation {item.strip()!r}; allowed a quantity and per cent, {EXAMPLE}")
+        raise UsageError(f"perturbation {item.strip()!r}; expected a quantity and a percentage, {EXAMPLE}")
     what, sign, percent = match[1].lower(), match[2], float(match[3])
     if what not in CHANGES:
         raise UnknownName(f"perturbation {what!r}; known: {', '.join(CHANGES)}{hint(what, CHANGES)}")
     for factor in (1, -1) if sign not in ("+", "-") else (1 if sign == "+" else -1,):
         if factor * percent <= -100:
-            raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % down")
+            raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % downwards")
         yield alone(what, factor * percent)
 
 

@@ -105,7 +105,7 @@ class Log:
             for number, line in enumerate(lines_of(self.path, file), 1):
                 if not line.endswith(b"\n"):
                     if not (whole or FIRST.startswith(line[: len(FIRST)])):
-                        raise UsageError(f"{self.path}: is no log of a sweep; name a new file")
+                        raise UsageError(f"{self.path}: is not the log of a sweep; name a new file")
                     break
                 if number == 1:
                     self._check(line, task)
@@ -149,7 +149,7 @@ class Log:
         """Refuse a log of another task, or a file that is not a log."""
         head = _object(line)
         if head is None or not isinstance(head.get("task"), dict) or "tune" not in head:
-            raise UsageError(f"{self.path}: is no log of a sweep; name a new file")
+            raise UsageError(f"{self.path}: is not the log of a sweep; name a new file")
         if head.get("digest") == digest(task):
             return
         was, now = {"slewline": head.get("slewline")} | head["task"], {"slewline": __version__} | dict(task)

@@ -287,7 +287,7 @@ def test_a_request_that_comes_and_goes_between_two_samples_is_missed(
     x.till(look + 50 * TOP)
     assert len(x.changes("instrobe")) == (0 if missed else 2)
     assert [found.text for found in x.x.findings if found.code == "request-withdrawn"] == [
-        "a request that was not seen" if stepwise else "a rate request began and ended within one step: it was missed"
+        "a request was missed" if stepwise else "a rate request began and ended within one step: it was missed"
     ] * missed
 
 

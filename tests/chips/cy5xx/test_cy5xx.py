@@ -151,7 +151,7 @@ def test_a_wait_that_no_request_ends(lab):
     lab.bench.run("1 ms")
     assert lab.x.pin("programmable_output").level == 0
     assert [found.code for found in lab.x.findings if found.code == "request-while-running"]
-    assert lab.x.findings[-1].text == "I/O REQUEST was lowered in a running program: it is not answered"
+    assert lab.x.findings[-1].text == "I/O REQUEST was lowered while a program was running: it is not answered"
     lab.x.pin("wait").drive(0)
     lab.bench.run("1 ms")
     assert lab.x.pin("programmable_output").level == 1

@@ -133,7 +133,7 @@ def test_options_agree_with_their_description():
         ({"store": "file"}, r"store 'file'; expected an object with read\(\) and write\(data\)"),
         ({"straps": [1]}, r"straps \[1\]; expected pins with levels"),
         ({"name": 5}, "name 5: allowed letters"),
-        ({"crystal": "4 MHz"}, "the gs-c200 takes none"),
+        ({"crystal": "4 MHz"}, "the gs-c200 has no selectable crystal"),
         ({"supply": "24 V"}, r"supply '24 V'; allowed a number \(V\)"),
         ({"load": 80}, "load 80; allowed a table of v5_20, v5_21"),
         ({"load": {"v5_20": "80"}}, r"load: v5_20 '80'; allowed a number \(mA\)"),

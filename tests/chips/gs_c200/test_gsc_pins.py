@@ -69,10 +69,10 @@ def test_a_supply_or_a_load_beyond_the_limits_is_a_finding_and_changes_nothing(p
     assert findings(supply=12) == findings(supply=40) == findings(load={"v5_20": 60, "v5_21": 40, "vsl_plus": 10}) == []
     assert findings(supply=11) == ["supply: 11 V; the module needs 12 to 40 V"]
     assert findings(supply=43) == ["supply: 43 V; the module needs 12 to 40 V"]
-    assert findings(load={"v5_20": 60, "v5_21": 41}) == ["load: 101 mA from v5_20 and v5_21; allowed 100 mA"]
+    assert findings(load={"v5_20": 60, "v5_21": 41}) == ["load: 101 mA from v5_20 and v5_21; allowed up to 100 mA"]
     assert findings(load={"vsl_minus": 11, "vsl_plus": 11}) == [
-        "load: 11 mA from vsl_plus; allowed 10 mA",
-        "load: 11 mA from vsl_minus; allowed 10 mA",
+        "load: 11 mA from vsl_plus; allowed up to 10 mA",
+        "load: 11 mA from vsl_minus; allowed up to 10 mA",
     ]
     with pytest.raises(UsageError, match="load: no option 'uo1'; its options: v5_20, v5_21"):
         findings(load={"uo1": 1})

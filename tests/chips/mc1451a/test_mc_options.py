@@ -21,5 +21,5 @@ def test_the_busy_time_of_the_port_may_be_chosen():
 @pytest.mark.parametrize("option", ["busy_ticks", "reset_cycles"])
 @pytest.mark.parametrize("value", [0, "2", 1.5])
 def test_an_option_that_is_not_a_number_of_clocks_is_refused(option, value):
-    with pytest.raises(slewline.UsageError, match=f"{option} {value!r}; allowed 1 and more"):
+    with pytest.raises(slewline.UsageError, match=f"{option} {value!r}; allowed 1 or more"):
         slewline.Bench().add("mc1151a", **{option: value})

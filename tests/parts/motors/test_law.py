@@ -340,8 +340,8 @@ def test_a_rotor_that_nothing_brakes_turns_on() -> None:
 @pytest.mark.parametrize(
     ("times", "commands", "says"),
     [
-        ([10, 10], [1, 2], "edge 1 at 10 ps; each must be after the one before, 10 ps"),
-        ([0], [1], "edge 0 at 0 ps; each must be after the start, 0 ps"),
+        ([10, 10], [1, 2], r"edge 1 at 10 ps; it must be after the previous edge \(10 ps\)"),
+        ([0], [1], r"edge 0 at 0 ps; it must be after the start \(0 ps\)"),
         ([10, 20], [1], "2 edges with 1 commands; pass one command for each edge"),
     ],
 )

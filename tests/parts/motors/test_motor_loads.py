@@ -17,7 +17,7 @@ from tests.rows import rows
 
 A = MOTORS["QSH4218-51-10-049"]  # 0.49 N m at 1 A
 TABLE = ", ".join(row.name for row in FIGURES)
-KG_M2 = "0 and more kg m2, or text with a unit: " + ", ".join(UNITS["kg m2"])
+KG_M2 = "0 or more kg m2, or text with a unit: " + ", ".join(UNITS["kg m2"])
 
 
 @rows(
@@ -104,17 +104,17 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
 @rows(
     ("value", "says"),
     [
-        (5, f"l 5; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {TABLE}"),
+        (5, f"l 5; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {TABLE}"),
         ({"inertia": -1}, f"l: inertia -1; allowed {KG_M2}"),
         ("inertia -1 g cm2", f"l: inertia '-1 g cm2'; allowed {KG_M2}"),
         ("inertia", f"l: inertia ''; allowed {KG_M2}"),
         ("inertia 5 mNm", f"l: inertia '5 mNm'; mNm is a unit of torque; allowed {KG_M2}"),
         ("inertai 1", f"l: no option 'inertai'; its options: {TABLE}; did you mean inertia?"),
         ("friction 1, friction 1", "l 'friction 1, friction 1': friction is given twice; leave one out"),
-        ({"friction": -1e-3}, f"l: friction -0.001; allowed 0 and more {expected('N m', 'N m')}"),
+        ({"friction": -1e-3}, f"l: friction -0.001; allowed 0 or more {expected('N m', 'N m')}"),
         ("low a", "l: low 'a'; allowed a number (full steps), None"),
-        ("low 5, high 5", "l: low 5; allowed less than high, 5 full steps"),
-        ("friction 5 mNm, stiction 4 mNm", "l: stiction 0.004 N m; allowed the friction, 0.005 N m, or more"),
+        ("low 5, high 5", "l: low 5; must be less than high (5 full steps)"),
+        ("friction 5 mNm, stiction 4 mNm", "l: stiction 0.004 N m; must be at least the friction (0.005 N m)"),
         ("efficiency 0", "l: efficiency 0.0; allowed more than 0, up to 1"),
         ("efficiency 1.2", "l: efficiency 1.2; allowed more than 0, up to 1"),
         ("mass 2 kg", "l: mass has no effect without lead; add it, or leave mass out"),
@@ -169,7 +169,7 @@ def test_the_holding_torque_of_a_reluctance_motor_follows_the_square_of_the_curr
     assert motor.holding_torque(4.0) == pytest.approx(4 * most, rel=1e-6)
 
 
-END = "use a greater current, a stronger motor or a smaller load"
+END = "use a higher current, a stronger motor or a smaller load"
 
 
 @rows(

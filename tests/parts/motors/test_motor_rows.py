@@ -108,7 +108,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
     [
         (5, f"m 5; allowed {ALLOWED}"),
         ({"like": 5}, "m: like 5; expected the name of a motor, such as QSH4218-35-10-027"),
-        ({}, f"m: needs {NEEDS}; such as '{EXAMPLE}', or like and the name of a motor"),
+        ({}, f"m: needs {NEEDS}; write '{EXAMPLE}', or like and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
         (SMALL | {"resistance": 0}, "m: resistance 0; allowed more than 0 ohm"),
@@ -118,9 +118,9 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         (SMALL | {"inertia": "68 g"}, f"m: inertia '68 g'; g is a unit of mass; allowed {expected('kg m2')}"),
         (
             SMALL | {"detent": -1e-3},
-            f"m: detent -0.001; allowed {expected('N m', '0 and more N m')}",
+            f"m: detent -0.001; allowed {expected('N m', '0 or more N m')}",
         ),
-        (SMALL | {"teeth": 0}, "m: teeth 0; allowed 1 and more"),
+        (SMALL | {"teeth": 0}, "m: teeth 0; allowed 1 or more"),
         (SMALL | {"rated": "both"}, "m: rated 'both'; allowed two, one"),
         (SMALL | {"windings": "delta"}, "m: windings 'delta'; allowed bipolar, unipolar, reluctance"),
         (
@@ -129,24 +129,25 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         ),
         (
             SMALL | {"torque": 0},
-            "m: torque 0 N m; allowed more than the detent torque, 0 N m: give the holding torque at the rated current",
+            "m: torque 0 N m; must be more than the detent torque (0 N m): "
+            "give the holding torque at the rated current",
         ),
         (
             SMALL | {"detent": 0.49},
-            "m: torque 0.49 N m; allowed more than the detent torque, 0.49 N m: "
+            "m: torque 0.49 N m; must be more than the detent torque (0.49 N m): "
             "give the holding torque at the rated current",
         ),
         (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have one: leave it out"),
         (
             VR,
-            "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); such as "
+            "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); write "
             f"'{EXAMPLE}', or like and the name of a motor",
         ),
         (
             VR | {"swing": "8 mH"},
-            "m: swing 0.008 H of a reluctance motor; allowed: more than 0 and less than its inductance, 0.008 H",
+            "m: swing 0.008 H of a reluctance motor; must be more than 0 and less than the inductance (0.008 H)",
         ),
-        (VR | {"swing": "4 mH", "phases": 2}, "m: phases 2; allowed 3 and more"),
+        (VR | {"swing": "4 mH", "phases": 2}, "m: phases 2; allowed 3 or more"),
     ],
 )
 def test_an_impossible_figure_is_refused_with_its_place_and_the_allowed_values(value, says):

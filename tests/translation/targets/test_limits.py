@@ -50,7 +50,7 @@ def test_a_wait_for_an_input_stops_grbl_until_a_person_continues():
 
 def test_dwells_of_grbl_are_whole_steps_of_50_ms():
     found = verdict(written("D 120\n", "grbl"), 1, LineKind.NEARLY)
-    assert found.description.startswith("150 ms for 120 ms")
+    assert found.description.startswith("150 ms instead of 120 ms")
     assert found.off_ps == 30 * 10**9
     assert not [each for each in written("D 150\n", "grbl").verdicts if each.kind is not LineKind.SAME]
 

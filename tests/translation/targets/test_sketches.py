@@ -53,6 +53,6 @@ def test_times_are_those_of_the_report(core, tmp_path):
         each for each in target("arduino").write(case.program(), case.options).verdicts if "for" in each.description
     ]
     out = found.times[2999] - found.times[0]
-    shown = re.search(r"([\d.]+) s for ([\d.]+) s", stated[0].description)
+    shown = re.search(r"([\d.]+) s instead of ([\d.]+) s", stated[0].description)
     assert shown and out == pytest.approx(float(shown[1]), rel=0.02)
     assert abs(out - float(shown[2])) <= stated[0].off_ps / 1e12 + 0.02 * out

@@ -19,6 +19,7 @@ from ...gate import LATEST_PS as LATEST
 from .journal import VERSION
 
 LONGEST = 1 << 26  # bytes of a line: the length with the longest script
+NO_HEADER = f"the first line is not the header of a journal of version {VERSION}"
 
 
 class Kind(NamedTuple):
@@ -110,7 +111,7 @@ class Entries:
             found += 1
             yield number, entry
         if not found and not self.begin:
-            raise BenchFileError(f"journal {self.path}: the first line is not that of a journal, version {VERSION}")
+            raise BenchFileError(f"journal {self.path}: {NO_HEADER}")
         self.count = found
 
     def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
@@ -133,7 +134,7 @@ class Entries:
 
     def _check_first(self, entry: dict[str, Any]) -> None:
         if entry["do"] != "journal" or entry.get("version") != VERSION:
-            raise BenchFileError(f"journal {self.path}: the first line is not that of a journal, version {VERSION}")
+            raise BenchFileError(f"journal {self.path}: {NO_HEADER}")
 
     def _check(self, number: int, entry: dict[str, Any], last: int) -> None:
         """Check that an entry has the fields of its kind."""
@@ -150,7 +151,7 @@ class Entries:
                 self._check_field(number, entry, name, OPTIONAL[name])
         self._check_field(number, entry, "t", TIME)
         if entry["t"] < last:
-            raise self.error(number, f"{do}: t {entry['t']} is before {last}, that of the entry above")
+            raise self.error(number, f"{do}: t {entry['t']} is before {last}, the t of the entry above")
 
     def _check_field(self, number: int, entry: dict[str, Any], name: str, kind: Kind) -> None:
         value = entry[name]

@@ -43,7 +43,7 @@ def hex_text(data: bytes, where: str) -> str:
             if character != "\t" and not " " <= character <= "~":
                 found = f"{where}, line {number}, column {column}: byte {ord(character):02X}"
                 remedy = "put raw bytes into a .bin file"
-                raise BenchFileError(f"{found}; allowed text, pairs of hexadecimal digits or Intel HEX; {remedy}")
+                raise BenchFileError(f"{found}; allowed: text with pairs of hexadecimal digits, or Intel HEX; {remedy}")
     return "\n".join(lines)
 
 

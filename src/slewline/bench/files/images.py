@@ -27,7 +27,9 @@ def read_image(path: str | PathLike[str]) -> bytes:
     """
     data, where = read_file(path), str(path)
     if Path(path).suffix[1:].lower() in CATALOGUE.names():
-        raise BenchFileError(f"{path}: a program, by its extension; slewline asm --output F.ihx makes an image of it")
+        raise BenchFileError(
+            f"{path}: a program, judging by its extension; slewline asm --output F.ihx makes an image of it"
+        )
     if not is_named_hex(path):
         marked = data[len(BOM) :].lstrip()[:1] == b":"  # a text; a dump may begin with the same bytes as a mark
         return from_file(data.removeprefix(BOM) if marked else data, where)
@@ -70,6 +72,6 @@ def write_image(path: str | PathLike[str], image: bytes) -> None:
     if not isinstance(image, (bytes, bytearray)):
         raise UsageError(f"{path}: image {image!r}; expected bytes, such as those of read_image")
     if len(image) > LARGEST:
-        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed {LARGEST} (sixteen address lines)")
+        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed up to {LARGEST} (sixteen address lines)")
     with WholeFile(str(path)) as file:
         file.write(as_image_file(path, image))

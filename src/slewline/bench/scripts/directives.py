@@ -105,7 +105,7 @@ def _level(text: str) -> int:
 def _matched(pattern: str, text: str) -> list[str]:
     match = re.fullmatch(pattern, text)
     if match is None:
-        raise UsageError(f"{text!r} cannot be read")
+        raise UsageError(f"{text!r} is not understood")
     return [group or "" for group in match.groups()]
 
 

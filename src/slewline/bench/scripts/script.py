@@ -176,7 +176,7 @@ def read_script(text: str, where: str = "script") -> Script:
 def _plain(step: ScriptLine) -> None:
     """Check that a line is printable ASCII, and not too long."""
     if len(step.text) > LONGEST:
-        raise UsageError(f"a line of {len(step.text)} characters; allowed {LONGEST}")
+        raise UsageError(f"a line of {len(step.text)} characters; allowed up to {LONGEST}")
     odd = next((c for c in step.text if not " " <= c <= "~"), None)
     if odd is not None and step.verb != "note":
         at = f"{odd!r} at character {step.text.index(odd) + 1}"

@@ -32,20 +32,20 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     """Yield the article's warnings about a command."""
     name = statement.row.name
     if name == "ATHOME" and state.last in TURNS:
-        yield Odd(
-            "a-after-direction", "warning", "A directly follows a change of direction", "T.2 A", "a command in between"
-        )
+        found = "command A directly follows a change of direction"
+        yield Odd("a-after-direction", "warning", found, "T.2 A", "a command in between")
     if name == "ATHOME" and state.home:
-        yield Odd("a-twice", "warning", "A is repeated with no RESET or I in between", "T.2 A")
+        yield Odd("a-twice", "warning", "command A is repeated with no RESET or I in between", "T.2 A")
     if name == "NUMBER" and state.last == "ATHOME":
-        less = f"N directly after A moves one step less: {statement.values[0] - 1}"
+        less = f"command N directly after A moves one step less: {statement.values[0] - 1}"
         yield Odd("n-after-a", "warning", less, "T.2 N", "any command between")
     if name == "FACTOR" and state.slope:
         yield Odd("factor-in-slope", "warning", "slopes force the factor to 1", "T.2 S", "send S 0 to end the slopes")
     if name == "TIL" and state.jog:
-        yield Odd("til-and-jog", "warning", "T is sent in jog mode, although both use XSS", "T.2 J, T")
+        yield Odd("til-and-jog", "warning", "command T is sent in jog mode; both T and jog mode use XSS", "T.2 J, T")
     if name == "GOSTEP" and state.jog:
-        yield Odd("go-in-jog", "warning", "G is ignored in jog mode, in which XSS starts and stops the motor", "T.2 J")
+        found = "command G is ignored in jog mode, in which XSS starts and stops the motor"
+        yield Odd("go-in-jog", "warning", found, "T.2 J")
     elif name == "GOSTEP" and state.rate and state.number and not state.absolute:
         ramp = steps(Law(PERIODS).up(state.rate, state.slope))
         if state.number < 2 * ramp:

@@ -52,7 +52,7 @@ class Interpreter(interpreter.Interpreter):
 
     async def no_instruction(self, at: int) -> None:
         """End a program that lacks its final 0, as if the 0 were there."""
-        self.chip.finding("end-of-program", "the program ends without 0; the chip returns to command mode")
+        self.chip.finding("end-of-program", "the program ends without command 0; the chip returns to command mode")
         self.program.end()
 
 

@@ -60,9 +60,9 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         """A: set the position to 0; a second A, or an A directly after a change of direction, is a finding."""
         registers = self.registers
         if registers.last in TURNS:
-            self.chip.finding("a-after-direction", "A directly follows a change of direction")
+            self.chip.finding("a-after-direction", "command A directly follows a change of direction")
         if registers.home:
-            self.chip.finding("a-twice", "A is repeated with no RESET or I in between")
+            self.chip.finding("a-twice", "command A is repeated with no RESET or I in between")
         registers.home = True
         super().do_athome()
 
@@ -70,7 +70,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         """N: load the number of steps of the next G, less one directly after A."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
-            self.chip.finding("n-after-a", f"N directly after A moves one step less: {steps}")
+            self.chip.finding("n-after-a", f"command N directly after A moves one step less: {steps}")
         self.registers.target, self.registers.waits = None, False
         super().do_number(steps)
 
@@ -107,7 +107,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         """G: return the motion by N steps or to P; if neither was sent, report a finding and return None."""
         self.registers.waits = False
         if self.registers.jog:
-            self.chip.finding("go-in-jog", "G is ignored in jog mode, in which XSS starts and stops the motor")
+            self.chip.finding("go-in-jog", "command G is ignored in jog mode, in which XSS starts and stops the motor")
             return None
         return self.relative() if self.registers.target is None else self.absolute(self.registers.target)
 
@@ -125,7 +125,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         distance = (target - self.axis.position) * self.sign
         if distance < 0:
             self.chip.finding(
-                "wrong-way", f"P {target} is in the other direction: the motion passes the overflow at 65535"
+                "wrong-way", f"P {target} is in the other direction: the motion passes through the overflow at 65535"
             )
         return self.takes(distance % (1 << 16), f"P {target}")
 
@@ -154,12 +154,12 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         if self.program.buffer:
             super().do_doitnow()
         else:
-            self.chip.finding("empty-program", "D has no program to run; the chip stays in command mode")
+            self.chip.finding("empty-program", "command D has no program to run; the chip stays in command mode")
 
     def do_til(self) -> None:
         """T: run the program from its start while XSS is low; in jog mode, which uses XSS too, this is a finding."""
         if self.registers.jog:
-            self.chip.finding("til-and-jog", "T is sent in jog mode, although both use XSS")
+            self.chip.finding("til-and-jog", "command T is sent in jog mode; both T and jog mode use XSS")
         super().do_til()
 
     def do_quit(self) -> None:

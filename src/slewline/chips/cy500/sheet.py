@@ -108,7 +108,7 @@ OPTIONS = (
     Option("early_part", "bool", False, "a part of the first batch: N a multiple of 256 makes 256 steps too few (quirk UND-N256)", where="art. T.2 N"),
     Option("p_starts", "bool", False, "P starts the motion by itself, without G (quirk CON-P)", where="CY525 s.1"),
     *at_power_up(REGISTERS),
-    Option("inferred", "table", MappingProxyType({}), "facts that no source states and the model infers: replace them where you know better", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
+    Option("inferred", "table", MappingProxyType({}), "facts that no source states and the model infers: replace them where you have better data", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
 )
 # fmt: on
 

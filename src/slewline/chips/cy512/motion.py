@@ -51,7 +51,7 @@ class Motion(sloped.Motion):
         if not self.aborted and self.abort.is_active:
             plan, step = self.ended("abort", "ABORT", plan, step), 0
         if plan is not STOP and self.request.is_active:
-            self.chip.finding("software-abort", "I/O REQUEST low at the end of a step: the motion ends")
+            self.chip.finding("software-abort", "I/O REQUEST is low at the end of a step: the motion ends")
             if not (self.aborted and self.inferred["request"] == "ramp"):
                 return self.ended("request", "I/O REQUEST", plan, step)
         return plan

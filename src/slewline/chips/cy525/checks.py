@@ -298,7 +298,7 @@ def size(source: Source) -> None:
     for block in source.blocks:
         beyond = next((statement for statement in block.statements if statement.end > shown), None)
         if beyond is not None and block.size <= source.sheet.buffer_bytes:
-            found = f"from here on V 1 need not show the program: it has {block.size} bytes"
+            found = f"from here on, V 1 is not guaranteed to show the program: it has {block.size} bytes"
             source.report(beyond, "not-verifiable", "note", found, allowed=f"{shown}", section="s.6")
 
 

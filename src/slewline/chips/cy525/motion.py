@@ -117,7 +117,7 @@ class Motion(motion.Motion):
             if self.continuous:
                 chip.finding(
                     "abort-released",
-                    "ABORT was released in a continuous motion: it continues to its nominal target at F",
+                    "ABORT was released in a continuous motion: the motion continues at F to its nominal target",
                 )
         return await self.rate_request(plan, step)
 
@@ -182,7 +182,7 @@ class Motion(motion.Motion):
                 self.hold_reported = True
                 chip.finding(
                     "request-held",
-                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has been high",
+                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has gone high",
                 )
             return plan
         return await self.change_rate(profile.rate(plan, step))
@@ -210,7 +210,7 @@ class Motion(motion.Motion):
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:
-            self.chip.finding("range", f"rate {byte} on the fly is above 127: 127 is used")
+            self.chip.finding("range", f"on-the-fly rate {byte} is above 127: 127 is used")
         rate = min(byte, sheet.RATE_TOP)
         self.mark_deviation("command", f"R {rate}")
         return rate
@@ -237,7 +237,7 @@ class Motion(motion.Motion):
             self.request_changes = self.request.changes
             if rate > old:
                 break
-            chip.finding("fly-zero-low", f"rate {rate} at rate 0 has no effect; required {commands}")
+            chip.finding("fly-zero-low", f"rate {rate} has no effect at rate 0; required: {commands}")
         slew.deactivate()
         await self.uninhibited()
         chip.waits(self.progress)

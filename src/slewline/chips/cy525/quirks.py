@@ -124,7 +124,7 @@ QUIRKS = (
        "there is no such group", "test_an_unknown_group_leaves_the_pointer_unchanged"),
     _Q("UND-VERIFY-END", "s.6", "past the end of a group FF is read",
        "an open bus reads as FF", "test_after_the_end_of_a_group_there_is_ff"),
-    _Q("UND-VERIFY-NOV", "T.I", "a read without a V before it returns FF",
+    _Q("UND-VERIFY-NOV", "T.I", "a read that is not preceded by a V returns FF",
        "the handshake must not hang", "test_a_read_without_v_brings_ff_and_a_finding"),
     _Q("UND-VERIFY-STATUS", "s.6", "in the status group only the direction bit is used; the rest is 0",
        "nothing else is described", "test_the_sixth_status_byte_reports_the_direction"),

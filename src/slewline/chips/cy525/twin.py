@@ -149,7 +149,7 @@ class Stepwise(twin.Stepwise):
                     self.asked_to_halt()
                 return False
             if self.continuous:
-                self.chip.finding("abort-released", "it goes on to its target")
+                self.chip.finding("abort-released", "the motion continues to its target")
         # 4. a rate request
         if not self.continuous:
             if self.request.level == 0:
@@ -161,7 +161,7 @@ class Stepwise(twin.Stepwise):
         """Return whether I/O REQUEST is low in a normal motion, which halts it."""
         if self.continuous or self.request.level == 1:
             return False
-        self.chip.finding("fly-rate-outside-continuous", "a normal motion takes no rates")
+        self.chip.finding("fly-rate-outside-continuous", "a normal motion accepts no rate requests")
         return True
 
     async def requested(self, just: TwinStep, coming: TwinStep) -> bool:
@@ -169,13 +169,13 @@ class Stepwise(twin.Stepwise):
         changes, self.changes = self.request.changes - self.changes, self.request.changes
         if self.request.level == 1:
             if self.ramped_over or changes > 1:
-                self.chip.finding("request-withdrawn", "a request that was not seen")
+                self.chip.finding("request-withdrawn", "a request was missed")
             self.served = self.ramped_over = self.hold_reported = False
         elif coming.kind != SLEW and not self.served:
             self.ramped_over = True
         elif coming.kind == SLEW and self.served and not self.hold_reported:
             self.hold_reported = True
-            self.chip.finding("request-held", "a request counts once")
+            self.chip.finding("request-held", "a request is served only once")
         if self.request.level == 0 and self.endless and not self.served and SLEW in (just.kind, coming.kind):
             self.served, self.ramped_over = True, False
             return await self.rate_request()
@@ -191,7 +191,7 @@ class Stepwise(twin.Stepwise):
         if self.continuous:  # the target comes round every 65536 steps
             remaining = remaining % 65536 or 65536
             if remaining < len(down):
-                self.chip.finding("target-in-ramp", "the target lies on the way down")
+                self.chip.finding("target-in-ramp", "the target is within the stop ramp")
         down = down[:remaining]
         self.plan = deque(down + [step_of(CRAWL, self.first)] * (remaining - len(down)))
         self.endless = False
@@ -248,7 +248,7 @@ class Stepwise(twin.Stepwise):
                     return False
             rate, self.changes = self.taken_rate(), self.request.changes
             if rate <= self.top:
-                chip.finding("fly-zero-low", "no higher rate than before")
+                chip.finding("fly-zero-low", "the rate is not higher than before: it has no effect")
         self.outputs.slew.drive(1)
         await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         self.port.motion_complete.drive(1)

@@ -94,12 +94,10 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
     begun = f"the program that {started.text} of line {started.line} started may still run"
     if live and item.row.form in REFUSED:
         found = f"{item.text}: {begun}, and would ignore it"
-        source.report(item, "not-immediate", "warning", found, section="ch.16", remedy="stop it with 0 first")
+        source.report(item, "not-immediate", "warning", found, section="ch.16", remedy="stop the program with 0 first")
     elif not live and item.row.role == "stop":
         found = f"{item.text}: {begun}, and the chip accepts no command until it has ended"
-        source.report(
-            item, "not-heard", "warning", found, section="ch.16", remedy="end the program with a 0 of its own"
-        )
+        source.report(item, "not-heard", "warning", found, section="ch.16", remedy="end the program with a 0 inside it")
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:

@@ -82,7 +82,7 @@ class Instructions(instructions.ParameterHandlers):
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding(
-                "bus-bit", f"B {argument}: the data bus is in use; the bit lasts until the next bus cycle"
+                "bus-bit", f"B {argument}: the data bus is in use; the bit keeps its level until the next bus cycle"
             )
         if one and argument & 0x0F == 6 and self.bits.shared:
             self.chip.finding("shared-bit", f"B {argument}: USRB6 is {self.bits.shared}; only the latch changes")
@@ -180,7 +180,7 @@ class Instructions(instructions.ParameterHandlers):
         """Report a branch command that was sent by the host, although it belongs in a program."""
         became = "the program starts at its target" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
-        self.chip.finding(code, f"{letter} as a command of the host: {became}")
+        self.chip.finding(code, f"{letter} as a host command: {became}")
         if away:
             self.do_jump(target)
 

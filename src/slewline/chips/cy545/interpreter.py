@@ -171,7 +171,8 @@ class Interpreter:
             found = await self.local_bus.digits(row.form, digits)
             number = sum(digit * 10 ** (digits - 1 - n) for n, digit in enumerate(found))
             if number >= row.args[0].modulus:
-                self.chip.finding("range", f"{command.text}: the switches are set to {number}; only the low bits count")
+                text = f"{command.text}: the switches are set to {number}; only the low bits are used"
+                self.chip.finding("range", text)
             values = (number % row.args[0].modulus, *values[1:])
         if command.flips:
             values = (values[0] ^ command.flips, *values[1:])

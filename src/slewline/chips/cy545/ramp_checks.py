@@ -86,7 +86,7 @@ def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Itera
             f"R {made[1]} is not reached: each ramp takes {ramp} steps, but the move has {distance}; "
             f"it reaches rate {law.periods.index(top)}, {hz / top:.0f} steps/s"
         )
-        yield Odd("short-move", "note", found, SECTION, f"{2 * ramp + 1} steps or more, or a greater S")
+        yield Odd("short-move", "note", found, SECTION, f"{2 * ramp + 1} steps or more, or a larger S")
 
 
 def after(statement: Statement, state: State) -> State:

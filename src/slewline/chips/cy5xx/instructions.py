@@ -220,12 +220,12 @@ class Instructions(ParameterHandlers):
         target = program.resolved(target)
         if not program.running:
             if count != 1:
-                finding("loop-command", "L sent as a command starts the program at its target")
+                finding("loop-command", "L as a host command starts the program at its target")
                 program.begin(target)
             return
         if program.loop is None:
             if count == 0 and self.chip.sheet.commands["L"].args[0].low > 0:
-                finding("loop-zero", "L 0 makes 256 passes, a full turn of the 8-bit counter")
+                finding("loop-zero", "L 0 makes 256 passes, a full cycle of the 8-bit counter")
             program.loop = (program.at, count or 256)
         elif program.loop[0] != program.at:
             self.finding_once(

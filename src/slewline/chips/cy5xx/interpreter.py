@@ -147,9 +147,11 @@ class Interpreter:
         room = chip.sheet.buffer_bytes
         if at >= room and at != program.following:
             where = f"byte {at} is outside the program buffer (0 to {room - 1})"
-            chip.finding("bad-target", f"{where}: run mode, nothing to execute")
+            chip.finding("bad-target", f"{where}: the chip is in run mode with nothing to execute")
         else:
-            chip.finding("end-of-program", f"no instruction at byte {at}: run mode, nothing to execute")
+            chip.finding(
+                "end-of-program", f"no instruction at byte {at}: the chip is in run mode with nothing to execute"
+            )
         awaited = "a live 0 or RESET" if program.takes_live else "RESET"
         chip.waits(f"run mode with nothing to execute, waiting for {awaited}")
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])

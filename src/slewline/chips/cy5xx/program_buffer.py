@@ -129,7 +129,7 @@ class Program:
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
             self.chip.finding(
-                "request-while-running", f"I/O REQUEST was lowered in a running program{how}: it is not answered"
+                "request-while-running", f"I/O REQUEST was lowered while a program was running{how}: it is not answered"
             )
 
     def resolved(self, target: int) -> int:

@@ -124,7 +124,7 @@ class GsC(InLines, Chip):
         if early and self.sheet is not GS_C200:
             raise UsageError(
                 f"{self.name}: firmware {options.firmware!r}; every {self.sheet.part.upper()} sets bit 0x10 of its "
-                "checksums, as a GS-C200 does from 2.2 on: leave the option out"
+                "checksums, as a GS-C200 does from version 2.2 on: leave the option out"
             )
         kept = 0 if early else KEPT
         return Straps(port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
@@ -138,7 +138,7 @@ class GsC(InLines, Chip):
         if not pull_downs:
             self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats; connect one")
         elif len(pull_downs) > 1:
-            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; connect one only")
+            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; connect only one")
         self._supply.check()
 
     # --------------------------------------------------------------------------------------------- power and the start

@@ -71,9 +71,7 @@ def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) ->
             raise UsageError(f"ramp law: {rate:g} steps/s at step {k} of {length}; allowed {low}..{high}")
         intervals.append(round(PS_PER_S / rate))
         if intervals[-1] > intervals[-2]:
-            raise UsageError(
-                f"ramp law: step {k} of {length} is slower than the one before; allowed rates that do not fall"
-            )
+            raise UsageError(f"ramp law: step {k} of {length} is slower than the one before; rates must not decrease")
     return tuple((interval, 1) for interval in intervals)
 
 

@@ -48,4 +48,4 @@ class Supply:
         for pins, limit in self.loads.items():
             drawn = sum(options.load[pin] for pin in pins)
             if drawn > limit:
-                self.chip.finding("load", f"{drawn:g} mA from {' and '.join(pins)}; allowed {limit} mA")
+                self.chip.finding("load", f"{drawn:g} mA from {' and '.join(pins)}; allowed up to {limit} mA")

@@ -91,7 +91,8 @@ class Port:
             self._show(None, self.let_go_ps)
             return False
         if now - self.rose_at < RECOVERY_PS:
-            self.chip.finding("short-recovery", f"{(now - self.rose_at) // NS} ns between two strobes; at least 60 ns")
+            text = f"{(now - self.rose_at) // NS} ns between two strobes; required at least 60 ns"
+            self.chip.finding("short-recovery", text)
         return True
 
     def _write(self, net: Net) -> None:
@@ -108,7 +109,7 @@ class Port:
             return
         width = self.kernel.now - self.fell_at
         if width < SHORTEST_PS:
-            self.chip.finding("short-strobe", f"hostwrite low for {width // NS} ns; at least 50 ns")
+            self.chip.finding("short-strobe", f"hostwrite low for {width // NS} ns; required at least 50 ns")
         self.rose_at = self.kernel.now
         if self.cmd.level == 1:
             self.command(self.bus.byte)
@@ -146,7 +147,7 @@ class Port:
         if released and since is not None:
             self.strobed_at = None
             if now - since > RELEASE_PS and self.supply.powered:
-                text = f"hostslct stays low for {(now - since) / NS / 1000:g} µs after a transfer; at most 2 µs"
+                text = f"hostslct stays low for {(now - since) / NS / 1000:g} µs after a transfer; allowed at most 2 µs"
                 self.chip.finding("late-release", text)
 
     # ------------------------------------------------------------- operations as values (parts/base/operation.py)
@@ -293,7 +294,7 @@ class Port:
         """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
-                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x} is dropped"
+                "odd-byte", f"half a word, byte {self.bytes[0]:02x}, came before command {code:02x}: it is dropped"
             )
             self.bytes = []
         if self.wanted:

@@ -250,7 +250,7 @@ class ChipsetRamps(Calculator):
         """Yield the values near the wanted one; of values with the same ramp, the gentlest."""
         if len(search.free) > 1:
             names = " and ".join(search.free)
-            raise UsageError(f"{self.sheet.part}: {names} cannot both be free; set one of them")
+            raise UsageError(f"{self.sheet.part}: {names} cannot both be searched for; set one of them")
         name, wanted = search.free[0], search.wanted
         arg = self.arg(name)
         sign = -1 if wanted.goal == "acceleration" else 1

@@ -132,7 +132,7 @@ def _wired(pins: Sequence[Pin]) -> tuple[tuple[str, ...], ...]:
 
 # ------------------------------------------------------------------------------------------------- words about an axis
 STATUS = (
-    Bits("motion_complete", 0, "the profile has come to its end"),
+    Bits("motion_complete", 0, "the profile has ended"),
     Bits("wrap_around", 1, "the target has passed an end of the position range"),
     Bits("breakpoint", 2, "a breakpoint was reached"),
     Bits("capture", 3, "a position was captured"),

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ...links.server import Server
 
 CHECK_S = 10.0
-WORDS = "clear: continue after a halt; clear homing, clear homed: with current; stop: stop the motor; status; end"
+WORDS = "clear: continue after a halt; clear homing, clear homed: and energise it; stop: stop the motor; status; end"
 
 
 @dataclass(kw_only=True)
@@ -89,10 +89,10 @@ class DriveCommand(ServeCommand):
         if self.control and self.allow_remote:
             raise click.UsageError(
                 "--control and --allow-remote: any client that reaches the control port can move a real motor; leave "
-                "out one"
+                "one out"
             )
         if self.black_box is not None and self.no_black_box:
-            raise click.UsageError("--black-box and --no-black-box: leave out one")
+            raise click.UsageError("--black-box and --no-black-box: leave one out")
         if self.serial is not None and os.path.realpath(self.serial) == os.path.realpath(self.board):
             raise click.UsageError(
                 f"--board and --serial: both are {self.serial}; the board and the host each need their own serial port"

@@ -53,7 +53,7 @@ SERVED = together(
     TOKEN,
     click.option("--state", metavar="DIR", type=DIRECTORY, help="The folder for the contents of EEPROMs."),
     path("--log", help="Append a transcript of all lines to F; -: to standard error."),
-    path("--journal", help="Record every input from outside, for slewline run --replay."),
+    path("--journal", help="Record every external input, for slewline run --replay."),
     MEMORY,
     ANYWHERE,
     ALLOW_CODE,
@@ -77,7 +77,7 @@ SERVED = together(
 )
 @PORTS
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
-@click.option("--lockstep", is_flag=True, help="Let time pass only for bytes of the line, and by `advance`.")
+@click.option("--lockstep", is_flag=True, help="Let time pass only while bytes are on the line, and by `advance`.")
 @SERVED
 @click.option(
     "--panel",
@@ -133,8 +133,8 @@ def serve_command(**options: Any) -> int:
     type=click.Choice(["rest", "halt", "never"]),
     default="halt",
     show_default=True,
-    help="When the board switches the driver off: at every rest; after a halt or without a host; never. "
-    "Except with never, also at the end. An E-stop always does.",
+    help="When the board switches the driver off: whenever the motor is at rest; after a halt or without a host; "
+    "never. Except with never, also at the end. An E-stop always does.",
 )
 @click.option(
     "--enable-hold",
@@ -142,7 +142,7 @@ def serve_command(**options: Any) -> int:
     metavar="TIME",
     default="60 s",
     show_default=True,
-    help="Delay of that switching-off.",
+    help="Delay before the driver is switched off.",
 )
 @click.option("--invert-dir", is_flag=True, help="Invert DIR against the direction pin of the chip.")
 @click.option(
@@ -236,7 +236,7 @@ def drive_command(**options: Any) -> int:
 @click.option("--run", is_flag=True, help="Let time run from the start; otherwise a program waits for the page.")
 @click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
 @STRAPS
-@path("--journal", help="Record every input from outside, for slewline run --replay.")
+@path("--journal", help="Record every external input, for slewline run --replay.")
 @ANYWHERE
 @ALLOW_CODE
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect; they need the address with its token.")

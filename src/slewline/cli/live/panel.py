@@ -49,7 +49,7 @@ class PanelCommand(BenchOptions):
     def check_options(self) -> None:
         """Refuse options that exclude each other."""
         if (self.what is None) == (self.attach is None):
-            raise click.UsageError("give one of a chip, a bench file, a program, and --attach HOST:PORT")
+            raise click.UsageError("give exactly one of these: a chip, a bench file, a program, --attach HOST:PORT")
         own = {"chip": self.chip, "rate": self.rate, "strap": self.strap, "journal": self.journal, "run": self.run}
         given = [name for name, value in own.items() if value]
         if self.attach is not None and given:
@@ -59,7 +59,7 @@ class PanelCommand(BenchOptions):
         if self.anywhere and not self.is_bench:
             raise click.UsageError("--anywhere needs a bench file")
         if self.allow_code and not self.is_bench:
-            raise click.UsageError("--allow-code needs a bench file; CHIP may name a module without it")
+            raise click.UsageError("--allow-code needs a bench file; CHIP may name a module without --allow-code")
 
     @property
     def is_bench(self) -> bool:

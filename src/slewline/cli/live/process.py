@@ -100,9 +100,9 @@ class PanelProcess(Closing):
                 with suppress(OSError):
                     pipe.close()
         if self.was_replaced:
-            report(f"{ended} again, and is not restarted; for a page, restart this command")
+            report(f"{ended} again, and is not restarted; to get the page back, restart this command")
             return False
-        report(f"{ended}, and is restarted")
+        report(f"{ended}, and is being restarted")
         self.was_replaced = True
         self.process = start(self.command, self.environment)
         if self.stopped:  # meanwhile

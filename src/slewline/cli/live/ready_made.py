@@ -97,8 +97,8 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
     found = next((place / about.file for place in searched if (place / about.file).is_file()), None)
     if found is None:
         raise UsageError(
-            f"{about.file} is not here.  A release includes it, next to the wheel; in a checkout make boards "
-            "builds it; name the folder where you have it with --from"
+            f"{about.file} was not found.  A release includes it, next to the wheel; in a checkout, make boards "
+            "builds it; give its folder with --from"
         )
     data, target = found.read_bytes(), Path(output or about.file)
     if target.suffix != found.suffix:

@@ -106,7 +106,7 @@ class ServeCommand(BenchOptions):
         """Refuse options that exclude each other; return the requested ports."""
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
-            raise click.UsageError("give one of a chip, such as gs-c200s, and --bench FILE")
+            raise click.UsageError("give either a chip, such as gs-c200s, or --bench FILE")
         if self.baud is not None:
             message = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
             raise click.UsageError(f"--baud {self.baud}: {message or 'this part has no rate of its own; leave it out'}")
@@ -135,17 +135,17 @@ class ServeCommand(BenchOptions):
         if self.framing and self.prologix:
             raise click.UsageError("--framing and --prologix: a port has one of the two; leave out the other")
         if self.lockstep and self.rate is not None:
-            raise click.UsageError("--lockstep follows no clock; leave out --rate")
+            raise click.UsageError("--lockstep: time follows no clock; leave out --rate")
         if self.anywhere and self.bench is None:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:
-            raise click.UsageError("--allow-code needs --bench; CHIP may name a module without it")
+            raise click.UsageError("--allow-code needs --bench; CHIP may name a module without --allow-code")
         ctx = click.get_current_context(silent=True)
         if ctx and ctx.get_parameter_source("token") is ParameterSource.COMMANDLINE and not self.control:
             raise click.UsageError("--token: belongs to a control port; give --control HOST:PORT, too, or leave it out")
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
             raise click.UsageError(
-                f"--log {self.log}: is a program, by its extension; give the transcript another name"
+                f"--log {self.log}: is a program, judging by its extension; give the transcript another name"
             )
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")

@@ -91,10 +91,10 @@ def firmware(
     if output or source:
         raise UsageError("--check: writes no firmware; leave out --output and --from")
     if check["move"] and not check["replace"]:
-        raise UsageError("--move: the motor moves by a program; give --replace, too, to enter it")
+        raise UsageError("--move: a program moves the motor; give --replace, too, to enter the program")
     if check["replace"] and not check["move"] and not entry(name)[1]:
         raise UsageError(
-            f"--replace: a {name.upper()} ends program entry only by E, which runs the program; give --move, too"
+            f"--replace: a {name.upper()} ends program entry only with E, which runs the program; give --move, too"
         )
     return CheckBoard(**check, crystal=None, part=name, port=port).perform()
 

@@ -204,8 +204,8 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
     given = [name for name in wrong if options[name] not in (None, False, (), "first")]
     if given:
         names = ", ".join(f"--{'map' if name == 'pairs' else name}" for name in given)
-        has = "two waveforms have" if measured is not None else "a dialogue has"
-        raise click.UsageError(f"{names}: {has} no such option; leave it out, or name {ALLOWED}")
+        has = "two waveforms" if measured is not None else "a dialogue"
+        raise click.UsageError(f"{names}: not an option for {has}; leave it out, or name {ALLOWED}")
     rest = {name: value for name, value in options.items() if name not in wrong}
     if measured is None:
         if model.lower().endswith(".vcd"):

@@ -40,7 +40,7 @@ class ProxyCommand(SettingOptions):
         from ...modules.recording_proxy import DialogueRecorder, Proxy
 
         if (self.pty is None) == (self.tcp is None):
-            raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")
+            raise click.UsageError("give either --pty LINK or --tcp HOST:PORT, for the host program")
         given = be_prompt()  # same as in the thread of the recorder
         setting, file = self.opened()
         recorder = DialogueRecorder(file)

@@ -57,7 +57,7 @@ def calibrate(
         ("iron loss", found.iron, found.before[1], "mN m s"),
     ):
         if value is not None:
-            click.echo(f"{name:9}  {value * 1e3:.3g} {unit}; assumed so far {before * 1e3:.3g}")
+            click.echo(f"{name:9}  {value * 1e3:.3g} {unit}; previously assumed {before * 1e3:.3g}")
     if assumed:
         click.echo(f"assumed    {', '.join(assumed)}")
     for note in notes:

@@ -83,7 +83,7 @@ class HintingCommand(click.Command):
             if example is None:
                 raise
             missing = ", ".join(self.missing(ctx, given))
-            raise click.UsageError(f"Missing {missing}; such as:  slewline {self.name} {example}", ctx) from None
+            raise click.UsageError(f"Missing {missing}; for example:  slewline {self.name} {example}", ctx) from None
         except click.NoSuchOption as error:
             remedy = MEANT.get(f"{ctx.info_name} {error.option_name}")
             message = meant(error.option_name, self.options(ctx)) if remedy is None else f": {remedy}"

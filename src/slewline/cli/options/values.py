@@ -103,7 +103,7 @@ class WholeNumber(click.ParamType[int]):
             self.fail(f"{value!r}: expected {what}{self.also}{without_comma(value)}", param, ctx)
         number = int(found[1])
         if self.least is not None and not self.least <= number <= (number if self.most is None else self.most):
-            most = "and more" if self.most is None else f"to {self.most}"
+            most = "or more" if self.most is None else f"to {self.most}"
             self.fail(f"{value!r}; allowed {self.least} {most}", param, ctx)
         return number
 
@@ -128,7 +128,7 @@ class AnyNumber(click.ParamType[float]):
             self.fail(f"{value!r}: expected a number, such as {self.example}{without_comma(value)}", param, ctx)
 
 
-STEPS = WholeNumber(400, "steps", "; a turn is 200 of most motors")
+STEPS = WholeNumber(400, "steps", "; most motors have 200 per turn")
 
 
 class QuantityWithUnit(click.ParamType[float]):

@@ -64,7 +64,7 @@ def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
         return set(by_name.values())
     for name in names - by_name.keys():
         allowed = ", ".join([*dict.fromkeys(by_name.values()), "all"])
-        raise UsageError(f"--invert {name}: allowed wires that are compared: {allowed}")
+        raise UsageError(f"--invert {name}: not a wire that is compared; allowed {allowed}")
     return {by_name[name] for name in names}
 
 
@@ -75,7 +75,7 @@ def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tup
         if not (name and equals and other):
             raise UsageError(f"--map {name}{equals}{other}: give a signal of each file, such as x.pulse=D0")
         if ours.kind(name) != "bits" or theirs.kind(other) != "bits":
-            raise UsageError(f"--map {name}={other}: allowed signals with levels, not real or string variables")
+            raise UsageError(f"--map {name}={other}: expected signals with levels, not real or string variables")
     if pairs:
         return [(name, other) for name, _, other in pairs]
     alike = [
@@ -86,7 +86,7 @@ def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tup
     alike = [(name, other) for name, other in alike if other and theirs.kind(other) == "bits"]
     if not alike:
         files = f"{ours.path} has {', '.join(ours.names)}; {theirs.path} has {', '.join(theirs.names)}"
-        raise UsageError(f"no signal of the same name in both; give pairs, as in --map x.pulse=D0: {files}")
+        raise UsageError(f"the files have no signal name in common; give pairs, as in --map x.pulse=D0: {files}")
     return alike
 
 

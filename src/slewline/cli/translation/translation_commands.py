@@ -18,7 +18,7 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 @CRYSTAL
 @click.option("--target-crystal", type=FREQUENCY, help="The crystal of the target; its usual one by default.")
 @path(
-    "--output", "-o", help="Write the result to a file (of a bench: a folder), and the report to the standard output."
+    "--output", "-o", help="Write the result to a file (for a bench: a folder), and the report to the standard output."
 )
 @click.option("--steps-per-mm", type=float, metavar="N", help="For targets that count millimetres; 1 by default.")
 @click.option("--axis", default="X", show_default=True, help="The axis, for targets that have several.")

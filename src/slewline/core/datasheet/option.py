@@ -180,7 +180,7 @@ class Option:
         low, high = (None if bound is None else self._spelled(bound) for bound in (self.low, self.high))
         if self.kind == "time" and self.low == 1 and high is None:
             return "more than 0"
-        bounds = f"{low}..{high}" if low and high else f"{low} and more" if low else f"up to {high}"
+        bounds = f"{low}..{high}" if low and high else f"{low} or more" if low else f"up to {high}"
         return f"{bounds} {self.unit}".rstrip()
 
     def _spelled(self, value: Any) -> str:

@@ -71,7 +71,8 @@ class Pin:
 
     def __post_init__(self) -> None:
         if self.reflex and (self.reflex not in REFLEXES or self.acts is None):
-            raise SheetError(f"pin {self.name}: reflex {self.reflex!r} of no level, or none of {', '.join(REFLEXES)}")
+            names = ", ".join(REFLEXES)
+            raise SheetError(f"pin {self.name}: reflex {self.reflex!r}; required: an active level, and one of {names}")
         if self.role and self.role not in ROLES:
             raise SheetError(f"pin {self.name}: no role {self.role!r}; there are: {', '.join(ROLES)}")
         if self.sense is None:
@@ -206,7 +207,7 @@ class Row:
         if self.role and self.role not in ROW_ROLES:
             raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
         if self.at_once and self.at_once not in AT_ONCE:
-            raise SheetError(f"command {self.name}: at once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
+            raise SheetError(f"command {self.name}: at_once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
         if self.code < 0:
             object.__setattr__(self, "code", ord(self.form[0]))
 
@@ -653,7 +654,7 @@ class Sheet:
         pin = self.role(role)
         if pin is None:
             raise SheetError(
-                f"{self.part}: needs a pin with the role {role!r}; no row of its pins has it: give it to one"
+                f"{self.part}: needs a pin with the role {role!r}; none of its pins has it: set it for one"
             )
         return pin
 

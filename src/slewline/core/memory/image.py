@@ -63,7 +63,7 @@ def from_file(data: bytes, where: str) -> bytes:
     if is_hex(data):
         return from_hex(data.decode("latin-1"), where)
     if len(data) > LARGEST:
-        raise BenchFileError(f"{where}: an image of {len(data)} bytes; allowed {LARGEST}, sixteen address lines")
+        raise BenchFileError(f"{where}: an image of {len(data)} bytes; allowed up to {LARGEST}, sixteen address lines")
     return data
 
 
@@ -112,7 +112,7 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
         raise BenchFileError(f"{at}: checksum {record[-1]:02X}, calculated {right:02X}; the file is damaged")
     address, kind, data = int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
     if kind in SHIFTS and len(data) != 2:
-        raise BenchFileError(f"{at}: a base of {len(data)} bytes; allowed 2")
+        raise BenchFileError(f"{at}: a base address of {len(data)} bytes; required 2")
     return address, kind, data
 
 
@@ -120,7 +120,7 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
     """Copy the data of a record into an image; `given` marks the bytes set so far."""
     end = address + len(data)
     if end > LARGEST:
-        raise BenchFileError(f"{at}: up to address {end - 1:X}; allowed FFFF, sixteen address lines")
+        raise BenchFileError(f"{at}: the data end at address {end - 1:X}; allowed up to FFFF, sixteen address lines")
     if end > len(image):
         given.extend(bytes(end - len(image)))
         image.extend(bytes([ERASED]) * (end - len(image)))

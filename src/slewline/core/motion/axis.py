@@ -72,7 +72,7 @@ class Steps:
         count = len(self)
         if whole(which) is None:
             raise UsageError(
-                f"steps[{which!r}]: allowed a whole number, or a slice such as [:10]; arrays are steps.times_ps, "
+                f"steps[{which!r}]: expected a whole number, or a slice such as [:10]; arrays are steps.times_ps, "
                 "steps.directions and steps.positions"
             )
         if not -count <= which < count:
@@ -399,7 +399,7 @@ class Axis:
         if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
             raise UsageError(
                 f"expected instants of the past, int64 picoseconds up to {self.kernel.now}; found {at.dtype}, or later "
-                "ones"
+                "instants"
             )
         if self.since and at.size:
             self.check_kept(int(at.min()))

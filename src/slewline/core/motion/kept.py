@@ -41,7 +41,7 @@ class Kept:
         """Warn once that everything is kept, and explain how to keep less."""
         self.full = sys.maxsize
         warnings.warn(
-            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be, too; "
+            f"about {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be kept, too; "
             "slewline.Bench(keep='10 s') keeps only the last ten seconds",
             LongPast,
             stacklevel=level_of_caller(),
@@ -68,7 +68,7 @@ class Kept:
         """The remedy for the user: how to keep more."""
         if self.ps is not None:
             return keep_more(self.ps)
-        return f"a server keeps the last {self.stretches} stretches: query earlier, or replay its journal"
+        return f"a server keeps the last {self.stretches} stretches of motion: query earlier, or replay its journal"
 
     def refusal(self, start: int, since: int) -> NotRecorded:
         """Return the error for a query about an instant before the kept past."""

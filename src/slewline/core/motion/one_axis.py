@@ -201,7 +201,10 @@ class OneAxis:
         if not isinstance(motion, MotionStart):
             raise UsageError(f"{self.name}: deviation({motion!r}): expected a motion, such as {self.name}.motions()[0]")
         if motion.ideal is None:
-            raise UsageError(f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal")
+            raise UsageError(
+                f"{self.name}: the motion {motion.text} at {readable(motion.time_ps)} has no ideal motion "
+                "to compare it with"
+            )
         return deviation(self.motor, motion.ideal)
 
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:

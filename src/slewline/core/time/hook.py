@@ -46,7 +46,7 @@ class Hook(Generic[P]):
         """
         listeners = list(self.listeners)
         if listener not in listeners:
-            raise UsageError(f"remove({listener!r}): it is not a listener; pass what was passed to add()")
+            raise UsageError(f"remove({listener!r}): it is not a listener; pass the function that was passed to add()")
         listeners.remove(listener)
         self.listeners = tuple(listeners)
 
@@ -55,7 +55,7 @@ class Hook(Generic[P]):
         return f"<{type(self).__name__}: {count} listener{'s' * (count != 1)}>"
 
     def __iadd__(self, listener: object) -> NoReturn:
-        raise UsageError(f"a hook += {listener!r}; write .add(...)")
+        raise UsageError(f"hook += {listener!r}; write .add(...)")
 
     def __bool__(self) -> bool:
         return bool(self.listeners)

@@ -243,7 +243,7 @@ class Clock:
         base, late = divmod(origin * self.n, self.d)  # the origin's exact instant is late/d ps after `base`
         last = int(ticks[-1]) if len(ticks) else 0
         if self.ps(origin + last) >= 1 << 63:
-            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); request an earlier window")
+            raise TimeError("the largest time in an array is 106 days (2^63 ps); request an earlier window")
         if last * self.n + late < 1 << 63:
             out = np.multiply(ticks, self.n, out=out)
             if self.d > 1:

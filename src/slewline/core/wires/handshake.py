@@ -50,7 +50,7 @@ class HandshakeStage(Enum):
     REQUESTED = "it waits for the end of INSTROBE"
     ACCEPTED = "it waits for the fall of READY"
     TAKEN = "READY has fallen"
-    READ = "READY has fallen, and what is to be done about the byte is done"
+    READ = "READY has fallen, and the byte has been processed"
 
 
 class HandshakenBytes:

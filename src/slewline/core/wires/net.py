@@ -606,7 +606,7 @@ class Net:
             WiringError: the wire would have more than 500.
         """
         if len(self.drivers) + more > MAX_PINS:
-            raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MAX_PINS}")
+            raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed up to {MAX_PINS}")
 
     def __repr__(self) -> str:
         return f"<Net {self.name}={self.level}>"

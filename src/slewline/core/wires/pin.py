@@ -120,7 +120,7 @@ class EdgeCondition(Condition):
     def __init__(self, pin: Terminal, number: int) -> None:
         count = whole(number)
         if count is None or count < 1:
-            raise UsageError(f"{pin.name}: {number!r} edges; allowed 1 and more")
+            raise UsageError(f"{pin.name}: {number!r} edges; allowed 1 or more")
         self.net, self.number, self.text, self.nets = pin.net, count, f"{count} edges of {pin.name}", (pin.net,)
 
     def begin(self) -> None:

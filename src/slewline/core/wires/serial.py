@@ -159,7 +159,9 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
     except ValueError:
         rate = Fraction(0)
     if rate < 1 or rate.denominator != 1:
-        raise UsageError(f"{owner}: baud {baud!r}; expected 9600, '37.5' ...: sixteen times the rate in whole hertz")
+        raise UsageError(
+            f"{owner}: baud {baud!r}; expected 9600, '37.5' ...: sixteen times the rate must be whole hertz"
+        )
     return Clock(rate.numerator)
 
 

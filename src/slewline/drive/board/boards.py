@@ -130,7 +130,7 @@ def board_of(ident: Ident) -> BoardModel:
     if ident.version != VERSION:
         raise UsageError(
             f"the board has version {ident.version} of the firmware, but this slewline needs {VERSION}; write the "
-            "firmware that came with it to the board"
+            "firmware that came with this slewline to the board"
         )
     board = BOARDS.get(ident.board)
     if board is None:

@@ -93,7 +93,7 @@ class Outbox:
             UsageError: `how` is neither.
         """
         if how not in (0, 1):
-            raise UsageError(f"stop({how!r}); expected 0, immediately, or 1, by the tail")
+            raise UsageError(f"stop({how!r}); expected 0 (immediately) or 1 (along the tail)")
         if self._opening or self.is_open:
             self._stops.append(how)
 

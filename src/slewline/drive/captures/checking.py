@@ -96,7 +96,7 @@ def check_capture(
     """
     waves = capture if isinstance(capture, Waveforms) else read_waveforms(capture)
     if not isinstance(axes, Mapping) or not axes:
-        raise UsageError(f"axes={axes!r}: expected the signals STEP and DIR by axes, such as {{'x': ('D0', 'D1')}}")
+        raise UsageError(f"axes={axes!r}: expected the signals STEP and DIR per axis, such as {{'x': ('D0', 'D1')}}")
     if edge not in EDGES:
         raise UsageError(f"edge={edge!r}: allowed {', '.join(EDGES)}")
     if (part is None) != (pins is None):

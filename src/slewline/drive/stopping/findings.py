@@ -42,7 +42,7 @@ class DriveFindings:
             register = self.register(missing)
             self.report(
                 "position-taken-over",
-                f"the motor is at {register}: {abs(missing)} steps of the model were not made; the position "
+                f"the motor is at {register}: {abs(missing)} steps of the model were not output; the position "
                 f"register is set to {register}",
                 register,
             )

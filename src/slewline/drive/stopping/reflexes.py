@@ -125,7 +125,7 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
                 f"{hint(pin, rows)}"
             )
         if any(other.pin == pin or (not other.pin and pin == ESTOP) for other in found.values()):
-            raise UsageError(f"input {name}: {pin} has another input already; wire each to one")
+            raise UsageError(f"input {name}: {pin} has another input already; wire each pin to one input")
         row = rows.get(pin)
         acts = 1 if row is None or row.acts is None else row.acts
         reflex = "" if row is None or row.acts is None else row.reflex

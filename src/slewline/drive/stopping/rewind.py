@@ -217,7 +217,7 @@ class Rewind:
         if why:
             self.findings.report(
                 "late-input",
-                f"an input stopped the motor, but the chip sees it only at the present: {why}; it is stopped now, and "
+                f"an input stopped the motor, but the chip samples it only now: {why}; the chip is stopped now, and "
                 "takes over the count of the board",
             )
             for each, level, _ in edges:
@@ -262,7 +262,7 @@ class Rewind:
             if entry["do"] == "input" and entry["verb"] in WRITES and entry["t"] <= received_ps:
                 found = offset, entry
         if found is None:
-            raise UsageError(f"the bytes of {text} are not in the journal since the last rest")
+            raise UsageError(f"the journal since the motor was last at rest lacks the bytes of {text}")
         offset, entry = found
         moved = given(entry["part"], entry["verb"], entry["args"], instant)
         return Cause([moved], (offset,), max(received_ps - int(entry["t"]), 0))
@@ -305,7 +305,7 @@ class Rewind:
         candidate: int | None = instant
         while candidate is not None and len(tried) < TRIES and candidate not in tried:
             if candidate - cause.lead_ps <= self.past.since_ps:
-                return f"{readable(candidate)} is before the last rest"
+                return f"{readable(candidate)} is before the motor was last at rest"
             found = tried[candidate] = self._run(cause, candidate, now, position, sign)
             if not found.missing:
                 return self._take_at_rest(found, cause, now, position, sign)
@@ -378,7 +378,7 @@ class Rewind:
         """Apply an edge to the chip at the motor's instant, or at the present if it would change the chip's steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
-        now, why = state.kernel.now, "it is before the last rest"
+        now, why = state.kernel.now, "it is before the motor was last at rest"
         if instant > self.past.since_ps:
             try:
                 bench = self.past.at(instant).rerun([driven(name, level, instant)], now, allowed_s=self.allowed_s)
@@ -390,6 +390,6 @@ class Rewind:
             except (SlewlineError, OSError) as error:
                 why = str(error)
         self.findings.report(
-            "late-input", f"{each.pin} changed at {readable(instant)}, but is seen only at the present: {why}"
+            "late-input", f"{each.pin} changed at {readable(instant)}, but the chip samples it only now: {why}"
         )
         state.chip.pin(each.pin).drive(level)

@@ -24,7 +24,7 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by the event of 
         "no message from the host for {watchdog} (watchdog); the motor decelerates to a stop",
     ),
     Happening.STOPPED: ("board-stopped", "{cause} stopped the motor immediately"),
-    Happening.BRAKED: ("board-stopped", "{cause} stops the motor by its stop ramp"),
+    Happening.BRAKED: ("board-stopped", "{cause} stops the motor along its stop ramp"),
     Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
     Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
 }
@@ -157,13 +157,13 @@ class Troubles:
             has += ", but its position is uncertain"
         keep_count = self.state.keep_count
         if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
-            self.report("board-went-on", f"{has}; the position register is set to that", found.counted)
+            self.report("board-went-on", f"{has}; the position register is set to this count", found.counted)
             return
         why = f"; the register has {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
         self.report(
             "board-went-on",
-            f"{has}, which the model does not know{why}: home it; or begin again with --keep-count (keep_count=True), "
-            "which sets the position register to that count",
+            f"{has}, which the model does not know{why}: home the motor; or start again with --keep-count "
+            "(keep_count=True), which sets the position register to that count",
         )
 
     def port_lost(self, error: OSError) -> None:
@@ -234,7 +234,7 @@ class Troubles:
         if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             self.feeder.restart(self.clock.unwrap(answer.tick) + state.horizon // 2)
             self.report(
-                "late-start", "the host was too late to start a motion: the motor makes the whole motion, later"
+                "late-start", "the host was too late to start a motion: the motor makes the whole motion, but later"
             )
             return
         energised = answer.flags & PowerFlag.ENERGISED
@@ -250,7 +250,7 @@ class Troubles:
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
-            "the chip began to move before any command of a host, by a program that starts at power-up; the motor is "
+            "the chip began to move before any command from a host, by a program that starts at power-up; the motor is "
             "held at rest. To allow this, give --self-start (self_start=True)",
         )
         self.feeder.halt()
@@ -259,7 +259,7 @@ class Troubles:
     def too_fast(self, error: Exception) -> None:
         """Handle steps of the model that are too fast for the board."""
         self._halt()
-        self.report("too-fast", f"{error}; steps were not made")
+        self.report("too-fast", f"{error}; steps were not output")
 
     def not_started(self) -> None:
         """Handle a motion whose start the board has not taken one horizon after it was due."""
@@ -267,7 +267,7 @@ class Troubles:
         self._halt()
         self.report(
             "not-started",
-            "the board has not taken the start of a motion: the line is too noisy or too slow; the motor does "
+            "the board has not accepted the start of a motion: the line is too noisy or too slow; the motor does "
             "not move. Check the cable, or choose a longer horizon (--check recommends one)",
         )
 
@@ -284,8 +284,8 @@ class Troubles:
         self._halt()
         self.report(
             "driver-off",
-            "the board has switched the driver off without a message from its host, and does not switch it on by "
-            "itself: the motor may have moved; clear the drive, and home",
+            "the board has switched the driver off by itself, without a message from its host, and does not "
+            "switch it on again: the motor may have moved; clear the drive, and home",
         )
 
     def clock_jumped(self) -> None:
@@ -294,7 +294,7 @@ class Troubles:
             self._halt()
             self.report(
                 "computer-slept",
-                "this computer slept during a motion, so the board has stopped the motor; keep it awake",
+                "this computer slept during a motion, so the board has stopped the motor; keep the computer awake",
             )
         self.cable.flush()  # its ticks are the old ones
 

@@ -257,7 +257,7 @@ def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
         message, remedy = (
             f"{text[first:]} after {row.name}, which takes {row.takes}",
-            f"leave out {text[first:]}; one command a line",
+            f"leave out {text[first:]}; write one command per line",
         )
         return _refusal("extra-argument", first, len(text), message, "", remedy)
     if len(found) < len(row.args):

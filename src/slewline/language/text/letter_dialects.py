@@ -156,7 +156,7 @@ class Verbatim(ReadAlike, TextDialect):
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
         """Return statements in binary form, each with its own count."""
         if single_count:
-            raise UsageError(f"{sheet.part}: every command of a program has its own count")
+            raise UsageError(f"{sheet.part}: a program cannot have a single count: each of its commands has its own")
         return b"".join(self.sent_binary(sheet, statement.text) for statement in statements)
 
     # ------------------------------------------------------------------------------------------------- program memory

@@ -75,7 +75,7 @@ class ChipsetHost:
             ChecksumError: as for `command`.
         """
         if not packets.row(self.sheet, name).reads:
-            raise UsageError(f"{name} returns nothing, so there is no query; send it with command()")
+            raise UsageError(f"{name} returns nothing, so it cannot be queried; send it with command()")
         return self.command(name, axis=axis)  # type: ignore[return-value]
 
     def ask(self, command: str, axis: int = 0) -> int:

@@ -78,7 +78,7 @@ class ChipsetPort:
             line += self._read(1)
         text = line.decode("latin-1").strip()
         if not text.startswith(GREETING):
-            raise ConnectionError(f"{self.where}: {text!r}; expected '{GREETING}...', the greeting of registers")
+            raise ConnectionError(f"{self.where}: {text!r}; expected '{GREETING}...', the greeting of a register port")
         part, axes, *places = text.removeprefix(GREETING).split()
         at = {"data": DATA, "command": COMMAND, "status": STATUS, "reset": RESET}
         if places:

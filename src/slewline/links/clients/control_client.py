@@ -33,7 +33,7 @@ Data = dict[str, Any]
 LONGEST = 1 << 26  # bytes of a reply: a complete dialogue may be long
 ENDED = "the connection to the control port has ended"
 ANSWER_S = 5.0  # timeout of the first request
-NONE = "no control port answers there; use the address that slewline serve --control prints as control:"
+NONE = "no control port answers there; use the address that slewline serve --control prints after control:"
 
 
 class ConnectionEnded(SlewlineError, ConnectionError):

@@ -84,13 +84,14 @@ REQUESTS = (
     ),
     RequestSpec(
         "breakpoints",
-        "Pause whenever one of these is met; they replace those before. Without `breakpoints`, list the present ones.",
+        "Pause whenever one of these is met; they replace the previous ones. Without `breakpoints`, list the present "
+        "ones.",
         {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.mov", "edge": "falls"}]},
         (
             Key(
                 "breakpoints",
                 array(A_BREAKPOINT, MOST_BREAKPOINTS),
-                "without a value, any change of the register; of a finding, the name of a chip or part, or empty for "
+                "without a value, any change of the register; for a finding, the name of a chip or part, or empty for "
                 "all",
                 "the present ones",
             ),

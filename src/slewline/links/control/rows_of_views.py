@@ -145,7 +145,7 @@ REQUESTS = (
             Key(
                 "on",
                 AN_EVENT,
-                "the event; of a finding, the name of its source, or empty for all",
+                "the event; for a finding, the name of its source, or empty for all",
             ),
             START,
             STOP,

@@ -38,7 +38,7 @@ class TimeVerbs(Verbs):
             found: Data = {"rate": float(pace.rate)}
         else:
             if "rate" in request:
-                raise UsageError("go: rate: in lockstep time passes only for hosts; leave it out")
+                raise UsageError("go: rate: in lockstep, time passes only for hosts; leave it out")
             pace.go()
             found = {"rate": 1.0}
         self.server.breakpoints.arm()
@@ -91,7 +91,7 @@ class TimeVerbs(Verbs):
         chip, by = self.chip(request["chip"]), request["by"]
         if by == "instruction":
             if not chip.program_rows() and chip.program_counter is None:
-                raise UsageError(f"{chip.name}: no program is stored, so there is no instruction to come")
+                raise UsageError(f"{chip.name}: no program is stored, so there is no next instruction")
             return chip.at_instruction()
         if by == "step":
             return StepCondition(self.axis(request))

@@ -55,7 +55,7 @@ def as_object(line: bytes) -> Data:
         text = shown(line.decode("utf-8", "replace"))
         raise UsageError(f'{text} is not a JSON object; expected a line such as {{"do": "status"}}')
     if deeper(found, DEEPEST):
-        raise UsageError(f"the request is nested more deeply than {DEEPEST} objects and lists; send a flatter one")
+        raise UsageError(f"the request is nested more than {DEEPEST} levels deep; send a flatter one")
     return found
 
 
@@ -102,11 +102,11 @@ def check(value: Any, kind: Data, place: str) -> Any:
         return checked_object(value, kind, place)
     if isinstance(value, list):
         if len(value) > kind.get("maxItems", len(value)):
-            raise UsageError(f"{place}: a list of {len(value)}; allowed {kind['maxItems']}")
+            raise UsageError(f"{place}: a list of {len(value)}; allowed up to {kind['maxItems']}")
         return [check(each, kind.get("items", {}), f"{place}[{number}]") for number, each in enumerate(value)]
     if isinstance(value, str):
         if len(value) > kind.get("maxLength", len(value)):
-            raise UsageError(f"{place}: text of {len(value)} characters; allowed {kind['maxLength']}")
+            raise UsageError(f"{place}: text of {len(value)} characters; allowed up to {kind['maxLength']}")
         if "pattern" in kind and not re.search(kind["pattern"], value):
             raise refusal(place, value, kind)
     check_range(value, kind, place)

@@ -136,7 +136,7 @@ class ViewVerbs(Verbs):
         form = request["form"]
         pins = [name for name in dict.fromkeys(request["signals"]) if name in self.bench.recorded]
         if not pins:
-            raise UsageError("export: signals: no recorded pin is among them; `record` records pins from then on")
+            raise UsageError("export: signals: no recorded pin is among them; use `record` to record pins from now on")
         start, stop = (f"{ps} ps" for ps in self.of_window(request))
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"window.{form}"
@@ -147,7 +147,8 @@ class ViewVerbs(Verbs):
             except SlewlineError as error:  # it names a file on the server
                 raise UsageError(f"export: {str(error).removeprefix(f'{path}: ')}") from None
             if path.stat().st_size > EXPORTED:
-                raise UsageError(f"export: {path.stat().st_size} bytes; allowed {EXPORTED}; choose a shorter window")
+                size = path.stat().st_size
+                raise UsageError(f"export: {size} bytes; allowed up to {EXPORTED}; choose a shorter window")
             return {"text": path.read_text("utf-8")}
 
     # ---------------------------------------------------------------------------------------------- commands, actions
@@ -167,7 +168,7 @@ class ViewVerbs(Verbs):
                 for command in text.splitlines():
                     line.take(command.encode("ascii", "replace") + b"\r")
                 return {}
-        raise UsageError(f"{chip.name}: a host program uses its registers, and must send its commands")
+        raise UsageError(f"{chip.name}: a host program uses its registers, and must itself send the commands")
 
     def do_act(self, request: Data) -> Data:
         """Operate a part."""

@@ -56,8 +56,8 @@ class DeviceLink:
                 raise UsageError(f"{self.path}: this exists and is not an old link made by slewline; name another one")
             if not self._stale(target):
                 raise UsageError(
-                    f"{self.path}: is in use: it points to {target}, a terminal in use, such as that of another "
-                    "server; name another one, or end that server first"
+                    f"{self.path}: is in use: it points to {target}, a terminal that is in use, for example by "
+                    "another server; name another one, or end that server first"
                 )
             os.unlink(self.name, dir_fd=self._folder)
         os.symlink(self.target, self.name, dir_fd=self._folder)

@@ -322,7 +322,7 @@ class TcpPort(Closing):
         if self.dropped:
             dropped, self.dropped = self.dropped, 0
             self.report(
-                f"{self.where}: the previous host left more bytes than the line can play in time; "
+                f"{self.where}: the previous host left more bytes than the line can transmit in time; "
                 f"{dropped} of them were dropped, because the next host is connected"
             )
 

@@ -152,7 +152,8 @@ class ServedPast(Past):
         old, shown = self.server.bench, self.server.branches.current
         if bench.now_ps != old.now_ps:
             raise UsageError(
-                f"exchange: the other bench is at {readable(bench.now_ps)}; allowed the present, {readable(old.now_ps)}"
+                f"exchange: the other bench is at {readable(bench.now_ps)}; expected the present, "
+                f"{readable(old.now_ps)}"
             )
         missing = [name for name in (*old.chips, *old.parts) if name not in bench]
         if missing:

@@ -110,8 +110,8 @@ class Lateness:
         if not self.is_late:
             self.before_ns = self.seen_ns
             self.report(
-                f"virtual time lags behind the wall clock ({self._lost()} so far): this machine, or its other load, "
-                f"is too slow for --rate {self.rate:g}; give a lower rate, or --lockstep"
+                f"virtual time lags behind the wall clock ({self._lost()} so far): this machine is too slow, or "
+                f"too busy, for --rate {self.rate:g}; give a lower rate, or --lockstep"
             )
         self.seen_ns, self.calm = lost, 0
 

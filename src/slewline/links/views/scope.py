@@ -142,7 +142,7 @@ class Scope:
         """
         if name not in self.bench.recorded:
             self.bench.pin(name)
-            raise NotRecorded(f"{name} is not recorded; `record` records it from then on")
+            raise NotRecorded(f"{name} is not recorded; use `record` to record it from now on")
         return self.bench.recorded[name]
 
     def _kept(self, name: str) -> int:

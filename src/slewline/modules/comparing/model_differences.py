@@ -155,8 +155,8 @@ class Differences:
             rows.append(f"exchange {numbers[0]}{more}, the module: {deviation}")
         if self.from_before:
             rows.append(
-                f"{', '.join(self.from_before)}: no earlier line sets this value; the module may hold it since "
-                "earlier, and the model begins as after power-up"
+                f"{', '.join(self.from_before)}: no earlier line sets this value; the module may have kept an "
+                "older value, and the model begins as after power-up"
             )
         if self.shown:
             rows.append(

@@ -191,10 +191,11 @@ def keep_before(
         UsageError: the content cannot be saved.
     """
     if restore.is_there:
-        report("it holds this program already")
+        report("the module already holds this program")
         return ""
     if restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
-        report(f"it holds the beginning of this program, {contents.size}: an interrupted push, which now continues")
+        found = f"the module holds the beginning of this program, {contents.size}"
+        report(f"{found}: an interrupted push, which now continues")
         return f"the old program is in {earlier}"
     return f"the old program is in {save_beside(path, contents, keep, report)}"
 
@@ -208,9 +209,9 @@ def check_push(sheet: Sheet) -> None:
     if not any(isinstance(channel, (*WRITERS,)) for channel in sheet.channels):
         part = sheet.part.upper()
         raise UsageError(
-            f"push: an adapter does not show whether program entry of the {part} is open, so a move might be made "
-            "instead of stored, and a program that cannot be verified is not sent; allowed: parts with a serial "
-            "line; switch the motor off and enter the program by hand, with slewline terminal"
+            f"push: an adapter does not show whether program entry of the {part} is open, so a move might be "
+            "executed instead of stored, and a program that cannot be verified is not sent; allowed: parts with a "
+            "serial line; switch the motor off and enter the program by hand, with slewline terminal"
         )
 
 
@@ -292,12 +293,12 @@ def save_beside(
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)
     if has(found, text):
-        report(f"{found} has the old program")
+        report(f"the old program is already in {found}")
         return found
     check_new(found, replace=None)
     earlier = sorted(found.parent.glob(f"{beside(path, 'before*').name}")) if keep is None else []
     save(found, contents, report)
     if earlier:
         names = ", ".join(map(str, earlier))
-        report(f"{names}: of earlier pushes; {found} may have an incomplete program of one of them")
+        report(f"{names}: from earlier pushes; {found} may contain an incomplete program from one of them")
     return found

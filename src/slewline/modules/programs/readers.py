@@ -230,7 +230,10 @@ class MemoryReader(ProgramReader):
         if line[:1].encode("latin-1") != bytes([ERASED]):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
-        self.report(f"{module.name}: erased from {address} on; the module lists the rest, {seconds:.0f} s at most")
+        self.report(
+            f"{module.name}: erased from {address} on; the module is listing the rest, which takes at most "
+            f"{seconds:.0f} s"
+        )
         module.tidy(self.sheet.buffer_bytes - address)
         return b""
 

@@ -140,7 +140,7 @@ class Restore:
         """
         (row,) = self.sheet.acting("recall")
         before = self.holds
-        self.holds = self.status = f"{row.form} was not answered: its RAM has one of its two programs"
+        self.holds = self.status = f"{row.form} was not answered: its RAM has either of its two programs"
         try:
             self.module.ask(row.form)
         except RefusedCommand:

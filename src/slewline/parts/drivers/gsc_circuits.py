@@ -155,7 +155,7 @@ class Damping(Part):
             if now < self._braked_ps:
                 self.finding(
                     "damping-cut",
-                    "a motion begins before the last one has been braked; use longer pauses or a shorter t2",
+                    "a motion begins before the braking of the last one has ended; use longer pauses or a shorter t2",
                 )
             return
         pulses = [self._t1_ps, *[self._t2_ps] * (self._t2_ps > 0)]

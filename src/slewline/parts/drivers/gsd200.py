@@ -217,7 +217,8 @@ class PhaseCurrent(Part):
         }
         if self._currents[True, False] > most:
             raise UsageError(
-                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A; use a greater r1"
+                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} takes up to {most:g} A; use a "
+                "larger r1"
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
         self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)

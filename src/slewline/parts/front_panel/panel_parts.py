@@ -34,7 +34,7 @@ def switch_address(letter: str, digit: int) -> int:
 
 
 def _one_letter(letter: str) -> str:
-    return "" if len(letter) == 1 and "A" <= letter <= "Z" else "allowed one letter, A to Z"
+    return "" if len(letter) == 1 and "A" <= letter <= "Z" else "expected one letter, A to Z"
 
 
 def _digits(value: str) -> str:
@@ -80,7 +80,7 @@ class Thumbwheels(Part):
             self._is_reported = True
             became = "it reads 15 for a missing switch" if read > there else "the others have no effect"
             what = f"the chip reads {read} digits for {self.letter}, but the bank has {there}: {became}"
-            self.finding("digit-count", f"{what}; give it a value of {read} digits")
+            self.finding("digit-count", f"{what}; set the bank to a value of {read} digits")
 
     @from_outside
     def turn(self, to: int) -> None:

@@ -163,7 +163,7 @@ class BusHost(Host):
             if not isinstance(command, str) or not command or not command.isascii():
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
         if not self.port.sheet.takes_live:
-            raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
+            raise UsageError(f"{self._part} takes no commands while its program runs; wait until it ends")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
                 f"{self.name}: live commands need a running program, and {self.port.chip} runs none; send() sends "
@@ -211,9 +211,7 @@ class BusHost(Host):
         """
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
-            raise UsageError(
-                f"{self.name}: rate {rate!r}; allowed a byte: 0 to 127, or up to 255 to test the part's reaction"
-            )
+            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127, or up to 255 to test the part's reaction")
         self._needs("slewing", "takes no rate on the fly")
         taken = "a rate is taken while the motor slews, in a motion after H and G"
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
@@ -244,4 +242,4 @@ class BusHost(Host):
     def _needs(self, role: str, otherwise: str) -> None:
         """Refuse a call if the part lacks the pin that it needs."""
         if self.chip.sheet.role(role) is None:
-            raise UsageError(f"{self._part} {otherwise}: it has no pin for it")
+            raise UsageError(f"{self._part} {otherwise}: the part has no pin for this")

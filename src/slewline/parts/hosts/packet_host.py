@@ -99,7 +99,7 @@ class PacketHost(Host):
         if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
             words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
         if words is None:
-            raise UsageError(f"{self.name}: got({data!r}); expected words, such as [0x0300], or two bytes a word")
+            raise UsageError(f"{self.name}: got({data!r}); expected words, such as [0x0300], or two bytes per word")
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:

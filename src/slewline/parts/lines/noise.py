@@ -76,7 +76,7 @@ class Noise:
         if kind not in self.done:
             raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
         if not isinstance(seed, int):
-            raise UsageError(f"seed {seed!r}; allowed a whole number")
+            raise UsageError(f"seed {seed!r}; expected a whole number")
         self.plans.append(NoisePlan(kind, count, chance, after, RandomSequence(seed)))
 
     def clear(self) -> None:

@@ -116,7 +116,7 @@ class Rs232Line(Part):
     def way(self, name: str) -> LineDirection:
         """Return one direction of the line: "to_module" or "to_host"."""
         if name not in self._directions:
-            raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(DIRECTIONS)}")
+            raise UsageError(f"{self.name}: direction {name!r}; allowed {', '.join(DIRECTIONS)}")
         return self._directions[name]
 
     @from_outside

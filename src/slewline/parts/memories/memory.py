@@ -58,7 +58,9 @@ class MemoryCore:
 
     def _check(self, at: int, data: bytes) -> None:
         if not 0 <= at <= self.size - len(data):
-            raise UsageError(f"{self.name}: {len(data)} bytes from address {at} on; the part has {self.size}")
+            raise UsageError(
+                f"{self.name}: {len(data)} bytes from address {at} on do not fit; the part has {self.size}"
+            )
 
     def checked(self, image: Data, at: int) -> bytes:
         """Return the bytes of an image that is to be stored at an address.

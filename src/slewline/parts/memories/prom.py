@@ -79,9 +79,8 @@ class Prom(Part):
         if self._requesting and not ready:  # I/O REQUEST rises
             self._requesting = False
             if loading:
-                self.finding(
-                    "load-held", f"load was still low when byte {self.address:#04x} was read: the byte is sent again"
-                )
+                text = f"pin load was still low when byte {self.address:#04x} was read: the byte is sent again"
+                self.finding("load-held", text)
             else:
                 self.address = (self.address + 1) % ADDRESSES
         if loading:

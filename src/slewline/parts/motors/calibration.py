@@ -81,7 +81,7 @@ def calibrate(
     if start_stop is not None and pull_out is not None and pull_out <= start_stop:
         raise UsageError(
             f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that accelerates slowly "
-            "gets further than one that starts without a ramp; check whether the two rates are exchanged"
+            "reaches a higher rate than one that starts without a ramp; check whether the two rates are exchanged"
         )
     before = load.friction, motor.drag - motor.viscous
     if start_stop is not None and pull_out is not None:
@@ -116,8 +116,8 @@ def _both(
         slope = (lacks - tried[1]) / (friction - tried[0]) if turn else -1.0
         tried, friction = (friction, lacks), max(friction - lacks / slope if slope else 0.0, 0.0)
     raise UsageError(
-        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss reproduce "
-        "both; check motor, driver and load, or use one of the two"
+        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no combination of friction and "
+        "iron loss reproduces both; check motor, driver and load, or use one of the two"
     )
 
 

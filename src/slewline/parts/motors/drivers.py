@@ -188,7 +188,7 @@ def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, s
 def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
     """Return the resistor of L/nR."""
     if times < 1:
-        raise UsageError(f"{name}: {part!r}; allowed L/1R and more: the winding itself is 1 R, such as L/4R 20 V")
+        raise UsageError(f"{name}: {part!r}; allowed L/1R or more (the winding itself is 1 R), such as L/4R 20 V")
     return (times - 1) * motor.resistance
 
 
@@ -220,7 +220,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         return value
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
-        raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table with like, {table}")
+        raise UsageError(f"{name} {value!r}; expected text such as {EXAMPLES[0]!r}, or a table with like, {table}")
     given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
     given = {each: of for each, of in given.items() if of is not None}
     rows: Sequence[Option] = FIGURES
@@ -241,7 +241,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     driver = DriverData(**{each: of for each, of in found.items() if of is not None} | {"current": current})
     driver = replace(driver, current=driver.phase_current(motor))
     if driver.kind == "bilevel" and not driver.high > driver.supply:
-        raise UsageError(f"{name}: high {driver.high:g} V; allowed more than the supply, {driver.supply:g} V")
+        raise UsageError(f"{name}: high {driver.high:g} V; must be more than the supply ({driver.supply:g} V)")
     return driver if row is None else _within(driver, row, name)
 
 
@@ -267,7 +267,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
     for each in given:
         if each not in (*ALWAYS, *TAKES[kind]) and any(each == row.name for row in rows):
             of = ", ".join(other for other, takes in TAKES.items() if each in takes)
-            raise UsageError(f"{name}: {each} {given[each]!r}; a driver of kind {kind!r} has none; only: {of}")
+            raise UsageError(f"{name}: {each} {given[each]!r}; not for kind {kind!r}, only for: {of}")
     for each in NEEDED:
         if each in TAKES[kind] and each not in given:
             row = next(row for row in rows if row.name == each)
@@ -302,7 +302,7 @@ def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
     current = driver.current * max(driver.rest, driver.slew, driver.ramp) * (sqrt(2) if driver.boost else 1)
     if current > row.most * (1 + 1e-9):
         raise UsageError(
-            f"{name}: {current:.3g} A in a phase; the {row.data.name} takes up to {row.most:g} A: use a smaller current"
+            f"{name}: {current:.3g} A per phase; the {row.data.name} takes up to {row.most:g} A: use a smaller current"
         )
     return driver
 

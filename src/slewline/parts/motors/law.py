@@ -354,8 +354,8 @@ class MotorLaw:
         late = np.flatnonzero(np.diff(edges, prepend=start) <= 0)
         if len(late):
             n = int(late[0])
-            before = f"after the one before, {edges[n - 1]} ps" if n else f"after the start, {start} ps"
-            raise UsageError(f"edge {n} at {edges[n]} ps; each must be {before}")
+            before = f"after the previous edge ({edges[n - 1]} ps)" if n else f"after the start ({start} ps)"
+            raise UsageError(f"edge {n} at {edges[n]} ps; it must be {before}")
         run = Integration(self, engine)
         return run.trace(
             edges,

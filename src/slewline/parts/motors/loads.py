@@ -65,14 +65,14 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
         raise UsageError(
-            f"{name} {value!r}; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {table}"
+            f"{name} {value!r}; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {table}"
         )
     found = checked(name, FIGURES, of_text(value, FIGURES, name, {}) if isinstance(value, str) else value)
     for each, others in NEEDS:
         if found[each] and not any(found[other] for other in others.split(" or ")):
             raise UsageError(f"{name}: {each} has no effect without {others}; add it, or leave {each} out")
     if None not in (found["low"], found["high"]) and not found["low"] < found["high"]:
-        raise UsageError(f"{name}: low {found['low']:g}; allowed less than high, {found['high']:g} full steps")
+        raise UsageError(f"{name}: low {found['low']:g}; must be less than high ({found['high']:g} full steps)")
     for stop, beyond in (("low", (found["low"] or 0) > 0), ("high", (found["high"] or 0) < 0)):
         if beyond:
             raise UsageError(
@@ -85,7 +85,7 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     found["torque"] += mass * GRAVITY * arm if vertical else 0.0
     if found["stiction"] is not None and found["stiction"] < found["friction"]:
         raise UsageError(
-            f"{name}: stiction {found['stiction']:g} N m; allowed the friction, {found['friction']:g} N m, or more"
+            f"{name}: stiction {found['stiction']:g} N m; must be at least the friction ({found['friction']:g} N m)"
         )
     for stop in ("low", "high"):
         found[stop] = None if found[stop] is None else found[stop] * motor.step
@@ -93,7 +93,7 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
 
 
 FAR = 10  # times the holding torque: a figure with a wrong unit is more likely than such a motor
-REMEDY = "use a greater current, a stronger motor or a smaller load"
+REMEDY = "use a higher current, a stronger motor or a smaller load"
 
 
 def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:

@@ -149,7 +149,7 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
     """
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
-        raise UsageError(f"{name}: step_angle and teeth both set the full steps a turn; leave one out")
+        raise UsageError(f"{name}: step_angle and teeth both set the full steps per turn; leave one out")
     if "step_angle" in given and given.get("windings") == "reluctance":
         raise UsageError(f"{name}: step_angle of a reluctance motor; use its teeth and phases instead")
     if "step_angle" in given:
@@ -165,7 +165,7 @@ def _teeth(angle: Any, name: str) -> int:
         teeth = 0.0
     if not 1 <= teeth <= 1000 or abs(teeth - round(teeth)) > 1e-3 * teeth:
         raise UsageError(
-            f"{name}: step_angle {angle!r}; allowed an angle that divides 90 deg, such as 1.8 deg, 0.9 deg"
+            f"{name}: step_angle {angle!r}; expected an angle that divides 90 deg, such as 1.8 deg, 0.9 deg"
         )
     return round(teeth)
 
@@ -189,7 +189,7 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join((*BESIDE, *(row.name for row in FIGURES)))
         raise UsageError(
-            f"{name} {value!r}; allowed the name of a motor, text such as '{EXAMPLE}', or a table with {table}"
+            f"{name} {value!r}; expected the name of a motor, text such as '{EXAMPLE}', or a table with {table}"
         )
     given, rows = motor_table(value, name), [*FIGURES]
     if "like" in given:
@@ -224,7 +224,7 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
     missing = [each for each in needed if given.get(each) is None]
     if missing and all(each in rows for each in given):
         missing_figures = ", ".join(f"{each} ({rows[each].unit}: {rows[each].description})" for each in missing)
-        raise UsageError(f"{name}: needs {missing_figures}; such as '{EXAMPLE}', or like and the name of a motor")
+        raise UsageError(f"{name}: needs {missing_figures}; write '{EXAMPLE}', or like and the name of a motor")
 
 
 def _named_like(like: object, name: str) -> MotorData:
@@ -238,15 +238,15 @@ def _consistent(motor: MotorData, name: str) -> MotorData:
     if motor.windings == "reluctance":
         if not 0 < motor.swing < motor.inductance:
             raise UsageError(
-                f"{name}: swing {motor.swing:g} H of a reluctance motor; allowed: more than 0 and less than its "
-                f"inductance, {motor.inductance:g} H"
+                f"{name}: swing {motor.swing:g} H of a reluctance motor; must be more than 0 and less than the "
+                f"inductance ({motor.inductance:g} H)"
             )
         return motor
     if motor.swing:
         raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have one: leave it out")
     if not motor.torque > motor.detent:
         raise UsageError(
-            f"{name}: torque {motor.torque:g} N m; allowed more than the detent torque, {motor.detent:g} N m: "
+            f"{name}: torque {motor.torque:g} N m; must be more than the detent torque ({motor.detent:g} N m): "
             "give the holding torque at the rated current"
         )
     return motor

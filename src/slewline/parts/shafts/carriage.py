@@ -130,7 +130,8 @@ class Carriage(Part):
             return  # the hard stop of another load blocks the shaft
         self._swallowed += steps
         if is_new:
-            self.finding("hard-stop", f"at {self.place:g} {self.unit} it hits a hard stop: steps are lost", ps)
+            text = f"the carriage hits a hard stop at {self.place:g} {self.unit}: steps are lost"
+            self.finding("hard-stop", text, ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return the quantities of the part over time, for pictures, files and queries."""

@@ -55,7 +55,7 @@ class CountOutputs:
         self.hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
         if index > 1:
-            part.add_pin("index", "out", "low once a turn", initial=0, role="index")
+            part.add_pin("index", "out", "low once per turn", initial=0, role="index")
             self._codes["index"] = LevelPattern(0, *(1,) * (index - 1))
         self.rule = Sensor(part, shaft, scale, lag_ps, show=self._promise)
 
@@ -207,7 +207,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         """Start to follow the pins, once the part is wired and before time passes."""
         if self._motor is not None:
             if not ((net := self.pins["pulse"].net).drivers or net.joined):
-                self.finding("open-pin", "pulse is open, so only push turns the shaft; set to=x, or on=motor")
+                self.finding("open-pin", "pulse is open, so only push() turns the shaft; set to=x, or on=motor")
             self._motor.rewired()
         self.rule.start()
 
@@ -216,7 +216,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         """Let the shaft slip: it does not follow the next `counts` counts, in either direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 or more (push turns the shaft)")
+            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 or more (push() turns the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()

@@ -278,7 +278,7 @@ class Stepper(Blockable, Part):
     def push(self, steps: float) -> None:
         """Turn the shaft immediately by some full steps; negative: backwards."""
         if isinstance(steps, bool) or not isinstance(steps, int | float) or not abs(steps) < MOST_PUSHED:
-            raise UsageError(f"{self.name}: push by {steps!r} steps; allowed a number up to {MOST_PUSHED:g} either way")
+            raise UsageError(f"{self.name}: push by {steps!r} steps; expected a number up to +/-{MOST_PUSHED:g}")
         self.input("push", steps)
         self._alter(push=float(steps))
         self.kernel.settle()

@@ -187,7 +187,7 @@ def compare_edges(
         times, levels = edges
         if len(times) != len(levels) or (np.diff(times) <= 0).any():
             raise UsageError(
-                f"{what}: {len(times)} times and {len(levels)} levels; allowed as many of both, times ascending"
+                f"{what}: {len(times)} times and {len(levels)} levels; expected as many levels as times, ascending"
             )
     if invert:
         measured = measured[0], inverted(measured[1], name)
@@ -199,7 +199,7 @@ def compare_edges(
         try:
             by = moment(shift, negative=True)
         except TimeError as error:
-            raise TimeError(f'shift: {error}; allowed also "first", "best"') from None
+            raise TimeError(f'shift: {error}; also allowed: "first", "best"') from None
     pairs = _pairs(model, (measured[0] + by, measured[1]))
     return Comparison(name, model, measured, by, moment(tolerance), pairs)
 
@@ -213,7 +213,7 @@ def inverted(levels: NDArray[Any], name: str = "") -> NDArray[Any]:
     import numpy as np
 
     if len(levels) and levels.max() > 1:
-        raise UsageError(f"invert: {name or 'the signal'} is a bus; only wires are inverted")
+        raise UsageError(f"invert: {name or 'the signal'} is a bus; only wires can be inverted")
     return np.where(levels < 0, levels, 1 - levels).astype(levels.dtype)
 
 

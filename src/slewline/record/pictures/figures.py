@@ -219,7 +219,7 @@ def figure(
         UsageError: no matplotlib, an invalid width, an empty window, nothing to show, or too few axes.
     """
     if contents.stop <= contents.start or not (contents.tracks or contents.traces):
-        raise UsageError(f"{contents.title}: nothing to draw: the picture has no length, or no axis and no pin")
+        raise UsageError(f"{contents.title}: nothing to draw: the picture spans no time, or has no axis and no pin")
     size = inches(width)
     with styled(dark) as colours:
         layout = FigureLayout(contents, size)

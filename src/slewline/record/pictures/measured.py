@@ -81,7 +81,7 @@ def track(name: str, steps: Steps, begins: int) -> Track:
 
     times = steps.times_ps
     if not len(times) or (np.diff(times) <= 0).any():
-        raise UsageError(f"runs: {name!r} has {len(times)} steps; expected one or more, their times ascending")
+        raise UsageError(f"runs: {name!r} has {len(times)} steps; expected one or more, with ascending times")
     first, last = int(times[0]), int(times[-1])
     quantities = velocity(steps), position(steps)
     return Track(name, quantities, zero=first - begins, since=first, until=last, over=True)

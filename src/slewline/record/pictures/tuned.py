@@ -26,7 +26,7 @@ OUTCOMES = ("holds", "fails when perturbed", "fails as it is", "refused by the c
 PANEL = 2.7  # inches
 ROW = 0.19  # inches, of a line in the legend
 MOST_CELLS = 500  # with room for a number
-CAPTION = "The curve is not the judge: every move was simulated, and some far below it lose steps."
+CAPTION = "The curve does not decide: every move was simulated, and some far below it lose steps."
 
 
 @dataclass(frozen=True, slots=True)

@@ -135,7 +135,7 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
         cells = _cells(line, head.delimiter)
         if _numbers(cells):
             if len(cells) > MOST_COLUMNS:
-                raise WaveformError(f"{path}: {len(cells)} columns; allowed {MOST_COLUMNS}")
+                raise WaveformError(f"{path}: {len(cells)} columns; allowed up to {MOST_COLUMNS}")
             head.marks = len(cells) - 1
             return HeadLines(texts, channels, cells, sigrok)
         texts.append(cells)

@@ -247,7 +247,7 @@ class TableChanges:
 
         factor = float(self.head.factor)
         if float(times[-1]) * factor >= 1 << 62:
-            raise WaveformError(f"{table.path}: a time beyond 2^62 ps (53 days), where an array of picoseconds ends")
+            raise WaveformError(f"{table.path}: a time beyond 2^62 ps (53 days), the largest in an array")
         return np.rint(times * factor).astype(np.int64)
 
     def _levels(self, values: NDArray[np.float64], thresholds: Thresholds | None) -> NDArray[np.int8]:

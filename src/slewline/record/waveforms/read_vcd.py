@@ -124,7 +124,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
     if b"," in first and b"$" not in first:
         raise WaveformError(
             f"{path}: not a VCD file: its first line is that of a table (CSV); read_waveforms reads it, and compare "
-            "does as MEASURED"
+            "accepts it as MEASURED"
         )
     seen = 0
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):

@@ -143,7 +143,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     tool = shutil.which(TOOL)
     if tool is None:
         raise UsageError(
-            f"{path}: a session of sigrok (.sr), which {TOOL} converts, and that is not installed; install it, or "
+            f"{path}: a session of sigrok (.sr); {TOOL}, which converts it, is not installed; install it, or "
             "export VCD in PulseView"
         )
     import threading

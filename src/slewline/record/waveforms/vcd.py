@@ -306,7 +306,7 @@ def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str,
                 raise UsageError(f"{name!r}: {scope!r} is the name of a variable in the file and cannot be a scope too")
         if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, last)):
             raise UsageError(
-                f"{name!r}: not a name for a VCD file; use printable ASCII without blanks, dots between scopes"
+                f"{name!r}: not a name for a VCD file; use printable ASCII without blanks, and dots between scopes"
             )
         if last in level:
             what = "scope" if isinstance(level[last], dict) else "variable"

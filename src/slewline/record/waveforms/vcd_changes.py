@@ -205,7 +205,7 @@ class Changes:
         import numpy as np
 
         if self.end * self.unit >= 1 << 63:
-            raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), where an array of picoseconds ends")
+            raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), the largest in an array")
         empty: Any = (np.empty(0, np.int64), np.empty(0, self._index))
         nothing: Any = [np.empty(0, self._dtype), np.empty(0, np.float64), np.empty(0, object)]
         out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}

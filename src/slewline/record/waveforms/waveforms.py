@@ -96,7 +96,7 @@ class Waveforms:
         return iter(self.names)
 
     def __getitem__(self, name: object) -> NoReturn:
-        raise UsageError(f"waveforms[{name!r}]: they have no items; write waveforms.edges({name!r})")
+        raise UsageError(f"waveforms[{name!r}]: waveforms have no items; write waveforms.edges({name!r})")
 
     def __len__(self) -> int:
         return len(self.names)
@@ -307,7 +307,7 @@ class Waveforms:
     def _readable(self, name: str) -> Signal:
         found = self._find(name)
         if found.variable.kind == "bits" and found.variable.width > MAX_BITS:
-            raise UsageError(f"{name} has {found.variable.width} bits; allowed {MAX_BITS}; write it in parts")
+            raise UsageError(f"{name} has {found.variable.width} bits; allowed up to {MAX_BITS}; write it in parts")
         return found
 
     def _find(self, name: str) -> Signal:

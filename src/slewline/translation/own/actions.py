@@ -69,7 +69,7 @@ class Actions(MotionWriter):
             raise Impossible(readable(action.time_ps), out_of(self.sheet, row, arg), "let the host wait")
         if off:
             share = abs(off) / action.time_ps
-            description = f"{readable(count * unit)} for {readable(action.time_ps)}, {100 * share:.2g} %"
+            description = f"{readable(count * unit)} instead of {readable(action.time_ps)}, {100 * share:.2g} %"
             self.note(LineVerdict(action.line, LineKind.NEARLY, description, off=share, off_ps=off))
         values = [arg.high] * whole + ([rest] if rest else [])
         return [ResultPiece(row, (value,)) for value in values]

@@ -140,7 +140,7 @@ class Rates:
             return self._ramp(action, wanted, got, row)
         rate, found = (wanted.start, got.start) if action.sets == "start rate" else (wanted.top, got.top)
         off = abs(found - rate) / rate if rate else 0.0
-        description = f"{found:.6g} steps/s for {rate:.6g}, {percent(off)}"
+        description = f"{found:.6g} steps/s instead of {rate:.6g}, {percent(off)}"
         if off <= EXACT:
             return LineVerdict(action.line, LineKind.SAME)
         if off <= FAR_OFF:
@@ -161,13 +161,14 @@ class Rates:
             if not got.ramped:
                 return LineVerdict(action.line, LineKind.SAME)
             limit = "every motion of the target has a ramp"
-            return LineVerdict(action.line, LineKind.IMPOSSIBLE, f"a ramp of {readable(got.time_ps)} for none", limit)
+            description = f"a ramp of {readable(got.time_ps)} instead of none"
+            return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit)
         difference = got.time_ps - wanted.time_ps
         off = abs(difference) / wanted.time_ps
-        steps = f", {got.steps:.0f} steps for {wanted.steps:.0f}" if round(got.steps) != round(wanted.steps) else ""
-        description = (
-            f"ramp {readable(round(got.time_ps, -6))} for {readable(round(wanted.time_ps, -6))}, {percent(off)}{steps}"
-        )
+        differ = round(got.steps) != round(wanted.steps)
+        steps = f", {got.steps:.0f} steps instead of {wanted.steps:.0f}" if differ else ""
+        times = f"{readable(round(got.time_ps, -6))} instead of {readable(round(wanted.time_ps, -6))}"
+        description = f"ramp {times}, {percent(off)}{steps}"
         if off <= EXACT and not steps:
             return LineVerdict(action.line, LineKind.SAME)
         if off <= FAR_OFF:
@@ -205,7 +206,7 @@ class Rates:
         kind = LineKind.SAME if off <= CLOSE else LineKind.NEARLY if off <= FAR_MOVE else LineKind.IMPOSSIBLE
         upto = "" if len(found) == 1 else "up to "
         description = (
-            f"{readable(round(after, -6))} for {readable(round(before, -6))}, {upto}{percent(off)}"
+            f"{readable(round(after, -6))} instead of {readable(round(before, -6))}, {upto}{percent(off)}"
             if after != before
             else ""
         )

@@ -167,9 +167,9 @@ class SketchWriter(Structured):
         sheet.add(f"{helper}({stepper}{value}{rate});", line)
         if evenly and profile and action.steps:
             gap = round(PS / profile.top)
-            sheet.nearly(line, "at a constant rate; a step may be some microseconds late", off_ps=gap)
+            sheet.nearly(line, "at a constant rate; a step may be a few microseconds late", off_ps=gap)
         elif evenly:
-            sheet.nearly(line, "at a constant rate; a step may be some microseconds late")
+            sheet.nearly(line, "at a constant rate; a step may be a few microseconds late")
         else:
             acceleration = profile.acceleration if profile and profile.ramped else profile.top**2 if profile else 0.0
             compare_times(sheet, action, acceleration, self.library.rest)

@@ -211,7 +211,7 @@ class GrblWriter(LanguageWriter):
             if each * node.passes > self.options.unroll:
                 limit = f"no loops; {each * node.passes:,} lines for {self.options.unroll:,} allowed (--unroll)"
                 description = f"{node.passes:,} passes: one of them is written"
-                self.sheet.impossible(node.line, description, limit, f"a greater --unroll, or {HOST}")
+                self.sheet.impossible(node.line, description, limit, f"a larger --unroll, or {HOST}")
                 return
         self.sheet.same(node.line, f"{node.passes} passes, written out")
 
@@ -307,6 +307,6 @@ class GrblWriter(LanguageWriter):
         if lasts == action.time_ps:
             self.sheet.same(action.line)
             return
-        description = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
+        description = f"{seconds(lasts)} instead of {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
         off = (lasts - action.time_ps) / action.time_ps
         self.sheet.nearly(action.line, description, off, lasts - action.time_ps)

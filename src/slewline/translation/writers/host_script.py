@@ -116,11 +116,11 @@ class ScriptWriter(Structured):
     def wait(self, action: WaitInput) -> None:
         if self._is_input(action.input.number, action.line):
             self.sheet.add(f"grbl.wait({action.input.number}, {action.input.level})", action.line)
-            self.sheet.nearly(action.line, "the host polls grbl's inputs: some 10 ms later")
+            self.sheet.nearly(action.line, "the host polls grbl's inputs: about 10 ms later")
 
     def delay(self, action: Delay) -> None:
         self.sheet.add(f"time.sleep({number(action.time_ps / PS)})", action.line)
-        self.sheet.nearly(action.line, "timed by the host: some milliseconds longer")
+        self.sheet.nearly(action.line, "timed by the host: a few milliseconds longer")
 
     def leave(self, action: EndProgram) -> None:
         if action is not self.final:

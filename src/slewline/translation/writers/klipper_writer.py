@@ -38,7 +38,7 @@ from .pieces import Decision, Pieces, Portion
 from .source_sheet import FAR, PS, compare_times, grouped, lines_of, number, with_comments
 
 MAIN = "PROGRAM"
-LATER = "decided when all motion has ended: some 20 ms later"
+LATER = "decided when all motion has ended: about 20 ms later"
 FROM_REST = "Klipper starts from standstill"
 PINS = ("PA4", "PA5", "PA6", "PA7", "PB0", "PB1", "PB2", "PB3")
 

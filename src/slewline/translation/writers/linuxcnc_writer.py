@@ -200,7 +200,7 @@ class LinuxCncWriter(Structured):
         """Write M64 or M65."""
         if action.number > OUTPUTS:
             limit = f"{OUTPUTS} digital outputs (M62 to M65)"
-            self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a greater num_dio")
+            self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a larger num_dio")
             return
         self.sheet.add(f"M{64 if action.level else 65} P{action.number - 1}", action.line)
         self.sheet.same(action.line)
@@ -222,7 +222,7 @@ class LinuxCncWriter(Structured):
         if pin <= INPUTS:
             return True
         limit = f"{INPUTS} digital inputs (M66)"
-        self.sheet.impossible(line, f"input {pin}", limit, "load motmod with a greater num_dio")
+        self.sheet.impossible(line, f"input {pin}", limit, "load motmod with a larger num_dio")
         return False
 
     # -------------------------------------------------------------------------------------------------- the language

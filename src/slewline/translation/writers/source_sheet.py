@@ -152,7 +152,7 @@ def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, wh
         sheet.nearly(action.line, f"the steps are the same; {why}")
         return
     was, becomes = sheet.time_of(profile, steps), standing_time(profile.top, acceleration, steps)
-    description = f"{seconds(becomes * PS)} for {seconds(was * PS)}; {why}"
+    description = f"{seconds(becomes * PS)} instead of {seconds(was * PS)}; {why}"
     sheet.nearly(action.line, description, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
 

@@ -277,7 +277,7 @@ class TmclWriter(LanguageWriter):
             return
         was = sheet.time_of(profile, steps)
         becomes = started_time(profile, steps)
-        description = f"{seconds(becomes * PS)} for {seconds(was * PS)}: the ramp has one acceleration"
+        description = f"{seconds(becomes * PS)} instead of {seconds(was * PS)}: the ramp has one acceleration"
         sheet.nearly(line, description, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
     def _turn(self, position: int, line: int) -> None:
@@ -344,7 +344,7 @@ class TmclWriter(LanguageWriter):
         self.sheet.add(f"WAIT TICKS, 0, {ticks}", action.line)
         off = abs(ticks * TICK_PS - action.time_ps)
         if off:
-            description = f"{seconds(ticks * TICK_PS)} for {seconds(action.time_ps)}: a tick is 10 ms"
+            description = f"{seconds(ticks * TICK_PS)} instead of {seconds(action.time_ps)}: a tick is 10 ms"
             self.sheet.nearly(action.line, description, off / action.time_ps, off)
         else:
             self.sheet.same(action.line)

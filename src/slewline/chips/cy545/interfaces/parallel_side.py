@@ -122,7 +122,7 @@ class ParallelPort:
         if running and byte != EMPTY:
             chip.finding(
                 "missing-ff",
-                f"a program runs, and the first handshake had byte {byte:#04x}; the host should leave the bus open",
+                f"byte {byte:#04x} in the first handshake while a program runs; the host should not drive the bus",
             )
         self.busy.activate()
         self.open, self.served = True, fell

@@ -170,7 +170,7 @@ class SerialSide:
         elif len(self.buffer) >= ROOM:
             self.chip.finding(
                 "serial-overrun",
-                f"{character.byte:#04x} came while {ROOM} characters wait: it is lost; pause between commands, or "
+                f"{character.byte:#04x} came while {ROOM} others waited: it is lost; pause between commands, or "
                 "wait for CTS",
             )
         else:
@@ -186,7 +186,7 @@ class SerialSide:
     async def send(self, message: bytes) -> None:
         """Send characters; they are lost if no baud rate is known."""
         if self.clock is None:
-            self.chip.finding("not-adapted", f"{message!r} is lost: it was to be sent before the rate was known")
+            self.chip.finding("not-adapted", f"{message!r} is lost: the rate was not yet known when it was to be sent")
             return
         chip = self.chip
         chip.waits("sending on TXD")

@@ -290,7 +290,7 @@ class BusPort:
         await chip.at_tick(self.busy_from + width)
         self.bus.resolve(self.kernel.seen)  # detects a host that drives the bus too, even if nothing samples the bus
         if request.changes > self.accepted and request.changed_at < self.busy_ps:
-            chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
+            chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus nevertheless")
         if request.changes == self.accepted:
             await level(*request.when_inactive)
             chip.sync()

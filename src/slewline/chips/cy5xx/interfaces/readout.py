@@ -34,7 +34,7 @@ class ReadOut:
         """Return the next byte of the group that V selected; FF if there is none."""
         finding = self.chip.finding
         if self.group is None:
-            finding("verify-without-v", "a read-out without a V before it returns FF")
+            finding("verify-without-v", "a read-out that is not preceded by a V returns FF")
             return 0xFF
         if self.output is None:
             self.output = self.content(*self.group)
@@ -42,6 +42,6 @@ class ReadOut:
             finding("verify-overrun", f"group {self.group[0]} has {len(self.output)} bytes; further bytes are FF")
             return 0xFF
         if self.group[0] == 1 and self.fetched == self.sizes[1]:
-            finding("verify-48", f"the manual guarantees the first {self.sizes[1]} bytes of the program")
+            finding("verify-48", f"the manual guarantees only the first {self.sizes[1]} bytes of the program")
         self.fetched += 1
         return self.output[self.fetched - 1]

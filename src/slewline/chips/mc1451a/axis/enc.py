@@ -182,7 +182,7 @@ class QuadratureDecoder:
                 self._check_states([tick - since], tick)
             since = tick
             if tick in both:
-                self.found.append(("encoder-illegal", "changed at the same time, which is not counted,", tick))
+                self.found.append(("encoder-illegal", "changed at the same time, which is not counted", tick))
                 continue
             differ = not differ
             count += 1 if differ is (tick in of_a) else -1
@@ -221,7 +221,7 @@ class QuadratureDecoder:
                 self.burst = False
             elif state < DWELL_TICKS and not self.burst:
                 self.burst = True
-                text = f"had a state of {state} clocks, less than {DWELL_TICKS},"
+                text = f"had a state of {state} clocks, less than {DWELL_TICKS}"
                 self.found.append(("encoder-fast", text, tick))
 
 
@@ -323,7 +323,7 @@ class QuadratureCounter:
         self.counts = decoder.counts
         found, decoder.found = decoder.found, []
         for code, what, at in found:
-            self.finding(code, f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(at))}")
+            self.finding(code, f"{self.a.pin.name} and {self.b.pin.name} {what} (at {readable(self.clock.ps(at))})")
 
     # ------------------------------------------------------------------------------------------------------- look ahead
     def _look_ahead(self, tick: int) -> None:

@@ -168,7 +168,7 @@ class TwinAxis:
                 self.gear_begins(PROFILE_COMMANDS[GEAR])
         elif state.in_motion and state.mode != VELOCITY:
             self.rest(complete=True)
-            self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
+            self.finding("mode-in-motion", "profile mode changed in motion: the axis stops immediately")
         self.mode = state.mode
         state.phase = 0
 
@@ -228,7 +228,7 @@ class TwinAxis:
         active.position = new.position
         if any(name in new.loaded and getattr(new, name) != getattr(active, name) for name in fixed):
             self.event(COMMAND_ERROR)
-            self.finding("command-error", "an update in motion of what may not change then")
+            self.finding("command-error", "an update changes a parameter that must not change in motion")
             return
         for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
             if name not in fixed:
@@ -294,7 +294,7 @@ class TwinAxis:
     def does_not_start(self, zero: set[str]) -> None:
         """Report registers whose value of 0 keeps the axis at rest after an update; once, until they change."""
         if zero != self.why:
-            self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
+            self.finding("no-start", f"no motion starts while {', '.join(sorted(zero))} is 0")
         self.why = zero
 
     def greatest_velocity(self) -> int:
@@ -379,7 +379,7 @@ class TwinAxis:
         velocity = max(-most, min(self.owed, most))
         self.owed -= velocity
         if self.owed and not self.backlogged:
-            self.finding("gear-backlog", "the encoder is faster than the pulse range; the rest follows later")
+            self.finding("gear-backlog", "the encoder is faster than the pulse range; the remaining steps follow later")
         self.backlogged = self.owed != 0
         return velocity
 

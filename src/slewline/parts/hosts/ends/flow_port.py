@@ -157,7 +157,7 @@ class FlowPort:
         self.finding(
             "no-message",
             f"the pin of FPL is low, but {self.chip} took an empty handshake instead of sending a message: the mode is "
-            f"not the one that {self.name} has set; heed(True) or heed(None) makes it use FPL again",
+            f"not the one that {self.name} has set; heed(True) or heed(None) makes the host use FPL again",
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:

@@ -101,7 +101,7 @@ class CommandPort:
             found = decoder.feed(byte, True, False)
             if isinstance(found, CommandText):
                 return spoken.encoded(found)
-        raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
+        raise UsageError(f"host: {command!r} is not a command; it cannot be converted to binary")
 
     def group_size(self, group: int) -> int:
         """Return the number of bytes in a verify group in the present mode: 5 position digits, or 2 bytes if binary."""

@@ -230,7 +230,7 @@ class PacketPort:
                 return word
             before, hopeless = hopeless, never()
             if before and hopeless:
-                raise Timeout(f"{self.queue.name}: {bit} of {self.chip} cannot become true any more")
+                raise Timeout(f"{self.queue.name}: {bit} of {self.chip} can no longer become true")
             omitted_ps = self._omitted(due_ps, self.kernel.now - began_ps + every_ps) if self.sparse else 0
             await until(self.kernel, self.kernel.now + omitted_ps + every_ps)
 
