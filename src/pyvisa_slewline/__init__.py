@@ -1,4 +1,7 @@
-"""The backend `slewline` of PyVISA, which finds it by the name of this package: pyvisa.ResourceManager("@slewline")."""
+"""The PyVISA backend `slewline`.
+
+PyVISA finds it by the name of this package: pyvisa.ResourceManager("@slewline").
+"""
 
 from slewline.testing.for_visa import SlewlineVisaLibrary as WRAPPER_CLASS
 

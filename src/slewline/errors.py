@@ -89,7 +89,7 @@ class TornJournal(JournalWarning):
 
 
 class LongPast(UserWarning):
-    """The past of a bench uses much memory; `Bench(keep=)` limits it."""
+    """A past of a bench that uses much memory; `Bench(keep=)` limits it."""
 
 
 class WaveformError(SlewlineError, ValueError):
@@ -105,7 +105,7 @@ class NoSuchStep(SlewlineError, IndexError):
 
 
 class Timeout(SlewlineError, TimeoutError):
-    """A wait that has exceeded its timeout; the message lists what each chip, part and host waits for."""
+    """A wait that has exceeded its timeout; the message lists, for each chip, part and host, the event awaited."""
 
 
 class Endless(SlewlineError, RuntimeError):

@@ -1,7 +1,7 @@
 """The packages in each extra, and the message for a user who lacks one.
 
-The command in the message installs the packages by their own names.  This also works next to a clone or a wheel, and
-does not need a package index that contains slewline.
+The command in the message installs the packages by their own names.  So it also works if slewline was
+installed from a clone or a wheel, and does not need a package index that contains slewline.
 """
 
 from __future__ import annotations

@@ -47,8 +47,8 @@ def _home(variables: str) -> Path:
     """Return the user's home directory.
 
     Raises:
-        UsageError: there is none, as for a container user that has only a number; the message names the variables to
-            set.
+        UsageError: there is none, as for a container user that has only a numeric ID; the message names the
+            variables to set.
     """
     try:
         return Path.home()
@@ -89,7 +89,10 @@ def drop_source(path: Path) -> None:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether a folder belongs to the user and nobody else can write to it, which Windows profiles ensure."""
+    """Return whether a folder belongs to the user, and nobody else can write to it.
+
+    On Windows, user profiles ensure this.
+    """
     if not hasattr(os, "geteuid"):
         return True
     found = folder.stat()

@@ -1,15 +1,17 @@
 """The gate: all user files are read here, and the names in them are allowed or refused here.
 
-A bench file, journal, dialogue, log, black box, backup or memory image may come from anybody.  The names in it belong
-to one of three classes, and the code that reads the file checks them with a `FileGate`:
+A bench file, journal, dialogue, log, black box, backup or memory image may come from anybody.  The names
+in it belong to one of three classes, and the code that reads the file checks them with a `FileGate`:
 
-    of the folder    a file in the folder of the naming file or below, wherever links lead; a link for a pty there, with
-                     a name that no tool runs, and no link on the way; a serial device of this system
+    of the folder    a file that is, once all links are followed, in the folder of the naming file or
+                     below; a link for a pty in this folder or below, under a name that no tool runs,
+                     with no other link on the way; a serial device of this system
     elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
     code             a chip or part as module:Class, whose import runs it; only with `allow_code` (--allow-code)
 
-A name given on the command line or in Python is trusted.  The limits apply in both cases: a file must be a regular
-file; files and lines have a maximum length; JSON has a maximum depth and number of values, and only finite numbers.
+A name given on the command line or in Python is trusted.  The limits apply in both cases: a file must be
+a regular file; files and lines have a maximum length; JSON has a maximum depth and number of values, and
+only finite numbers.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def start(
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Block signals that are sent to all processes while some are started; afterwards only this process obeys them."""
+    """Block, while processes are started, signals sent to all of them; later only this process obeys them."""
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is None:  # on Windows
         yield

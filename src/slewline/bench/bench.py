@@ -91,12 +91,13 @@ class Bench:
     Args:
         seed: the seed of every random element, a whole number.
         journal: the file to which every external input is written; replay it with `slewline.replay`.
-        shuffle: run the tasks of a round in random order, from this seed; the results must not change.
+        shuffle: a seed; the tasks of each round run in a random order, and the results must not change.
         stores: a function that returns the non-volatile memory of a chip, given the name of the chip; by default this
             memory is lost with the bench.
-        keep: how far back the past is kept, for endless runs: positions of axes and shafts, recorded pins (unless
-            `record(keep=)` overrides it), findings, data received by hosts; None keeps everything, which takes 1 to 4
-            KB per move, or hundreds of megabytes in an hour of short moves.
+        keep: for endless runs, the length of the past that is kept.  It applies to positions of axes and
+            shafts, recorded pins (unless `record(keep=)` overrides it), findings, and data received by
+            hosts.  None keeps everything, which takes 1 to 4 KB per move, or hundreds of megabytes for an
+            hour of short moves.
 
     Attributes:
         chips: the chips, by name, in the order in which they were added.
@@ -268,7 +269,8 @@ class Bench:
             title: the title; by default the names of the chips and their part numbers.
             pins: recorded pins, or traces of a file; by default all recorded pins, [] for none.
             start, stop: the window; by default the motion, with a margin of one twentieth of its length at either end.
-            axes: the axes: their numbers, from 1, names of chips, or names such as "x axis 2"; by default all.
+            axes: the axes to draw: numbers counted from 1, names of chips, or names such as "x axis 2"; by
+                default all.
             parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
                 default all changing quantities of parts around the chips; [] for none.
             runs: further benches, keyed by their names in the legend; each is drawn over this one, shifted so that the
@@ -276,12 +278,14 @@ class Bench:
                 such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
                 its pin, stretches in which the two differ are marked, and its greatest lag is noted.
-            ideal: draw the ideal of each motion as well, if the part defines one, and note the greatest deviation.
+            ideal: draw the ideal curve of each motion as well, if the part defines one, and note the greatest
+                deviation.
             cursors: instants that are marked by numbered lines; `readings` returns the values at these instants.
             dark: draw light lines on a dark background.
             width: "page", "phone", or a number of inches.
             marks: flag commands, findings, limits and home above the panels.
-            ax: matplotlib axes to draw into, one for each panel; a single one takes the first panel.
+            ax: matplotlib axes to draw into, one for each panel; a single axes object is used for the first
+                panel.
 
         Raises:
             UsageError: nothing to draw, an unknown width, too few axes for the panels, or no matplotlib.
@@ -300,7 +304,9 @@ class Bench:
         stop: Time | None = None,
         **options: Unpack[PictureOptions],
     ) -> None:
-        """Draw the picture of `figure` into a file: SVG, PNG or PDF, by its suffix.  Equal runs produce equal bytes.
+        """Draw the picture of `figure` into a file: SVG, PNG or PDF, as selected by its suffix.
+
+        Identical runs produce identical files.
 
         Raises:
             UsageError: an unknown suffix, a path that cannot be written, or as for `figure`.

@@ -1,1 +1,4 @@
-"""The return types of `bench.add`, `bench.part` and `bench.host` by name: see the stub file next to this one."""
+"""The return types of `bench.add`, `bench.part` and `bench.host`, which depend on the name passed.
+
+See the stub file next to this one.
+"""

@@ -33,7 +33,7 @@
     tcp = "127.0.0.1:4001"          # or: rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0", or pty = "x": a link in
                                     # this folder or below
     framing = false                 # true: lines of text with read-back, for a chip on a bus
-    prologix = false                # true: a GPIB controller that takes the commands of a Prologix one, for such chips
+    prologix = false                # true: a GPIB controller that accepts Prologix commands, for such chips
 
     [[drive]]
     pin = "x.abort"
@@ -46,7 +46,7 @@
 
 Times are text with a unit, or whole picoseconds.
 
-A bench file may come from anybody: all names in it pass its gate (`gate.py`).
+A bench file may come from an untrusted source, so all names in it are checked by its gate (`gate.py`).
 """
 
 from __future__ import annotations

@@ -111,7 +111,7 @@ def host(
 
     Raises:
         UsageError: no chip is given, one of them does not have the channel, their channels differ, or an argument does
-            not apply to it.
+            not apply to the channel.
         WiringError: the serial line of a chip has a host already, or a custom chip has no pins for one.
     """
     if not chips:
@@ -228,7 +228,9 @@ HOSTS: Mapping[type[Channel], Callable[[HostRequest], Host]] = {  # the function
 
 
 def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
-    """Wire a serial connector to the modules on one line; several need the pull-down of the last module.
+    """Wire a serial connector to the modules on one line.
+
+    If the modules have pull-downs, that of the last module is connected, unless one is connected already.
 
     Args:
         connector: a part such as "serial_port".

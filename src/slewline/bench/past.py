@@ -4,18 +4,19 @@
     past.go_on(bench, t)            use it instead of the present one
 
     journal   ....G....................R..........m.............. now         as recorded
-    shadow    ....G....................R                                      plays the journal, delayed by one rest
+    shadow    ....G....................R                                      plays the journal, with a delay
     rerun                              R..........m..............now          the same bench, with the input at m
 
-A running bench cannot be copied.  So a second bench, the shadow, plays its journal, with a delay after which no earlier
-inputs are possible (`Past.follow`).  To go back, the shadow plays on, with the new inputs inserted among the old ones.
-The cost is that of the run since that instant, regardless of how long the bench ran before.  Each new run needs a
-shadow of its own.
+A running bench cannot be copied.  So a second bench, the shadow, plays its journal, delayed so that no
+inputs can be added before the instant that it has reached (`Past.follow`).  To go back, the shadow plays
+on, with the new inputs inserted among the old ones.  The cost is that of the run since that instant,
+regardless of how long the bench ran before.  Each new run needs a shadow of its own.
 
 A server can also go back in another process: `links/time/server_past.py`.
 
 The journal of the new bench begins like the old one, contains the new inputs among the entries that follow, and is then
-continued.  It records exactly what the new bench has played: replaying it repeats the same run bit for bit.
+continued.  It records exactly the inputs that the new bench has played: replaying it repeats the same
+run bit for bit.
 
 Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` it takes
 over the file, which is written only if the content differs: data that the undone past stored and the new run stored
@@ -148,7 +149,7 @@ class Past:
         """Observe a bench that plays the past, before it begins; return its `Companion`, if any."""
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows play on up to an instant before which no more inputs will be inserted, such as a rest.
+        """Let the shadows play on up to an instant before which no more inputs will be inserted.
 
         The instant must be over: all its entries are in the journal.
 
@@ -218,7 +219,8 @@ class Instant:
         """Return another bench at the present, as if the inputs after this instant had been different.
 
         Everything follows the journal, with these inputs at their instants: inputs in the first round of an instant
-        come before inputs recorded after it.  The present bench is unchanged, and so are memories in files.
+        come before inputs recorded after that round.  The present bench is unchanged, and so are memories in
+        files.
 
         Args:
             inputs: entries of a journal, as `driven` and `given` make them.

@@ -1,7 +1,8 @@
-"""Replay of a journal: its entries are read, checked against the present laws, and executed at their instants.
+"""Replay of a journal: its entries are read, checked, and executed at their instants.
 
-`journal.py` describes its lines.  A journal may come from anybody: it can only call methods that are declared as
-inputs, and all names in it pass its gate (`gate.py`).
+`journal.py` describes its lines.  A run is repeated exactly only if the parts still behave as they did.
+A journal may come from an untrusted source: it can only call methods that are declared as inputs, and
+all names in it are checked by its gate (`gate.py`).
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def survey(found: Entries, gate: FileGate) -> Survey:
 
 
 def differing(known: Survey) -> str:
-    """Return text that lists the parts of a journal whose laws differ from the present ones; "" if there are none."""
+    """Return text that lists the parts of a journal that behave differently now; "" if there are none."""
     here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
     different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
     return ", ".join(f"{part} had behaviour {had} and now has {here[part]}" for part, had in different)
@@ -91,14 +92,14 @@ def replay(
     other_laws: bool = False,
     allow_code: bool = False,
 ) -> Bench:
-    """Replay a journal; return the bench in the state in which the recorded run left it, or in its state at an instant.
+    """Replay a journal; return the bench as it was at the end of the recorded run, or at an instant.
 
     Args:
         path: the journal.
         until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
             leave them out, stop one picosecond earlier.  After the end of the journal, time passes without inputs.  The
             returned bench can be run further.
-        shuffle: run the tasks of a round in random order, from this seed; the results must not change.
+        shuffle: a seed; the tasks of each round run in a random order, and the results must not change.
         prepare: a function that is called with the bench before time passes: to record pins, for example.
         other_laws: replay even if the behaviour of a part has changed since; the run may then differ, and the warning
             OtherLaws is issued.
@@ -119,8 +120,8 @@ def replay(
 def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
     """Let a bench in the state at byte `begin` of a journal play its further entries, up to an instant (ps).
 
-    It then writes a journal of its own, `copy`, which begins like the old one.  The memories of its chips and parts are
-    separated from the external ones; they fail as recorded in the journal.
+    It then writes a journal of its own, `copy`, which begins like the old one.  The memories of its chips
+    and parts are separated from the external ones; failures recorded in the journal are repeated.
 
     Raises:
         BenchFileError: an invalid entry.
@@ -143,7 +144,10 @@ def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: 
 
 
 def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
-    """Return the length of a journal up to its last entry not after an instant (ps); start at line start `begin`."""
+    """Return the length of a journal up to its last entry at or before an instant (ps), read from `begin`.
+
+    `begin` is the byte at which a line starts.
+    """
     with open(path, "rb") as file:
         file.seek(begin)
         while line := file.readline():
@@ -160,7 +164,7 @@ class Companion(Protocol):
         """Handle an entry that has been executed, and the result of its input."""
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return the next action and its instant, if that is before the next entry and not after an instant (ps)."""
+        """Return the next action and its instant, if it is due before the next entry, and no later than `to_ps`."""
 
 
 class Player:
@@ -208,13 +212,13 @@ class Player:
                 self.companion = found
 
     def end(self, found: Entries, number: int, stop: int) -> None:
-        """Let time pass up to an instant (ps): the last input takes effect."""
+        """Let time pass up to an instant (ps), so that the last input takes effect."""
         with _located(found, number, "the run after it"):
             self._pass(stop)
             self.bench.run_to(f"{stop} ps")
 
     def _pass(self, to_ps: int) -> None:
-        """Let time pass, with the actions of the companion that are due meanwhile."""
+        """Let time pass, and perform the actions of the companion that become due."""
         while self.companion is not None and (due := self.companion.due(to_ps)) is not None:
             at, act = due
             if at > self.bench.now_ps:
@@ -276,10 +280,10 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
 
 
 def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None:
-    """Refuse a journal whose laws differ from the present ones, or issue a warning.
+    """Refuse a journal whose parts behave differently now, or issue a warning.
 
     Raises:
-        BenchFileError: the laws differ, and that is not allowed.
+        BenchFileError: they behave differently, and that is not allowed.
     """
     different = differing(known)
     if not different:
@@ -298,7 +302,7 @@ def apply(
     known: Survey,
     kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
 ) -> Any:
-    """Repeat an entry, and return the result of an input.
+    """Execute an entry again; if it is an input, return its result.
 
     `kept` creates the memory of a chip or part, given its name and content.
     """
@@ -347,7 +351,7 @@ def apply(
 
 
 def apply_input(bench: Bench, name: str, do: str, args: list[Any]) -> None:
-    """Repeat a call of a host: a script, or, up to 0.1.0, any other."""
+    """Repeat a call of a host: a script or, in journals written by 0.1.0 and earlier, any other call."""
     host: Any = bench[name]
     if not isinstance(host, Host):
         raise UsageError(f"{name} is not a host")

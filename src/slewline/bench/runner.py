@@ -37,7 +37,7 @@ class TimedStream(Protocol):
 
 
 def _seen(_net: Net) -> None:
-    """Do nothing: an observer whose presence makes promised edges instants of the run."""
+    """Do nothing; with this observer on a net, its promised edges become instants of the run."""
 
 
 @dataclass
@@ -98,7 +98,7 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return a line of text about the wait of each chip and part that is not idle."""
+    """Return, for each chip and part that is not idle, a line of text on the event that it waits for."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 
@@ -195,7 +195,7 @@ class Runner:
         self.kernel.run(ps)
 
     def _pass(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run like `kernel.run_while`, but drop data older than the past that is kept during a long run."""
+        """Run like `kernel.run_while`, but during a long run drop data that is too old to be kept."""
         kernel = self.kernel
         while self._forget_ps < until:
             if not kernel.run_while(over, self._forget_ps):
@@ -208,7 +208,7 @@ class Runner:
             self._forget(self.kernel.now)
 
     def _forget(self, now: int) -> None:
-        """Drop data older than the past that is kept, and again when as much time has passed after an instant (ps)."""
+        """Drop data that is too old to be kept, and set the next time for this, counted from an instant (ps)."""
         self.circuit.forget()
         self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
@@ -232,7 +232,7 @@ class Runner:
 
         Args:
             condition: a condition, or a function without arguments that returns true when it is met.  A function is
-                called after every instant, and every step of every motor then is an instant: this is exact, but slow.
+                called after every instant, and every step of every motor counts as one: this is exact, but slow.
             timeout: the longest wait, in virtual time from now.
 
         Raises:
@@ -250,8 +250,8 @@ class Runner:
     def conclude(self) -> None:
         """Let chips report incomplete commands of hosts, such as a setting without its update, as findings.
 
-        `run_until_idle`, the fixtures of tests, `slewline run`, and a server when its host disconnects, call it.
-        Nothing is reported while a host still has data to send.
+        It is called by `run_until_idle`, by the test fixtures, by `slewline run`, and by a server when its host
+        disconnects.  Nothing is reported while a host still has data to send.
         """
         if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
             [chip.conclude() for chip in self.chips.values()]  # no short circuit
@@ -286,7 +286,7 @@ class Runner:
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _instants(self) -> list[Net]:
-        """Return the nets whose edges are instants while a function is called: steps, and exchanges by value."""
+        """Return the nets whose edges count as instants for a function: steps, and data exchanged by value."""
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
         return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends or pin.net.readers]
@@ -349,7 +349,7 @@ class Runner:
         await self._awaited(loop, self._condition("until", condition), timeout)
 
     async def until_idle(self, timeout: Time = "60 s") -> None:
-        """Wait until every host queue is empty and every chip idle, in an asyncio task, with the errors of `until`."""
+        """Wait, in an asyncio task, until every host queue is empty and every chip idle; raise as `until` does."""
         await self._awaited(virtual_loop("until_idle"), self._idle, timeout)
         self.conclude()
 

@@ -56,7 +56,7 @@ def _elsewhere(role: str) -> str:
 
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
-    """Return the pin in a role to which a pin of a part is connected; None if there is none."""
+    """Return the neighbour's pin in a role, to which a pin of a part is connected; None if there is none."""
     in_out = own.row.in_out
     found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
     found = [pin for pin in found if (in_out, pin.row.in_out) != ("out", "out")]

@@ -13,7 +13,7 @@ A built-in chip is a folder that contains those of the following files that the 
     sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
                      section of the manual; describe, asm, dis and lint read nothing else
     firmware.py      the class: its objects, and their public properties; other behaviour is an object in a file of
-                     its own, and the picture at the head shows which object knows which
+                     its own, and a diagram at its top shows which object knows which
     instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,
                      loads or shows a register is a column of its row instead
     motion.py        generates the steps of a motion
@@ -30,8 +30,8 @@ sister part is a column of cy5xx/letters.py.  A host's mistake is reported by `s
 detects it, and has a line on the findings page.  An axis sets `axis.homing` while it homes, and `axis.sought` to the
 pin that it seeks if the command selects that pin.
 
-A new chip is a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other file of the
-package names a chip.
+A new chip needs a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other
+file of the package names a chip.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ class LineOwner(Protocol):
         """Execute a line; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if there is none, or for another chip."""
+        """Return the command in a line, without address and checksum; None if it has none for this chip."""
 
     def busy(self, on: bool) -> None:
         """Show that the chip begins or has finished executing a line."""
@@ -276,7 +276,7 @@ class InLines:
 
     @property
     def _how_to_end(self) -> str:
-        """The remedy for a line that has not ended; unprintable characters were sent in another format."""
+        """The remedy for a line that has not ended, with a remark if its characters are unprintable."""
         return f"{super()._how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
 
     @property
@@ -300,7 +300,7 @@ class LineChip(InLines, Chip):
     Attributes:
         straps: the levels of the pins that select baud rate, address and checksums.
         turnround_ps: the time from the end of a line to the start of its answer, ps.
-        up_ps: when the supply was switched on, ps.
+        up_ps: the time at which the supply was switched on, ps.
         done: the answer of `obey` to a command that returns nothing.
         refused: the answer of `obey` to a line that is not a command.
         lenient: True if a line feed between two lines is ignored.
@@ -338,7 +338,7 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if there is none, or for another chip."""
+        """Return the command in a line, without address and checksum; None if it has none for this chip."""
         return line.text
 
     @property
@@ -347,7 +347,7 @@ class LineChip(InLines, Chip):
         return ""
 
     def busy(self, on: bool) -> None:
-        """Show on a pin, if there is one for this, that the chip begins (True) or has finished (False) a line."""
+        """Show on a pin, if the chip has one for this, that a line is in progress (True) or finished (False)."""
 
     def refresh_idle(self) -> None:
         """Update `idle` after something has begun or ended."""

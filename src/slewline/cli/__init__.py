@@ -1,9 +1,10 @@
 """The command line.  Its modules load only click; a command loads its other modules when it runs.
 
-The name and the options of a command are in `commands.py`, or in the commands module of a subpackage; its work is done
-in a module next to it.  `tools/describe_docs.py` and `tools/share.py` write its page and the man page.  The templates
-of `new-chip` and `new-part` are in templates/: `both` for the common files, one folder each for a chip and a part;
-`packages/new_package.py` replaces words in them.
+The name and the options of a command are in `commands.py`, or in the commands module of a subpackage;
+its work is done in a module next to it.  `tools/describe_docs.py` and `tools/share.py` write its
+documentation page and the man page.  The templates of `new-chip` and `new-part` are in templates/: the
+folder `both` holds the common files, `chip` and `part` hold the others; `packages/new_package.py`
+replaces words in them.
 """
 
 FOUND, WRONG_USE = 1, 2  # exit status; 0: success

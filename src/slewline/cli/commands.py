@@ -50,7 +50,7 @@ def _show_version(context: click.Context, _option: click.Parameter, asked: bool)
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
 
-    A file holds what a host computer would send to the chip, one command per line.  Try: slewline demo
+    A file holds the commands that a host computer would send to the chip, one per line.  Try: slewline demo
 
     CHIP is a part number such as cy525 (slewline chips lists them), or a chip of your own, module:Class.  Python
     searches its usual path for the module, then the current directory.
@@ -112,8 +112,9 @@ def cli() -> None:
 def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
-    FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
-    A GS-C module is strapped for 9600 baud without checksums, unless --strap sets others.
+    FILE holds the text that a host would send; - is the standard input.  The bytes of a .hex file go to a
+    chip in binary mode.  A GS-C module is strapped for 9600 baud without checksums, unless --strap sets
+    other values.
 
     A command refused by the chip is a finding.  Findings alone do not fail a run, except with --strict.  The exit
     status is also 1 if the program is for another chip: none of its lines is a command of this chip, or most are not
@@ -278,8 +279,9 @@ for motors in (calibrate_command, tune_command):
 def check_capture_command(**options: Any) -> int:
     """Check a recording of STEP and DIR: pulse widths, set-up and hold of DIR, glitches, jitter, skew between axes.
 
-    CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  Exit
-    status 1 if a limit is violated by more than the sampling interval explains, or if there is a glitch.
+    CAPTURE is a VCD file, a CSV file from a logic analyser or an oscilloscope, or a PulseView session (.sr).
+    Exit status 1 if a limit is violated by more than the sampling interval can explain, or if there is a
+    glitch.
     """
     from .recordings.capture import capture
 

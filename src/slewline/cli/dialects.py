@@ -49,7 +49,7 @@ def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
 
 
 def commands(text: str, sheet: Sheet) -> set[int]:
-    """Return the numbers of the lines in a text that a host would send."""
+    """Return the numbers of those lines of a text that a host would send."""
     from ..language.dialect import dialect_of
     from ..language.source import host_lines
 
@@ -66,7 +66,10 @@ def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
 
 
 def meant(text: str, where: str, given: str) -> list[str]:
-    """Return the parts with the fewest unknown lines, if these are few; prefer the part of the file extension."""
+    """Return the parts with the fewest unknown lines, if these are few.
+
+    If one of them is the part that the file extension names, return only that one.
+    """
     counts = {part: len(strange(text, sheet_of(part), part)) for part in CATALOGUE.ours if part != given}
     least, lines = min(counts.values()), len(commands(text, sheet_of(given)))
     if FEW * least > lines:

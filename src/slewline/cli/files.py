@@ -200,9 +200,10 @@ class Outputs:
     def claim(
         self, path: str | None, extensions: tuple[str, ...] = (), bare: bool = False, own: bool = False
     ) -> str | None:
-        """Check that a file can be written, and that it has one of these extensions; `bare`: or no extension.
+        """Check that a file can be written, and that it has one of these extensions.
 
         Args:
+            bare: a name without an extension is allowed too.
             own: the name was chosen by the command, not by the user.
 
         Raises:
@@ -239,7 +240,7 @@ class Outputs:
         self.written.append(path)
 
     def save(self, path: str | None, write: Callable[[str], object]) -> None:
-        """Call a function to write a claimed file, if there is one."""
+        """Call a function that writes a claimed file, if there is one."""
         if path is not None:
             write(path)
             self.written.append(path)

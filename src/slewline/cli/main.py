@@ -114,7 +114,7 @@ def _interrupted(*_: object) -> NoReturn:
 
 
 def invoke(arguments: Sequence[str]) -> int:
-    """Run a command line; return the exit status.  An exception from here is a fault in slewline."""
+    """Run a command line; return the exit status.  An exception that it raises is a fault in slewline."""
     from ..extras import needs
 
     try:
@@ -182,7 +182,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
 
 
 def _report_interrupt(interrupt: BaseException | None = None) -> int:
-    """Report that the command was interrupted, with the text of the interrupt if there is one; return its status."""
+    """Report that the command was interrupted, with the text of the interrupt, if any; return the exit status."""
     import click
 
     sys.unraisablehook = lambda _failed: None  # half-built objects cannot be finalised

@@ -291,7 +291,7 @@ def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
     """Return the problems of a script, including all that `run` would refuse; a line with an error is listed once.
 
-    Scripts with commands to several chips are not followed: only the lines that cannot be played are listed.
+    Scripts with commands to several chips are not linted: only the lines that cannot be played are listed.
     """
     from ..bench.scripts.script import refused
     from ..language.lint import lint as check

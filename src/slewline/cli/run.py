@@ -138,7 +138,7 @@ class RunCommand(BenchOptions):
 
     @property
     def is_bench(self) -> bool:
-        """Whether the file is a bench file."""
+        """True if the file is a bench file."""
         return self.file is not None and is_bench(self.file)
 
     @property

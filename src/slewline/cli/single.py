@@ -47,11 +47,11 @@ def single(
 
     Args:
         program: the text, and the name of its file; None: the host is idle.
-        strap: levels of inputs; all others suit a program without address and checksum.
+        strap: levels of inputs; by default, the other inputs suit a program without address and checksum.
         options: the options of the chip.
         memory: an image of the memory of the chip.
         over: the channel, for a chip with several channels.
-        journal: the file that records every input from outside.
+        journal: the file that records every external input.
         prepare: called with the bench before the program is queued.
 
     Raises:

@@ -394,7 +394,10 @@ class Chip(Component, OneAxis):
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
 
     def conclude(self) -> bool:
-        """Report incomplete commands and entries, unless the last call did; return whether their list has changed."""
+        """Report the incomplete commands and entries that the last call did not report.
+
+        Return whether their list has changed.
+        """
         before, self._left = self._left, self.left_over()
         for code, text in self._left:
             if (code, text) not in before:
@@ -447,7 +450,7 @@ class Chip(Component, OneAxis):
         self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now))
 
     async def ticks(self, number: int) -> None:
-        """Wait for a number of crystal clocks."""
+        """Wait for `number` crystal clocks."""
         self.tick += number
         await until(self.kernel, self.clock.ps(self.tick))
 
@@ -481,7 +484,7 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record what the firmware is doing as of now, or as of an instant (ps); `waiting` shows it."""
+        """Record the activity of the firmware, as of now or of an instant (ps); `waiting` shows it."""
         self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task

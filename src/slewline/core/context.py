@@ -39,7 +39,7 @@ class ChipContext(Protocol):
         """Synchronize the tick count like `sync`, unless it is already ahead of this instant."""
 
     async def ticks(self, number: int) -> None:
-        """Wait for a number of crystal clocks."""
+        """Wait for `number` crystal clocks."""
 
     async def at_tick(self, tick: int) -> None:
         """Wait until a tick of the crystal; return immediately if it has passed."""
@@ -80,4 +80,4 @@ class ChipContext(Protocol):
         """Add a finding, now or at a past instant (ps): something that the manual forbids or does not specify."""
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record what the firmware is doing, as of now or of an instant (ps); `waiting` shows it."""
+        """Record the activity of the firmware, as of now or of an instant (ps); `waiting` shows it."""

@@ -2,11 +2,11 @@
 
     <folder>/journal.jsonl                    inputs of the bench: `slewline run --replay` makes the same steps again
     <folder>/line.0.jsonl, line.1.jsonl       each read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
-    <folder>/made-by-slewline                 in a folder that `new_folder` has made: it may remove it again
+    <folder>/made-by-slewline                 marks a folder made by `new_folder`, which may remove it
 
-The two line files are written alternately: when one is full, the other is overwritten.  So the last megabytes are
-always available, and no more.  `ns` is the host time in nanoseconds since the drive was opened, `tick` is the board
-time as estimated by the host; ">" marks bytes sent to the board.
+The two line files are written alternately: when one is full, the other is overwritten.  So the last few
+megabytes are always available, but no more.  `ns` is the host time in nanoseconds since the drive was
+opened, `tick` is the board time as estimated by the host; ">" marks bytes sent to the board.
 """
 
 from __future__ import annotations

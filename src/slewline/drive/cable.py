@@ -3,8 +3,8 @@
     model  ---- steps ----> feeder --> board     every step at its instant + horizon
            ---- calls ----> cable  --> outside   bytes for a host, levels of pins: immediate at rest, else delayed too
 
-So messages to a host are true: "motion complete" arrives when the motor has stopped, not one horizon earlier.  The
-order never changes, because the delay only grows while output is pending.
+So messages to a host are true: "motion complete" arrives when the motor has stopped, not one horizon
+earlier.  Calls never overtake each other, because the delay only grows while output is pending.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ class Cable:
 
     Args:
         horizon: the delay, in board ticks.
-        present: returns the tick at the present of the model.
-        moving: returns whether there are steps, queued or made by the model, after which the board has not yet come to
-            rest.
+        present: returns the tick that corresponds to the current time of the model.
+        moving: returns whether there are steps, queued or made by the model, after which the board has not
+            yet come to rest.
     """
 
     def __init__(self, horizon: int, present: Callable[[], int], moving: Callable[[], bool]) -> None:

@@ -107,7 +107,7 @@ class Checkup(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """Report for a user, one line per result."""
+        """Return the report for the user, one line per result."""
         late, (median, worst) = self.late, self.round_trip_ms
         board, step, loop = self.board, self.board.step.printed, self.board.loop.printed
         if self.counted == PULSES:

@@ -80,7 +80,7 @@ class DriveState:
         return bool(getattr(getattr(self.chip, "state", None), "half", False))
 
     def configure(self, config: BoardConfig) -> None:
-        """Start to use another configuration of the board."""
+        """Use another configuration of the board from now on."""
         self.config = config
 
     def begin(self) -> None:
@@ -157,7 +157,7 @@ class DrivePath:
             self.link.tail(entries)
 
     def move(self) -> None:
-        """Start to take the steps of the bench in the state."""
+        """Take the steps of the bench in the state from now on."""
         self.feeder.axis, self.feeder.kernel = self.state.axis, self.state.kernel
 
 
@@ -169,7 +169,7 @@ class Stopping(Protocol):
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself stops the motor there, by its own law: then the event is not a trouble."""
+        """Return whether the chip, by its own law, also stops the motor there; the event is then no trouble."""
 
     def stopped(self, event: BoardEvent) -> None:
         """Record that the board makes no further steps of the model; a stop ramp may follow."""

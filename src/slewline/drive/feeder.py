@@ -4,12 +4,14 @@
     board     | START ... base: end of the queue .....|..... H ....|
                                [open record, kept back]
 
-Each turn fits records to the steps that the model has made since the previous turn.  The last record is kept back as
-long as the board has three quarters of the horizon queued before it, so that steps of later turns may join it.  While
-the model is at rest, pauses fill the time up to its present, so that an underrun always means trouble.  The end of a
-motion is followed by a pause after which the motor may stop (REST).
+Each turn fits records to the steps that the model has made since the previous turn.  The last record is
+kept back as long as the board has three quarters of the horizon queued before it, so that steps of later
+turns may join it.  While the model is at rest, pauses fill the queue up to the model's current time, so
+an underrun always means trouble.  The end of a motion is followed by a pause after which the motor may
+stop (REST).
 
-Ticks with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board: errors do not accumulate.
+Ticks with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board: errors do not
+accumulate.
 """
 
 from __future__ import annotations
@@ -52,7 +54,10 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction: ticks, in 1/65536 tick; stop ramp from the first step (-1: unknown), and its slope."""
+    """Steps in one direction: ticks, in 1/65536 tick; the stop ramp from the first step, and its slope.
+
+    `ramp_left`: the number of steps of that ramp; -1: unknown.
+    """
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -78,9 +83,11 @@ class Feeder:
         ticks: converts instants into ticks.
         horizon: ticks from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
+        put: called with outputs that change while the motor is at rest, or between steps that are too close
+            together for a pause.
         half: returns whether the chip makes half steps now.
-        ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per step.
+        ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per
+            step.
         wake: called before a motion is started.
     """
 
@@ -150,11 +157,11 @@ class Feeder:
         self._margin16 = (max(ticks, SOONEST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
-        """Change outputs of the board at the present instant of the model: those in `mask`, to the bits of `value`."""
+        """Change outputs of the board at the current instant of the model: those in `mask`, to the bits of `value`."""
         self._changes.append((self.kernel.now, mask, value))
 
     def turn(self, tick: int) -> None:
-        """Queue the new steps and outputs of the model; `tick` is the present of the board."""
+        """Queue the new steps and outputs of the model; `tick` is the current tick of the board."""
         self._take()
         if not self.stopped:
             self._lay()
@@ -198,7 +205,7 @@ class Feeder:
             self.link.restart(tick)
 
     def counted(self) -> None:
-        """Start to count lost steps: the model has the position of the motor."""
+        """Start counting lost steps: the model has the position of the motor."""
         self._take()
         self.lost = 0
 
@@ -208,18 +215,18 @@ class Feeder:
         self.stopped, self.lost = True, 0
 
     def go_on(self) -> None:
-        """Start to queue the steps that the model makes after this."""
+        """Queue the steps that the model makes from now on."""
         self._take()
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the steps that the model makes after an instant (ps), a past one if another run took over."""
+        """Queue the steps that the model makes after an instant (ps), which is past if another run took over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
     # ------------------------------------------------------------------------------------------------ from the model
     def _take(self) -> None:
-        """Take the steps and outputs made by the model since the last call: those before its present are final."""
+        """Take the steps and outputs of the model since the last call: those before its current time are final."""
         start, now = self.taken_ps, self.kernel.now
         if now <= start:
             return
@@ -246,7 +253,7 @@ class Feeder:
     # -------------------------------------------------------------------------------------------------- to the board
     @property
     def _present16(self) -> int:
-        """Tick up to which no more output can come; any later step is far enough after it."""
+        """Tick up to which all output is final, in 1/65536 tick; any further step is far enough after it."""
         return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
 
     def _lay(self) -> None:
@@ -326,7 +333,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause; return False if it is too early to know where."""
+        """Queue an output change in a pause; return False if its place is not known yet."""
         if not self.running:
             self._put(output)
             return True
@@ -344,7 +351,7 @@ class Feeder:
         return True
 
     def _keep_up(self, tick: int) -> None:
-        """Push the records that the board needs soon, and fill its queue up to the present of the model."""
+        """Push the records that the board needs soon, and fill its queue up to the current time of the model."""
         if not self.running or self._items:
             return
         if not self.axis.moving:

@@ -1,6 +1,6 @@
-"""The motor follows the model: from the present, on another bench, or from a past instant, until it is stopped.
+"""The motor follows the model: from now, on another bench, or from a past instant, until it is stopped.
 
-While a bench is followed, its inputs from outside are observed, and so are the pins that set board outputs.
+While a bench is followed, its external inputs are observed, and so are the pins that set board outputs.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ STEADY_TURNS = 20
 
 
 class Alignment:
-    """The lead of the model over the board, and the instant of the model at the board's present.
+    """The lead of the model over the board, and the model's instant that corresponds to the board's time now.
 
-    `near`: at the last turn the lead was less than a quarter of the horizon off.
+    `near`: whether the lead, or lag, was at most a quarter of the horizon at the last turn.
     """
 
     def __init__(self, state: DriveState, path: DrivePath) -> None:
@@ -37,20 +37,23 @@ class Alignment:
         self.jumps = self.clock.jumps
 
     def align(self) -> None:
-        """Align the present of the model with that of the board."""
+        """Align the current time of the model with that of the board."""
         self.ticks.align(self.state.kernel.now, self.clock.ticks(self.wall()))
         self._steady, self._looked_ps, self._off = 0, -1, 0
         self.near, self.jumps = True, self.clock.jumps
 
     def catch_up(self) -> None:
-        """Align the model if, while at rest, the program has spent time on other work."""
+        """Align the model if it is at rest and the program has spent time on other work."""
         if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align the model if, at rest, its time is frozen or steadily off: a server was paused, or skipped a lag."""
+        """Align the model if, at rest, its time is frozen, or off by a steady amount.
+
+        This happens when a server was paused, or has skipped a lag.
+        """
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)
         self.near = abs(self._off) <= self.state.horizon // 4
@@ -66,7 +69,7 @@ class Alignment:
         return (self.ticks.at(self.state.kernel.now) >> 16) - tick
 
     def present_ps(self) -> int:
-        """Return the instant of the model at the board's present (ps)."""
+        """Return the instant of the model that corresponds to the current time of the board (ps)."""
         return self.ticks.ps(self.clock.ticks(self.wall()))
 
 
@@ -74,8 +77,8 @@ class Following:
     """The piece that makes the motor follow the model.
 
     Args:
-        self_start: a program that the chip starts by itself may move the motor.
-        wake: called when an input comes from outside while the drive is idle.
+        self_start: whether a program that the chip starts by itself may move the motor.
+        wake: called when an external input arrives while the drive is idle.
     """
 
     def __init__(
@@ -117,7 +120,7 @@ class Following:
         self.attach()
 
     def _input(self, do: str, _what: object) -> None:
-        """Record an input from outside; levels and the passing of time do not permit a chip to move."""
+        """Record an external input; a level, or the passing of time, does not permit a chip to move."""
         if do not in SILENT:
             self.spoken = True
         if self.link.at_rest:
@@ -132,7 +135,7 @@ class Following:
 
     # -------------------------------------------------------------------------------------------------- begin and stop
     def begin(self) -> None:
-        """Start to follow at the present of the board."""
+        """Start following, at the current tick of the board."""
         self.alignment.align()
         self.feeder.go_on()
         self._continue()

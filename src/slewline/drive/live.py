@@ -28,8 +28,8 @@ LEAST_WAIT_S = 0.0005
 class Live:
     """The turns of a drive, which keep board and model together.
 
-    `rewind` takes the model back to the instant at which an input of the board stopped the motor; if it is None, the
-    chip is stopped at the present.
+    `rewind` takes the model back to the instant at which an input of the board stopped the motor; if it is
+    None, the chip is stopped at the current instant.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Live:
         self.talk.send(now)
 
     def _feed(self, now: int) -> int:
-        """Feed the steps of the model to the board; return the model's present, as a tick."""
+        """Feed the steps of the model to the board; return the model's current time, as a tick."""
         feeder, tick = self.feeder, self.clock.ticks(now)
         self.alignment.turn(tick)
         self.stop_ramps.turn(feeder)
@@ -94,7 +94,7 @@ class Live:
         return tick
 
     def _rests(self) -> bool:
-        """Return whether the drive is idle until an input comes from outside."""
+        """Return whether the drive is idle until an external input arrives."""
         state = self.state
         if state.phase != "ok" or state.axis.moving or self.cable.in_progress or not self.alignment.near:
             return False
@@ -106,7 +106,7 @@ class Live:
         return not [part for part in state.bench.parts.values() if not part.idle]
 
     def due(self) -> float:
-        """Return the seconds until the next turn is due at the latest; `on_wake` may make it due earlier."""
+        """Return the number of seconds within which the next turn is due; `on_wake` may make it due earlier."""
         kernel = self.state.kernel
         due, following = self.talk.due(), kernel.next_time() if self.link.at_rest else None
         return due if following is None else min(due, max(following - kernel.now, 0) / PS_PER_S)

@@ -3,10 +3,10 @@
     host -> chip on a bench -> Feeder -> Link -> port -> board -> driver -> motor
          <-     Cable       <-  events of the board, its count, its clock
 
-The board's crystal paces the model.  In each turn, every 5 ms, the bench is at the present; steps that are final go to
-the board, and cable calls that are due are made.  When the board stops by itself, the drive is `halted`: the chip is
-stopped as well (`halting.py`), and the motor does not move until `clear`.  A board that was reset has lost its count:
-the drive is `unknown`.
+The board's crystal paces the model.  At each turn, every 5 ms, the bench has run up to the current time;
+steps that are final go to the board, and cable calls that are due are made.  When the board stops by
+itself, the drive is `halted`: the chip is stopped as well (`halting.py`), and the motor does not move
+until `clear`.  If a board was reset, it has lost its count, and the drive is `unknown`.
 """
 
 from __future__ import annotations
@@ -57,36 +57,39 @@ class Drive:
         bench: the bench with the chip.
         chip: the chip, or its name.
         port: the name of a serial port, such as "/dev/ttyUSB0", or an open port.
-        horizon: the delay between a step of the chip and that of the motor, 10 ms to 2 s; a pause of this computer does
-            no harm as long as it is shorter.
+        horizon: the delay between a step of the chip and that of the motor, 10 ms to 2 s; a pause of this
+            computer does no harm as long as it is shorter.
         axis: the number of the axis, counted from 1.
-        enable: switch the driver on, which must then be named; without it the drive is a dry run: the board counts the
-            steps, and STEP has no edges.
-        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired then moves the motor.
-        enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever the motor is
-            at rest; "halt", after a halt, and at rest when its host is silent; "never".  An emergency stop always
-            switches it off, immediately.  So does the end of a session when the motor is at rest, unless "never".
-        enable_hold: how long the driver stays on in these cases, up to 268 s; with "rest" at least the horizon.
-        stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C), "reset" or
-            "power"; by default the first of these that the chip has.
-        start_stop: the highest rate from which the motor can stop without a ramp, such as "500 steps/s"; by default the
-            first rate of the motion.
-        driver: the name of the driver, such as "DM542", which determines the level of ENABLE and minimum pulse times;
-            without it ENABLE has no level.
+        enable: switch on the driver, which must then be named; without it the drive is a dry run: the board
+            counts the steps, and STEP has no edges.
+        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired then moves the
+            motor.
+        enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever
+            the motor is at rest; "halt", after a halt, and at rest when its host is silent; "never".  An
+            emergency stop always switches it off, immediately.  So does the end of a session when the motor
+            is at rest, unless "never".
+        enable_hold: how long the driver stays on in these cases, up to 268 s; with "rest" at least the
+            horizon.
+        stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C),
+            "reset" or "power"; by default the first of these that the chip has.
+        start_stop: the highest rate from which the motor can stop without a ramp, such as "500 steps/s"; by
+            default the first rate of the motion.
+        driver: the name of the driver, such as "DM542", which determines the level of ENABLE and minimum
+            pulse times; without it ENABLE has no level.
         invert_dir: invert DIR relative to the direction pin of the chip.
-        inputs: the wiring of the board inputs, by their printed names: a pin of the chip, or "estop"; "!" before it
-            inverts the level.
-        filter: the number of equal samples of an input, 4 us apart, before a change counts, 0 to 15; an emergency stop
-            is not filtered.
-        outputs: the signals of the board outputs, by their printed names: pins of the chip, "fault" (the board has
-            halted) or "energised"; by default the pins that programs set.
+        inputs: the wiring of the board inputs, keyed by their printed names: a pin of the chip, or "estop";
+            "!" before it inverts the level.
+        filter: the number of equal samples of an input, 4 us apart, before a change counts, 0 to 15; an
+            emergency stop is not filtered.
+        outputs: the signals of the board outputs, keyed by their printed names: pins of the chip, "fault"
+            (the board has halted) or "energised"; by default the pins that programs set.
         self_start: allow a program that the chip starts by itself to move the motor.
-        keep_count: take over the count of a board that has kept running since an earlier session, as the position
-            register; refused if the position of the motor is uncertain.
+        keep_count: take over, as the value of the position register, the count of a board that has kept
+            running since an earlier session; refused if the position of the motor is uncertain.
         homed: the user confirms that the count of the board is the position of the motor.
         config: the configuration of the board, instead of the one that follows from chip and driver.
-        black_box: the folder for the record of the session; True: a new folder in the state directory of this system;
-            False: no record.
+        black_box: the folder for the record of the session; True: a new folder in the state directory of
+            this system; False: no record.
         clock: a function that returns the wall-clock time, in nanoseconds.
         wait: a function that waits for a number of seconds, or until bytes have arrived.
 
@@ -96,11 +99,11 @@ class Drive:
         power: the driver current: `power.on`, and `power.known`, whether the position is known.
         troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
-        on_wake: hook, called when an input comes from outside while the drive is idle: a turn is due now.
+        on_wake: hook, called when an external input arrives while the drive is idle: a turn is due now.
 
     Raises:
-        UsageError: an argument is out of range or does not fit chip or board; `enable` without `driver`; the port does
-            not exist or is busy; no board answers, or one that this version does not know.
+        UsageError: an argument is out of range or does not fit chip or board; `enable` without `driver`; the
+            port does not exist or is busy; no board answers, or one that this version does not know.
         UnknownName: there is no such chip, axis or driver.
         TimeError: `horizon` is not a time.
     """
@@ -191,7 +194,7 @@ class Drive:
     # ------------------------------------------------------------------------------------------------------- queries
     @property
     def bench(self) -> Bench:
-        """Present bench; it is replaced by another one after an input of the board has stopped the motor."""
+        """Present bench; it is replaced after an input of the board has stopped the motor."""
         return self._state.bench
 
     @property
@@ -263,9 +266,10 @@ class Drive:
         self._live.open(homed=self._homed)
 
     def go_back_by(self, past: Past) -> None:
-        """Make the drive go back when the board stops the motor by itself: the chip stops at that instant, as it would.
+        """Make the drive go back in time when the board stops the motor: the chip stops then too, by its own law.
 
-        Without this, the chip is stopped at the present instant, and its position register takes the board's count.
+        Without this, the chip is stopped at the present instant, and its position register takes the board's
+        count.
 
         Args:
             past: the past of the bench; the past of a server if hosts are to continue on another bench.
@@ -278,10 +282,10 @@ class Drive:
         self._watch.stopping = self._live.rewind = Rewind(*of, self._inputs, past, self.on_event)
 
     def close(self) -> None:
-        """Bring the motor to rest, take its count over, switch the driver off as `enable_off` says, close the port.
+        """Bring the motor to rest, take over its count, switch the driver off (see `enable_off`), close the port.
 
-        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if it does not come
-        to rest, or this is interrupted, the board stops it, and switches the driver off by itself.
+        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if it does
+        not come to rest, or this is interrupted, the board stops it, and switches the driver off by itself.
         """
         try:
             self._live.close()
@@ -294,7 +298,7 @@ class Drive:
         return self._path.clock.nanoseconds(self._path.wall())
 
     def align(self) -> None:
-        """Align the present of the model with that of the board."""
+        """Align the current time of the model with that of the board."""
         self._alignment.align()
 
     def turn(self) -> None:
@@ -305,7 +309,7 @@ class Drive:
         self._live.turn()
 
     def due(self) -> float:
-        """Return the seconds until the next turn is due at the latest, unless `on_wake` makes it due earlier."""
+        """Return the number of seconds within which the next turn is due; `on_wake` may make it due earlier."""
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:

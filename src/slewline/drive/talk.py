@@ -102,7 +102,7 @@ class Talk:
             self.clock.restart()  # the cable supplies the board
 
     def due(self) -> float:
-        """Return the seconds until the next turn is due at the latest, if no input comes from outside before then."""
+        """Return the number of seconds within which the next turn is due, unless an external input comes first."""
         due, most = self.link.due_ns(), IDLE_S if self.link.at_rest else TURN_S
         return most if due is None else min(max(due - self.wall(), 0) / 10**9, most)
 
@@ -210,7 +210,7 @@ class Talk:
             )
 
     def _synchronise(self) -> None:
-        """Measure some round trips, to synchronise with the board's clock."""
+        """Measure a few round trips, to synchronise with the board's clock."""
         link = self.link
         for _ in range(SAMPLES):
             link.ask()

@@ -42,7 +42,7 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
-    """Return a message that the names of a board and of a chip are swapped; empty if they are not."""
+    """Return a remedy if a board pin and a chip pin have been swapped; empty if they have not."""
     return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
 
 
@@ -89,8 +89,8 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
     """Return the signals of a board's outputs, by output number: pins of a chip, or lamps.
 
     Args:
-        wiring: pins by the printed names of outputs, such as {"D2": "uo1"}, "fault" or "energised"; None: the pins
-            that programs set.
+        wiring: the signals, keyed by the printed names of outputs, such as {"D2": "uo1"}: pins, "fault" or
+            "energised"; None: the pins that programs set.
 
     Raises:
         UsageError: there is no such output of the board, or no such output of the chip.
@@ -196,7 +196,9 @@ def hold_of(board: BoardModel, hold: Time) -> int:
 
 
 def least_hold(off: EnableOff, horizon: int) -> int:
-    """Return the shortest `enable_hold` of CONFIG: a driver that is switched off at rest is on until the first step.
+    """Return the shortest `enable_hold` of CONFIG with which the driver is still on at the first step.
+
+    It is 0 unless the driver is switched off at rest.
 
     Args:
         horizon: the time between a message from the host and that step, in ticks.

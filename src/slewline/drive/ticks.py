@@ -24,7 +24,7 @@ class TickMap:
         self.hz, self.origin16 = hz, 0
 
     def align(self, ps: int, tick: int) -> None:
-        """Start to map an instant of the model (ps) to a tick of the board."""
+        """Map an instant of the model (ps) to a tick of the board from now on."""
         self.origin16 = (tick << 16) - ps * self._n // self._d
 
     def at(self, ps: int) -> int:

@@ -1,6 +1,7 @@
-"""Effects of puts into the fields of a motor record: one method for each `put` in the table; it returns at completion.
+"""Effects of puts into the fields of a motor record: one method for each `put` in the table.
 
-A put without an effect here is an error, which is reported to the client.
+Each method returns when the effect is complete.  A put without an effect here is an error, which is
+reported to the client.
 """
 
 from __future__ import annotations
@@ -113,12 +114,12 @@ class Effects:
         self.owner.state.kept[name] = value
 
     async def preset_switch(self, name: str, _value: int) -> None:
-        """Set a switch through its own field."""
+        """Set a switch to the value that the field stands for, such as SSET or SUSE for SET."""
         switch, to = PRESET[name]
         self.owner.state.kept[switch] = to
 
     async def limit(self, name: str, value: float) -> None:
-        """Set a limit; a motion that would now go beyond it violates the limit and is stopped."""
+        """Set a limit; a motion to a position that is now beyond it is a violation, and is stopped."""
         state = self.owner.state
         dial = value if name.startswith("D") else state.dial(value)
         upper = name.endswith("HLM") == (name.startswith("D") or state.sign > 0)

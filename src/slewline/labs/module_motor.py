@@ -1,4 +1,4 @@
-"""A motor on a real module: moves to positions, homing runs and stops, using the commands of the part's sheet.
+"""A motor on a real module: moves to positions, homing runs and stops, by the commands of the part's sheet.
 
     motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
     motor.move(1200)                     # or, with another ramp, motor.move(1200, motor.fitted(100, 2000, 0.05))
@@ -6,9 +6,10 @@
         ...
     motor.position
 
-If a part moves only in a program, each move is a program, which is entered, run, and kept until the next one.  If a
-part reports whether it is busy, its state is queried; otherwise the position is queried when, by the law of motion, the
-move should be over, because the part may not receive earlier.
+If a part moves only in a program, each move is a program, which is entered, run, and kept until the next
+move.  If a part reports whether it is busy, its state is queried; otherwise the position is queried
+when, by the law of motion, the move should be over, because the part may not be able to receive before
+then.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ class ModuleMotor:
         return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
-        """Return how many lines of a foreign program the next move would overwrite."""
+        """Return the number of lines of a foreign program that the next move would overwrite."""
         (listing, *_) = (*self.sheet.acting("list"), None)
         if not self.entered or listing is None:
             return 0

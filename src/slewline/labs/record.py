@@ -111,7 +111,7 @@ class MotorRecord:
 
     @property
     def channels(self) -> Mapping[str, Any]:
-        """The record's channels, by name."""
+        """The record's channels, keyed by name."""
         fields = {f"{self.name}.{key}": each for key, each in self.fields.items() if key != "_able"}
         able = dict.fromkeys((f"{self.name}_able", f"{self.name}_able.VAL"), self.fields["_able"])
         return {self.name: self.fields["VAL"]} | fields | able
@@ -169,7 +169,7 @@ class MotorRecord:
 
     # ------------------------------------------------------------------------------------------------------- the module
     async def failed(self, error: Exception) -> None:
-        """Report a failure; if the module does not answer, begin to search for it."""
+        """Report a failure; if the module does not answer, start searching for it."""
         self.say(f"{self.name}: {error}")
         if isinstance(error, LOST_BY):
             await self._alarm(AlarmStatus.COMM, AlarmSeverity.INVALID_ALARM)

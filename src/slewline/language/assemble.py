@@ -20,7 +20,7 @@ SCRIPT = 1000  # bytes of a script that fit into their columns of a listing
 
 
 class RefusedProgram(ProgramError):
-    """Raised for a text with errors; `problems` lists them in text order."""
+    """A program text with errors; `problems` lists them in text order."""
 
     def __init__(self, problems: list[Problem], text: str, where: str) -> None:
         super().__init__("\n\n".join(picture(problem, text, where, severity=False) for problem in problems))

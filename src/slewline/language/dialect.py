@@ -38,9 +38,9 @@ class Note:
 class Command:
     """A complete command.
 
-    `values` are numbers, in which a label is the code of its letter; `digits` is how many decimal digits had to be
-    converted, which takes the chip time; `stored` are the bytes that program entry puts into the buffer; `text` is
-    the command in a transcript.
+    `values` are numbers, in which a label is the code of its letter; `digits` is the number of decimal
+    digits that had to be converted, which costs the chip time; `stored` are the bytes that program entry
+    puts into the buffer; `text` is the command in a transcript.
     """
 
     row: Row
@@ -97,7 +97,10 @@ class Dialect(Generic[R]):
         return False
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        """Return why no host can send a line; None if a host can, in which case the part answers any mistake in it."""
+        """Return the reason why no host can send a line; None if a host can.
+
+        A line that a host can send may still contain mistakes, which the part answers.
+        """
         return None
 
     def label(self, letter: str) -> str:
@@ -127,7 +130,7 @@ class Dialect(Generic[R]):
         return 0
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement, whose address in the program is known, completed with its branch address."""
+        """Return a statement, at a known address in the program, completed with its branch address."""
         return statement
 
     def shown(self, row: R, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
@@ -233,7 +236,8 @@ def spoken_as(sheet: Sheet, kind: type[D]) -> D:
 def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     """Return the remedy for text that does not fit `row`; empty if none is known.
 
-    If a character is used in the manual but not accepted by the chip, that explains more than the command does.
+    A character that the manual uses but the chip does not accept comes first: it explains more than the
+    command.
     """
     odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
     return sheet.slips.get(odd or (row.form if row else ""), "")
@@ -253,7 +257,10 @@ def number_meant(word: str) -> str:
 
 
 def state_remedy(sheet: Sheet, entering: bool) -> str:
-    """Return how to allow a command that belongs outside or inside program entry; empty for parts without programs."""
+    """Return the remedy for a command in the wrong place: inside program entry (`entering`), or outside it.
+
+    It is empty if the command belongs inside program entry, but the part has no programs.
+    """
     if entering:
         if sheet.enter is None:
             return f"the {sheet.part.upper()} stores no programs: its host sends the lines, as slewline run does"

@@ -129,7 +129,7 @@ def _text(instruction: Instruction, sheet: Sheet, names: Mapping[int, str] = NO_
 
 
 def _hex(data: bytes) -> str:
-    """Return bytes in hexadecimal; many equal bytes are shown by their number."""
+    """Return bytes in hexadecimal; a long run of equal bytes is shown as one byte and a count."""
     if len(data) > SHOWN and len(set(data)) == 1:
         return f"{data[:1].hex().upper()} ({len(data)} times)"
     return data.hex(" ").upper()

@@ -21,5 +21,5 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def source(of: Row | Pin) -> str:
-    """Return where in the manual a row or a pin is described, with a mark if it is inferred."""
+    """Return the section of the manual on a row or a pin, with a mark if the manual does not state it."""
     return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"

@@ -247,7 +247,7 @@ missing(
 
 
 class Search(NamedTuple):
-    """A search for values of the `free` parameters: `best` is how many of the ramps nearest to `wanted` to find."""
+    """A search for values of the `free` parameters: `best` is the number of ramps nearest to `wanted` to find."""
 
     wanted: Wanted
     fixed: Values
@@ -338,7 +338,7 @@ class Calculator(ABC):
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free parameters, the best ones among them, in the order of their nearest bounds.
+        """Yield values of the free parameters, including the best ones, in the order of their nearest bounds.
 
         Raises:
             UsageError: these parameters cannot be searched for together.
@@ -441,7 +441,10 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
 
 
 def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
-    """Return the smallest number from `low` to `high` that is enough, as all larger ones are; None if none is."""
+    """Return the smallest number from `low` to `high` that is enough; None if none is.
+
+    If a number is enough, all larger numbers must be enough, too.
+    """
     if not enough(high):
         return None
     while low < high:

@@ -46,12 +46,12 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
 
 
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
-    """Return the nearest register value (a half is rounded up) for a rate as text; None if `text` is not a rate.
+    """Return the register value nearest to a rate given as text (a half is rounded up); None if not a rate.
 
     Args:
-        text: a decimal number followed by steps/s or steps/cycle, to the right power for an acceleration or a jerk:
-            steps/s2 or steps/s^2, steps/cycle3.
-        per_s: cycles in a second.
+        text: a decimal number followed by steps/s or steps/cycle, to the right power for an acceleration or
+            a jerk: steps/s2 or steps/s^2, steps/cycle3.
+        per_s: cycles per second.
 
     Raises:
         UsageError: the unit belongs to another register, or the rate is beyond this register's range.
@@ -70,7 +70,7 @@ def steps_per_s(text: str) -> Fraction | None:
     """Return the exact rate in a text such as "4000 steps/s"; None if there is none.
 
     Raises:
-        UsageError: the rate is in turns, which requires the motor's steps per turn.
+        UsageError: the rate is in revolutions, which requires the motor's steps per revolution.
     """
     match = _SPOKEN.fullmatch(text.strip())
     if match is None:
@@ -81,7 +81,7 @@ def steps_per_s(text: str) -> Fraction | None:
 def nearest_rate(
     where: str, text: str, rates: Callable[[int], Fraction], low: int, high: int, source: str = ""
 ) -> int | None:
-    """Return the parameter whose rate is nearest to one such as "500 steps/s"; None if the text is not a rate.
+    """Return the parameter value nearest to a rate such as "500 steps/s"; None if the text is not a rate.
 
     Args:
         where: part and parameter, for messages.
@@ -128,10 +128,15 @@ def per_second(arg: Arg, value: int, per_s: Fraction) -> Fraction:
 
 
 def step_ratio(arg: Arg, counts: int, steps: int) -> int:
-    """Return the encoder counts per step, from counts and steps per motor turn, in the register format for stalls.
+    """Return the encoder counts per step, in the format of the register for stall detection.
+
+    Args:
+        counts: the encoder counts per motor revolution.
+        steps: the steps per motor revolution.
 
     Raises:
-        UsageError: the ratio is not a whole number in the register's unit, so the position error would drift.
+        UsageError: the ratio is not a whole number in the register's unit, so the position error would
+            drift.
     """
     if counts < 1 or steps < 1:
         raise UsageError(f"{counts} counts and {steps} steps; a turn has at least one of each")

@@ -1,12 +1,12 @@
-"""The server: a bench, a pace, and the ports through which the outside reaches the chips.
+"""The server: a bench, a pace, and the ports through which the outside world reaches the chips.
 
     server = Server(bench, Lockstep(bench))
     port = server.tcp(server.line(x), "127.0.0.1:0")
     print(port.where)                                   # socket://127.0.0.1:40001
     server.run()                                        # until server.stop()
 
-Everything happens in the thread that calls `run`: it lets virtual time run as far as allowed, then sleeps until the
-next event or the next byte.  `call` lets another thread call a function there.
+Everything happens in the thread that calls `run`: it lets virtual time run as far as allowed, then
+sleeps until the next event or the next byte.  `call` lets another thread call a function in that thread.
 """
 
 from __future__ import annotations
@@ -350,7 +350,7 @@ class Server(Closing):
 
     # -------------------------------------------------------------------------------------------------- housekeeping
     def say(self, line: str, text: str) -> None:
-        """Report an event to the user, once; if the transcript is on the terminal, it does so."""
+        """Report an event to the user, once; if the transcript is on the terminal, the transcript reports it."""
         self.log.event(line, text)
         if not self.log.on_terminal:
             self.report(text)

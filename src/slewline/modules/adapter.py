@@ -104,7 +104,7 @@ class FramedSpeech(Speech):
         return command.encode("ascii") + b"\r"
 
     def answers(self, command: str) -> bool:
-        """Return whether a command is answered: queries are, and so is the command that discards all others."""
+        """Return whether a command is answered: queries are, and so is "!", which discards all other commands."""
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
@@ -116,7 +116,10 @@ class FramedSpeech(Speech):
         return not self.answers(command) and super().moves(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a line with one command; None if it has none, or several, or is for the adapter."""
+        """Return the row of the only command in a line.
+
+        None if the line has no command or several, or is meant for the adapter itself.
+        """
         if self.answers(command):
             return None
         decoder = self.dialect.decoder(self.sheet)
@@ -125,7 +128,7 @@ class FramedSpeech(Speech):
         return found[0] if len(found) == 1 else None
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters of an answer, which is that of the largest verify group."""
+        """Return the maximum number of characters of an answer, which is the length of the largest verify group."""
         return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
@@ -137,13 +140,13 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return the reason why an adapter has not sent a line, or why the part takes none; empty if not a refusal."""
+        """Return why the adapter has not sent a line, or why the part accepts none; empty if not a refusal."""
         if line == self.busy:
             return "the part is busy, or lines are waiting for it"
         return line[2:] if self.is_garbled(line) else ""
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an adapter has refused a line; if the line is a query, this means that it arrived damaged."""
+        """Return whether an answer is the adapter's refusal of a line; a refused query arrived damaged."""
         return line.startswith("! ")
 
 
@@ -153,6 +156,6 @@ def _bytes(number: int, byte: str = BYTE) -> str:
 
 
 def _part(group: int, size: int, at: int, number: int) -> str:
-    """Return the pattern of an answer with a group, which captures `size` bytes of the group."""
+    """Return the pattern of an answer with a group of `size` bytes; it captures `number` bytes, from `at` on."""
     before, after = (_bytes(count) for count in (at, size - at - number))
     return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

@@ -106,7 +106,7 @@ class Conversation:
     """The lines of a user, and their results.
 
     Args:
-        module: the module, which may move the motor: the user is responsible.
+        module: the module, which may move the motor; the user is responsible for that.
         shadow: the model that receives the same lines; None: no findings.
     """
 
@@ -157,7 +157,7 @@ class Conversation:
         return (data + self._until_silence(TIDY_S)).decode("latin-1")
 
     def _until_silence(self, silence: float) -> bytes:
-        """Return the characters received until there is silence for `silence` seconds, after at most `SHOWN_S`."""
+        """Return the characters received until `silence` seconds pass without any, or `SHOWN_S` is over."""
         try:
             return b"".join(chunk.data for chunk in self.module.chunks(silence, SHOWN_S))
         except EndlessInput as endless:
@@ -217,7 +217,7 @@ class Conversation:
 
     @cached_property
     def heads(self) -> dict[str, str]:
-        """Beginnings of commands, with the manual's text; queries are complete."""
+        """Beginnings of commands, with the manual's text for each; queries are given in full."""
         found: dict[str, str] = {}
         for row in self.sheet.commands:
             description = f"{syntax(row)}: {row.description}"

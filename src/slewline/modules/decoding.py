@@ -113,7 +113,7 @@ class _Wire:
 
 
 def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
-    """Return the misfit of a rate: the fraction of damaged characters, then the error against the shortest pulse."""
+    """Return the misfit of a rate: the fraction of damaged characters, and bit time versus shortest pulse."""
     found = [each for wire in wires.values() for each in wire.characters(baud, word)]
     shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
     bit = Clock(round(baud * OVERSAMPLING)).ps(OVERSAMPLING)
@@ -122,7 +122,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
-    """Return lines as a proxy would record them: a host's characters at their start, a module's at their end."""
+    """Return lines as a proxy records them: a host's characters timed at their start, a module's at their end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()

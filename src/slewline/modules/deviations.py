@@ -30,7 +30,7 @@ class ModuleQuery(NamedTuple):
 
     @property
     def lists(self) -> bool:
-        """Whether the query requests a listing with an end."""
+        """Whether the query requests a program listing, which has an end."""
         row = self.speech.row(self.command)
         return row is not None and row.role == "list"
 
@@ -185,7 +185,7 @@ MENDS = (
 
 # --------------------------------------------------------------------------------------------------------- in words
 def in_words(shape: str) -> str:
-    """Return the pattern of an answer as readable text: V, a sign, 1 to 7 digits."""
+    """Return the pattern of an answer as readable text, such as: V, a sign, 1 to 7 digits."""
     words = re.sub(r"[()]", "", shape)
     for pattern, replacement in (
         (r"\[\+-\]", ", a sign"),

@@ -44,7 +44,7 @@ class DialogueHeader:
         markings: the text printed on the module.
         crystal_hz: its clock, if known.
         baud: the rate of the line.
-        checksum: lines ended in their checksums; None: unknown.
+        checksum: whether lines ended in their checksums; None: unknown.
         address: the address of the module on a shared line; 0: none is sent.
         straps: the levels of its straps, by pin.
     """
@@ -119,7 +119,7 @@ class DialogueFile(Closing):
 
     Args:
         path: a new file.
-        failed: called once, when the file cannot be written: its content is kept, and nothing more is written.
+        failed: called once, when a write fails; the file keeps its content, and nothing more is written.
         clock: returns nanoseconds of the clock to which all instants refer.
 
     Raises:
@@ -160,7 +160,7 @@ class DialogueFile(Closing):
         self._entry("tool", now_ns, now_ns, text.encode("latin-1", "replace"))
 
     def _characters(self, speaker: Speaker, data: bytes, first_ns: int, last_ns: int) -> None:
-        """Append characters; all between the first and the last are assumed to be equally spaced."""
+        """Append characters, assumed to be equally spaced from the first to the last."""
         for number, byte in enumerate(data):
             at_ns = first_ns + (last_ns - first_ns) * number // max(len(data) - 1, 1)
             for entry in self._gathered.take(speaker, at_ns, byte):
@@ -200,7 +200,7 @@ class DialogueFile(Closing):
             self._file.close()
 
     def _shut(self) -> None:
-        """Write the rest, and close the file."""
+        """Write the remaining data, and close the file."""
         self.end()
         self._let_go()
 

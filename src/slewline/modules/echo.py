@@ -4,9 +4,9 @@
     received   V 2 CR Y CR      the echo first, then the answer
     received   Y CR V 2 CR      or a late echo after the answer, or within the next one
 
-Lines that are exactly equal to sent lines, in the order in which they were sent, are dropped for a limited time.  The
-beginning of such a line is kept back until its end has arrived, or other characters that show that it is not an echo;
-nothing else is lost.
+For a limited time after lines have been sent, received lines that exactly equal them, in the same order,
+are dropped.  The beginning of a line that may be an echo is held back until the rest of it arrives, or
+other characters show that it is not an echo; nothing else is lost.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class EchoFilter:
 
     @property
     def keeps(self) -> bool:
-        """Whether characters are kept back."""
+        """Whether characters are being held back."""
         return bool(self._kept)
 
     def sent(self, data: bytes, now: float, seconds: float) -> None:
@@ -53,7 +53,7 @@ class EchoFilter:
         self.until = max(self.until, now + LATE_S) + seconds
 
     def rest(self, data: bytes, now: float) -> bytes:
-        """Return the received data without its echo, along with characters that turned out to be no echo."""
+        """Return the received data without its echo, and held-back characters that turned out not to be an echo."""
         if not self._wanted:
             return data
         found = bytearray()

@@ -25,7 +25,7 @@ class NoAnswer(ModuleFailure):
 
 
 class EndlessInput(ModuleFailure):
-    """Characters still arrive after the time of a complete answer; `received` contains the characters so far."""
+    """Characters still arrive when a complete answer would be over; `received` contains the characters so far."""
 
     def __init__(self, text: str, received: bytes) -> None:
         super().__init__(text)

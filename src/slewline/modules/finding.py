@@ -119,7 +119,7 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
 
 
 def _check_deviations(module: Module) -> None:
-    """Query, and check whether the complete answer is one of this part's, with deviations from the sheet.
+    """Query, and check whether the complete answer is one of this part, but with deviations from the sheet.
 
     Raises:
         DamagedAnswer: it is, twice with the same deviation.
@@ -165,7 +165,7 @@ def _received(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether the refusal of a line without a checksum had a checksum."""
+    """Return whether a line without a checksum was refused by an answer that has one."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
@@ -173,7 +173,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer without a checksum refused a line that had one, as not being a command."""
+    """Return whether an answer without a checksum refuses, as not a command, a line that had one."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))

@@ -222,12 +222,14 @@ class Module:
         return sent_ns
 
     def chunks(self, silence: float, seconds: float, what: str = "unsolicited data") -> Iterator[Chunk]:
-        """Yield received characters until there is silence; every exchange with a module waits here, and nowhere else.
+        """Yield received characters until there is silence.
+
+        Every exchange with a module waits here, and nowhere else.
 
         Args:
             silence: the number of seconds without a character that ends the wait.
-            seconds: the longest wait, even if characters still arrive.  Time for which this process was stopped does
-                not count.
+            seconds: the longest wait, even if characters still arrive.  Time for which this process was stopped
+                does not count.
             what: the expected data, for messages.
 
         Raises:
@@ -267,7 +269,7 @@ class Module:
             longest: the maximum number of characters expected.
 
         Raises:
-            EndlessInput: there is no silence after the time that these characters take.
+            EndlessInput: there is no silence after the time that this number of characters takes.
         """
         return b"".join(chunk.data for chunk in self.chunks(silence, self.speech.seconds(longest, silence)))
 

@@ -79,7 +79,7 @@ class ModulePort(Closing):
             self.raw.note(self.setting.in_full)
 
     def _see_faults(self) -> None:
-        """Make the driver replace each character with a parity or framing fault by NUL, if it can."""
+        """Make the driver, if it can, deliver NUL in place of each character with a parity or framing fault."""
         try:
             import termios
 
@@ -130,7 +130,7 @@ class ModulePort(Closing):
         return now
 
     def read(self, silence: float) -> Chunk:
-        """Return the next characters; none if there are none for `silence` seconds.
+        """Return the next characters, or none if nothing arrives for `silence` seconds.
 
         Raises:
             PortLost: the port is gone.

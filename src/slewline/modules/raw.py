@@ -5,7 +5,7 @@ r"""The raw characters on a line, in a file: the answers of a module are kept, h
             1042 > V2\r
            18231 < V70\r\n
 
-A line is written as soon as it has arrived.  Without received characters there is no file.
+A line is written as soon as it has arrived.  No file is created until a character has been received.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class RawRecord:
             self._line(ns, "<", _shown(data))
 
     def note(self, text: str) -> None:
-        """Record new line settings."""
+        """Record a change of the line settings."""
         self._line(monotonic_ns(), "=", text)
 
     def close(self) -> None:

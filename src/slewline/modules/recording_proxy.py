@@ -4,8 +4,9 @@
                                              |
                                        dialogue file
 
-One thread only passes characters on, and a second thread writes the file, so that a slow disk never delays a character.
-The rate and the RTS/CTS setting that a host makes on a pty are applied to the serial port.
+One thread only passes characters on, and a second thread writes the file, so that a slow disk never
+delays a character.  The rate and the RTS/CTS flow control that a host sets on a pty are applied to the
+serial port.
 """
 
 from __future__ import annotations
@@ -182,10 +183,13 @@ class ProxyEnd:
         call()
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Let a host that has finished sending receive answers until it closes: only the module knows their end."""
+        """Let a host that has finished sending receive answers until it closes the connection.
+
+        Only the module knows when its answers end.
+        """
 
     def obey(self, on: bool) -> None:
-        """Record the RTS/CTS setting that a host has made."""
+        """Record whether a host has switched RTS/CTS flow control on or off."""
 
     def opened_at(self, baud: int) -> None:
         """Record the rate that a host has set."""
@@ -195,14 +199,14 @@ class HostEnd(ProxyEnd):
     """The proxy end for the host program."""
 
     def room(self) -> int:
-        """Return the number of bytes that may arrive now; a host that sends faster than the line is held off."""
+        """Return the number of bytes that may arrive now; a host faster than the line is held off."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
             self.proxy.loop.after(FULL_S, self.resume)
         return room
 
     def obey(self, on: bool) -> None:
-        """Switch RTS/CTS on the serial port on or off."""
+        """Switch the RTS/CTS flow control of the serial port on or off."""
         self.proxy.set_port("rtscts", on)
 
     def opened_at(self, baud: int) -> None:
@@ -294,7 +298,7 @@ class Proxy:
         return data
 
     def _let_go(self) -> None:
-        """Pass on characters that were kept back as the possible start of an echo."""
+        """Pass on characters that were held back because they might be the start of an echo."""
         if self.echo.keeps:
             self.passed_on(self.module, b"")
 

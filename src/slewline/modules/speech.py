@@ -24,7 +24,7 @@ FETCH_S = 50e-6  # per byte of memory, at most: the end of an endless line is se
 class LineSpeech(Speech):
     """The protocol of a part that answers every line with one or more lines.
 
-    `kept` contains the bits that are set in all its checksums; some old modules have none.
+    `kept` contains the bits that are set in all its checksums; some old modules set none of them.
     """
 
     kept = KEPT
@@ -157,7 +157,7 @@ class QuerySpeech(Speech):
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:
-        """Return a query, preceded by the end of the unanswered line, part of which may have arrived."""
+        """Return a query preceded by a carriage return, which ends the unanswered query if part of it has arrived."""
         return CR + self.framed(command)
 
     def row(self, command: str) -> Row | None:
@@ -175,7 +175,7 @@ class QuerySpeech(Speech):
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
 
     def answer_timeout(self, command: str) -> float:
-        """Return the length of silence, in seconds, after which no answer is expected any more."""
+        """Return the length of silence, in seconds, after which an answer is no longer expected."""
         looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
         return super().answer_timeout(command) + looked
 

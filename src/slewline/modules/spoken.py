@@ -1,6 +1,6 @@
 """The protocol of a part on a real port: the base class of all kinds.
 
-A protocol object is made from a sheet, one class for each kind of line; it does no input and no output.
+A protocol object is made from a sheet, one class for each kind of line; it performs no input or output.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Speech:
         address: the address of the module on a shared line; None or 0: no address is sent.
 
     Raises:
-        UsageError: a rate, checksums or an address that the part does not have.
+        UsageError: the part does not have this rate or address, or has no checksums.
     """
 
     ends = CR  # each of these characters ends a line
@@ -82,7 +82,7 @@ class Speech:
         """Return a command in the form sent over the wire.
 
         Raises:
-            UsageError: no command, or more than one.
+            UsageError: the text has no command, or more than one.
         """
         raise NotImplementedError
 
@@ -156,7 +156,7 @@ class Speech:
         return row is None or row.may_step
 
     def answer_timeout(self, command: str) -> float:
-        """Return the length of silence, in seconds, after which no answer to a command is expected any more."""
+        """Return the length of silence, in seconds, after which an answer to a command is no longer expected."""
         row = self.row(command)
         silence = STORED_S if row is not None and row.role == "store" else ANSWER_S
         return silence + (len(command) + 4) * self.character_s

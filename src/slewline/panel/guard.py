@@ -46,7 +46,7 @@ HEADERS = {
 
 
 class Guard:
-    """A guard that refuses requests no page of the panel makes, and adds security headers to each answer.
+    """A guard that refuses requests that no page of the panel would make, and adds security headers to answers.
 
     Args:
         app: the application that answers all other requests.
@@ -103,7 +103,7 @@ class Guard:
 
 
 def is_address(name: str) -> bool:
-    """Return whether a name is in fact an address, which cannot be bound to another one."""
+    """Return whether a name is in fact an address, which cannot be bound to another address."""
     try:
         return ip_address(name.strip("[]")) is not None
     except ValueError:

@@ -278,7 +278,7 @@ async def line_of(reader: asyncio.StreamReader) -> str:
 
 
 async def first_to_end(*coroutines: Any) -> None:
-    """Run both directions until one ends; then cancel the other, and ignore the loss of the page."""
+    """Run both directions until one ends; then cancel the other, ignoring the loss of the page."""
     tasks = [asyncio.ensure_future(coroutine) for coroutine in coroutines]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

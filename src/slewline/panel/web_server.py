@@ -40,7 +40,7 @@ END_S = 1
 
 
 class HttpConnection(H11Protocol):
-    """A connection that is closed if its first request does not arrive, and refused if there are too many."""
+    """A connection that is closed if no first request arrives, and refused if there are too many connections."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Accept a connection."""
@@ -71,12 +71,12 @@ class HttpConnection(H11Protocol):
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """A websocket that is not read while its pongs are not read: nothing else limits the answers to pings."""
+    """A websocket that stops reading while its pongs are not read, since nothing else limits answers to pings."""
 
     is_paused = False
 
     def handle_ping(self) -> None:
-        """Answer a ping; stop reading while the answers are not read."""
+        """Answer a ping; stop reading while the page does not read the answers."""
         super().handle_ping()
         if not self.writable.is_set() and not self.read_paused:
             self.read_paused = self.is_paused = True
@@ -119,7 +119,7 @@ class Pages:
             self.readers.discard(relay)
 
     def admit(self, relay: Relay, own: bool) -> None:
-        """Count a page when its first message has arrived, with the token or without.
+        """Count a page among those with the token, or those without, once its first message has arrived.
 
         Raises:
             Hangup: there are too many pages of its kind.

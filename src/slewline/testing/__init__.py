@@ -45,13 +45,15 @@ def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
 
 
 def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **settings: Any) -> Controller:
-    """Return a running module, to be closed at the end, best by a `with` block; pytest fixtures return the same.
+    """Return a running module, to be closed at the end, preferably by a `with` block.
+
+    The pytest fixtures return the same kind of object.
 
     Args:
         part: such as "gs-c200s", the name of an entry point, or a class.
-        on: the interface for a program: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its bus. By
-            default the URL, for a part without a serial line the host.
-        seed: of everything that is random, such as a garbled character.
+        on: the interface for a program: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its
+            bus.  By default the URL or, for a part without a serial line, the host.
+        seed: the seed for everything that is random, such as a garbled character.
         settings: straps, rate, store, and options of the part.
 
     Raises:

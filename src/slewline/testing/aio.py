@@ -1,4 +1,4 @@
-"""asyncio in virtual time: a loop that uses the clock of its benches, which stops while any task has work to do.
+"""asyncio in virtual time: a loop that uses its benches' clock, which stops while any task has work to do.
 
     async def main():
         bench = slewline.Bench()
@@ -11,12 +11,13 @@
     asyncio.Runner(loop_factory=VirtualLoop)                    the same, by hand
     anyio.run(main, backend_options={"loop_factory": VirtualLoop})
 
-When all tasks wait, time passes on every bench of the loop, up to the next event that concerns one of them: a timer, a
-character, a condition.  So the course of a run depends on the program alone.  A bench joins the loop at its first
-`await`, as does the module of an open port; its time then passes with that of the loop.
+When all tasks wait, time passes on every bench of the loop, up to the next event that concerns one of
+them: a timer, a character, a condition.  So the run depends on the program alone.  A bench joins the
+loop at its first `await`, as does the module of an open port; its time then passes with that of the
+loop.
 
-While work is done in threads (`asyncio.to_thread`), time stops.  Real sockets and pipes are served in every turn of the
-loop, which waits for them only when nothing is due in virtual time.
+While work is done in threads (`asyncio.to_thread`), time stops.  Real sockets and pipes are served in
+every iteration of the loop, which waits for them only when nothing is due in virtual time.
 """
 
 from __future__ import annotations
@@ -230,7 +231,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def call_soon(
         self, callback: Callable[[*Given], object], *args: *Given, context: Context | None = None
     ) -> asyncio.Handle:
-        """Call a function in the next turn; time stops until then."""
+        """Call a function in the next iteration of the loop; time stops until then."""
         self.stirred = True
         return super().call_soon(callback, *args, context=context)
 
@@ -264,9 +265,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 # ------------------------------------------------------------------------------------------------ a loop in real time
 class PacedRig:
-    """A rig in an asyncio loop that follows the wall clock: time passes in the turns of the loop.
+    """A rig in an asyncio loop that follows the wall clock: time passes in the iterations of the loop.
 
-    Without a rate, time passes until the written bytes are answered; with a rate, up to the wall clock.
+    Without a rate, time passes until the written bytes are answered; with a rate, it keeps up with the wall
+    clock.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, rig: Rig) -> None:

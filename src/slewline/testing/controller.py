@@ -88,7 +88,7 @@ class Controller(Closing):
 
     @property
     def now(self) -> int:
-        """Virtual time now, in picoseconds, for `since`."""
+        """The current virtual time, in picoseconds, for use as `since`."""
         return self.bench.now_ps
 
     @property
@@ -143,10 +143,11 @@ class Controller(Closing):
     # ------------------------------------------------------------------------------------------------------- exchange
     @answering("ask()")
     def ask(self, command: str, timeout: Time = "5 s") -> Any:
-        r"""Send a command as a host would, and return the answer; that from a serial line has no checksum or return.
+        r"""Send a command as a host would, and return the answer.
 
-        The program may use the line at the same time.  The listing that Q returns is lines separated by "\r".  For a
-        host on a bus, the result is that of its own `ask`.
+        An answer on a serial line is returned without its checksum and carriage return.  The program may use the
+        line at the same time.  The listing that Q returns consists of lines separated by "\r".  For a host on a
+        bus, the result is that of its own `ask`.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
@@ -207,13 +208,13 @@ class Controller(Closing):
         since: Time = 0,
         axis: int = 1,
     ) -> None:
-        """Compare the number of steps since an instant, or their times from then, or the steps, with those expected.
+        """Compare the steps since an instant with those expected: their number, their times, or all of them.
 
         Args:
             expected: a number; times, measured from `since`; or the steps of another run.
-            direction: the direction of all of them, +1 or -1.
+            direction: the direction of all steps, +1 or -1.
             since: the instant; by default 0.
-            axis: of a part that has several, from 1.
+            axis: the number of the axis, from 1, for a part that has several.
         """
         __tracebackhide__ = True
         if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
@@ -243,7 +244,10 @@ class Controller(Closing):
             raise AssertionError(text)
 
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
-        """Compare the changes of a pin since an instant with those expected, pairs of time from then and new level."""
+        """Compare the changes of a pin since an instant with those expected.
+
+        Each expected change is a pair: the time from that instant, and the new level.
+        """
         __tracebackhide__ = True
         origin = moment(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
@@ -291,7 +295,7 @@ class Controller(Closing):
         yield from lines[-SHOWN:]
 
     def close(self) -> None:
-        """End the module; a program that has its port open gets an error.  A second call does nothing."""
+        """Shut down the module; a program that has its port open gets an error.  A second call does nothing."""
         super().close()
 
     def _shut(self) -> None:

@@ -98,7 +98,7 @@ class SerialEndpoint:
 
         Args:
             gap: a pause between two characters (s) that also ends the read.
-            least: the minimum number of characters, after which it does not wait for more; by default `size`.
+            least: the number of characters after which the read does not wait for more; by default `size`.
 
         Raises:
             Timeout: there is neither a timeout nor a rate, and nothing can arrive.

@@ -1,7 +1,7 @@
-"""The interfaces of a module in a test: in the same process via a URL or a host, or on a port of this machine.
+"""The interfaces of a module in a test: in the same process (a URL or a host), or a port of this machine.
 
-A module on a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes on
-the line need it, and when the test lets it pass.
+A module on a port is served by a thread of the test process, in lockstep: virtual time passes only as
+far as the bytes on the line need it, or when the test lets it pass.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class UrlEndpoint(Rig):
         NAMED[self.key] = self
 
     def close(self) -> None:
-        """End the module; a program that has it open gets the error for a port that has gone."""
+        """Shut down the module; a program that has it open gets the error for a port that has gone."""
         if self.key not in ENDED:
             ENDED.add(self.key)
             NAMED.pop(self.key, None)
@@ -53,7 +53,7 @@ class UrlEndpoint(Rig):
 
 
 class BusEndpoint(Rig):
-    """A module without a serial line, with the host computer on its bus for the use of a test."""
+    """A module without a serial line, with a host computer on its bus for use by the test."""
 
     host: Host  # type: ignore[assignment]  # of whatever its channel has
 
@@ -118,11 +118,11 @@ class PortEndpoint(Rig):
             raise
 
     def unplug(self, why: str) -> None:
-        """Close the port in the next turn of the server."""
+        """Close the port in the next iteration of the server's loop."""
         self.server.loop.ask(lambda: self.server.adapters.unplug(self.line))
 
     def plug(self) -> None:
-        """Open the port again at the same address, in the next turn of the server."""
+        """Open the port again at the same address, in the next iteration of the server's loop."""
         self.server.loop.ask(lambda: self.server.adapters.plug(self.line))
 
     def begin(self) -> None:
@@ -167,7 +167,7 @@ class PortEndpoint(Rig):
         return found[0]
 
     def close(self) -> None:
-        """End the server."""
+        """Stop the server."""
         if not self.ended:
             self.ended = True
             self.server.stop()

@@ -33,7 +33,10 @@ FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "
 
 
 class Fault:
-    """A fault that begins now or at an instant, and ends when `end` is called, after a time, or with a `with` block."""
+    """A fault that begins now or at an instant, and ends on a call of `end`, or after a time.
+
+    As a context manager, it ends when the `with` block ends.
+    """
 
     def __init__(self, owner: Faults, name: str, begin: Callable[[], str], end: Callable[[], object]) -> None:
         self.owner, self.name, self._begin, self._end = owner, name, begin, end
@@ -66,11 +69,12 @@ class Fault:
 class Faults(Part):
     """The faults that can be injected around a module.
 
-    Each method takes `at`, the instant at which the fault begins (by default now), and `lasting`, the time after which
-    it ends (by default never).
+    Each method takes `at`, the instant at which the fault begins (by default now), and `lasting`, the time
+    after which it ends (by default never).
 
     Args:
-        do: a function that calls a function while no time passes; a server has its own thread.
+        do: a function that calls a given function while no time passes; needed because a server has its own
+            thread.
         seed: the seed for all random choices.
         unplug: a function that removes the port for programs, with a reason.
         plug: a function that makes the port available again.

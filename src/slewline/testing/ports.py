@@ -1,4 +1,4 @@
-"""Serial port names that stand for modules for a time: a program that opens "/dev/ttyUSB0" or "COM3" finds a module.
+"""Serial port names that stand for modules: a program that opens "/dev/ttyUSB0" or "COM3" finds a module.
 
     with named_ports({"COM3": module}):
         main()                               # may use serial.Serial("COM3"), serialx.Serial, or serialx in asyncio
@@ -6,8 +6,9 @@
     with named_ports({"COM3": module}, usb={"COM3": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}):
         main()                               # searches the port list for its adapter
 
-The classes of pySerial and serialx remain the ones that the program has imported; their objects behave like those for
-slewline:// URLs if their port name is one of these.  All other ports are unchanged.
+The names are assigned temporarily.  The classes of pySerial and serialx remain the ones that the program
+has imported; their objects behave like those for slewline:// URLs if their port name is one of these.
+All other ports are unchanged.
 """
 
 from __future__ import annotations

@@ -5,23 +5,23 @@
     slewline://gs-c200s?name=left                the same module whenever it is opened under this name
     slewline://gs-c200s?store=left.eeprom        a file holds the EEPROM
     slewline://gs-c200s?rate=1.0                 virtual time follows the wall clock
-    slewline://gs-c200s?eeprom_time=20 ms        any option of the part, in a table load.v5_20=80; also seed=...,
-                                                 log=FILE for a transcript
+    slewline://gs-c200s?eeprom_time=20 ms        any option of the part; load.v5_20=80 sets one entry of a table;
+                                                 also seed=..., and log=FILE for a transcript
     slewline://my_lab.mx10:Mx10                  a custom chip, which imports a Python module; only where the program
                                                  allows it: serial_for_url(url, allow_code=True).  A chip from an
                                                  installed package is always allowed: slewline://mx10
 
-Virtual time passes while the program waits: a read lets it pass until the characters have arrived or its timeout has
-expired, and returns immediately in real time.  A poll (in_waiting, timeout=0) takes a character's time, so that a loop
-that polls makes progress; to sleep, call `port.sleep`, or set a rate.  A read without timeout, for which nothing can
-arrive, raises slewline.Timeout instead of blocking forever.
+Virtual time passes while the program waits: a read lets it pass until the characters have arrived or its
+timeout has expired, and returns immediately in real time.  A poll (in_waiting, timeout=0) takes one
+character time, so that a loop that polls makes progress; to sleep, call `port.sleep`, or set a rate.  A
+read without timeout, for which nothing can arrive, raises slewline.Timeout instead of blocking forever.
 
-A timeout is virtual time, even if that follows the wall clock: at rate=10, a timeout of 1 s expires after 0.1 s.  One
-thread may read while another writes; characters written meanwhile take effect immediately.  A write never waits, so
-`write_timeout` and `cancel_write` have no effect.
+A timeout is in virtual time, even if that follows the wall clock: at rate=10, a timeout of 1 s expires
+after 0.1 s.  One thread may read while another writes; characters written meanwhile take effect
+immediately.  A write never waits, so `write_timeout` and `cancel_write` have no effect.
 
-The line has three wires.  As usual with such a cable, the connector bridges RTS to CTS, and DTR to DSR and DCD.  A
-module with its own CTS controls the data flow if rtscts=True.
+The line has three wires.  As usual with such a cable, the connector bridges RTS to CTS, and DTR to DSR
+and DCD.  A module with its own CTS controls the data flow if rtscts=True.
 """
 
 from __future__ import annotations

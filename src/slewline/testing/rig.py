@@ -75,7 +75,7 @@ class WallClockTime(Paced):
     """Pacing in which virtual time follows the wall clock, and catches up whenever the program polls."""
 
     def pass_time(self) -> bool:
-        """Let time pass up to the wall clock, to catch up with it."""
+        """Let time pass until virtual time has caught up with the wall clock."""
         return Pace.pass_time(self)
 
     def present(self) -> None:
@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once about a program that pauses for long while the module is busy: only its calls let time pass."""
+        """Warn once if the program pauses for long periods while the module is busy: only its calls let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return

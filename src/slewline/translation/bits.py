@@ -34,12 +34,12 @@ class Numbers:
         return sorted(bits)
 
     def outputs(self, statement: Statement) -> list[tuple[int, int]] | None:
-        """Return the outputs that a command sets, with their levels; None: the command does not set single bits."""
+        """Return the outputs that a command sets, with their levels, or None if it does not set single bits."""
         level = self._one(statement)
         return None if level is None else [(self.outs.index(level[0]) + 1, level[1])]
 
     def input(self, statement: Statement) -> Input | None:
-        """Return the input that a command tests, with its level; None: the command does not test a single bit."""
+        """Return the input that a command tests, with its level, or None if it does not test a single bit."""
         level = self._one(statement)
         return None if level is None else Input(self.ins.index(level[0]) + 1, level[1])
 

@@ -341,8 +341,8 @@ class Program:
         lines: all lines of the text, in order.
         assumed: the assumptions about facts missing in the text.
         wiring: the pins of the source, by their purpose: "step", "direction", "output1", "input1" ...
-        half_steps: whether a step of the source is a motor half step, after some command or by an option.
-        interrupted: whether the surroundings may end a motion early, as limit switches do.
+        half_steps: whether a step of the source is a motor half step, because of an option or after some
+            command.
     """
 
     part: str

@@ -1,4 +1,4 @@
-"""The times of moves, from the first step to the last, by the laws of the source and of other targets."""
+"""The times of moves, from the first step to the last, by the ramp laws of the source and of other targets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from .profiles import profiles_of
 
 
 def measured(program: Program) -> Callable[[Profile, int], float]:
-    """Return a function for the time of a source move, s: by the law of the source's part, else by `source_time`."""
+    """Return a function that returns the time of a move of the source, s.
+
+    It uses the ramp law of the source's part, or `source_time` if that law is not known.
+    """
     try:
         law = profiles_of(program.part, sheet_of(program.part).crystal_hz)
     except SlewlineError:
@@ -55,7 +58,10 @@ def standing_time(top: float, acceleration: float, steps: int) -> float:
 
 
 def started_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move from its first step, with a constant acceleration between start and top rate, s."""
+    """Return the time of a move from its first step to its last, s, with ramps between start and top rate.
+
+    The acceleration is constant.
+    """
     gaps = max(abs(steps) - 1, 0)
     acceleration = profile.acceleration
     if not acceleration:

@@ -45,7 +45,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- reading
     def read(self, values: Mapping[str, Value]) -> Profile | None:
-        """Return the profile for some values of the part's parameters; None: a required parameter is missing."""
+        """Return the profile for some values of the part's parameters, or None if a required one is missing."""
         return self._read(frozenset(values.items()))
 
     def _profile(self, items: frozenset[tuple[str, Value]]) -> Profile | None:
@@ -77,7 +77,7 @@ class Profiles:
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
 
     def move_ps(self, profile: Profile, steps: int) -> int | None:
-        """Return the time from the first step of a move to the last, ps; None: the time is not known.
+        """Return the time from the first step of a move to the last, ps, or None if it is not known.
 
         Parts differ in when they report the end of a move: before or after the last step interval.
         """
@@ -209,7 +209,7 @@ class Profiles:
 
 @lru_cache(maxsize=32)
 def profiles_of(part: str, hz: int) -> Profiles | None:
-    """Return the profiles of a part with a given crystal; None: the part has no ramp calculator."""
+    """Return the profiles of a part with a given crystal, or None if the part has no ramp calculator."""
     try:
         return Profiles(sheet_of(part), hz)
     except UsageError:

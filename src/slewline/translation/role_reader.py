@@ -71,7 +71,7 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------------- statements
     def statement(self, statement: Statement) -> list[Action]:
-        """Return the actions of a command, after the label at its address."""
+        """Return the label at a command's address, if there is one, followed by the actions of the command."""
         row, block = statement.row, statement.block
         at = self.labels.get((block, statement.address)) if block >= 0 else None
         before = self.registers.before(statement)
@@ -102,7 +102,7 @@ class RoleReader:
         return SetProfile(sets=sets, value=value, profile=profile, **common)  # type: ignore[arg-type]
 
     def profile(self, state: Mapping[Key, int], axis: int) -> Profile | None:
-        """Return the profile for some register values; None: it is not known."""
+        """Return the profile for some register values, or None if it is not known."""
         if self.profiles is None:
             return None
         return self.profiles.read(
@@ -231,7 +231,7 @@ class RoleReader:
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_jump(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a jump; if a host sends it, the start of the program at that address."""
+        """Yield a jump or, if a host sends the command, a run of the program from that address."""
         to = self.goal(statement)
         if statement.block < 0:
             yield RunProgram(at=to, **common)  # type: ignore[arg-type]

@@ -1,8 +1,8 @@
-"""Register values at every command of a program, as far as its text shows: all paths through it are followed.
+"""Register values at every command of a program, as far as its text shows: all paths are followed.
 
-If paths meet at a command with different values of a register, the value is not known there; the same applies in a
-loop to a position from before the loop.  The roles of the rows determine the effect of a command; a ramp parameter is
-an argument of the part's calculator.
+If paths meet at a command with different values of a register, the value is not known there; likewise, a
+position set before a loop is not known in the loop if the loop changes it.  The roles of the rows
+determine the effect of a command; a ramp parameter is an argument of the part's calculator.
 """
 
 from __future__ import annotations

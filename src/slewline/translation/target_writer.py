@@ -1,8 +1,9 @@
 """The interface of a target: a writer for programs in its language, and a reader that proves the result.
 
-A writer goes through `program.lines` in order and returns lines of its own, each with its source line; comments stay
-next to the same code.  A part that cannot be written is reported as a `LineVerdict` with the target's limit and advice
-to the user, and as a comment at that line of the result.  `translate` adds the warning at the head, and the report.
+A writer goes through `program.lines` in order and returns lines of its own, each with its source line;
+comments stay next to the same code.  An action that cannot be written is reported as a `LineVerdict`
+with the target's limit and advice to the user, and as a comment at that line of the result.  `translate`
+adds the warning at the head, and the report.
 """
 
 from __future__ import annotations
@@ -142,7 +143,7 @@ class Target:
         return read(text, options)
 
     def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return the events of a text in the target's real interpreter; None: it cannot be run here."""
+        """Return the events of a text in the target's real interpreter, or None if it cannot be run here."""
         if not self.interpreter:
             return None
         run: Callable[[str, WriterOptions], PlayedTrace | None] = found("reading_back", self.interpreter)

@@ -73,13 +73,14 @@ def translate(
         file: the program; its extension selects the part, unless `part` does.
         to: the target, a part number or the name of another controller.
         part: the part of the source.
-        crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual crystals.
+        crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual
+            crystals.
         steps_per_mm: the number of steps per millimetre, for targets that count millimetres.
         axis: the name of the axis, for targets that have several.
         unroll: the maximum number of lines for a loop, if the target has no loops.
-        strict: whether to refuse a result that is not the same.
-        settings: facts missing in the text, by name: {"output1": "low"} for the initial level of an output, and target
-            settings such as {"library": "fastaccelstepper"}.
+        strict: whether to refuse a result that has any line with a verdict other than "the same".
+        settings: facts missing in the text, by name: {"output1": "low"} for the initial level of an output,
+            and target settings such as {"library": "fastaccelstepper"}.
 
     Raises:
         UnknownName: the part or target does not exist.
@@ -233,7 +234,7 @@ def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
 
 
 def refusal(report: Report) -> str:
-    """Return the message with the lines that are not the same."""
+    """Return the message that lists the lines whose result is not the same."""
     wrong = [line for line in report.lines if line.kind is not LineKind.SAME]
     problems = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
     problems += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not LineKind.SAME]

@@ -114,7 +114,7 @@ class Report:
         return all(kind is LineKind.SAME for kind in kinds)
 
     def of(self, number: int) -> ReportLine | None:
-        """Return the result for a line of the source; None: the line has no code."""
+        """Return the result for a line of the source, or None if the line has no code."""
         return next((line for line in self.lines if line.number == number), None)
 
     def __iter__(self) -> Iterator[ReportLine]:

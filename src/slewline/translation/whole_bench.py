@@ -1,9 +1,10 @@
 """A bench file for another part or controller: the program of each chip, and the wiring between the chips.
 
-For one of our parts the result is a bench file again, with the original comments: its chips are the other part, and
-its wires, external signals and recordings name that part's pins.  With any other target there is a controller for
-each chip, which runs its program by itself, at the same time as the others; the wires between the controllers are
-listed, and must be connected by hand.  Tables without a counterpart are commented out, and listed.
+If the target is one of our parts, the result is again a bench file, with the original comments: its
+chips are that part, and its wires, external signals and recordings name that part's pins.  With any
+other target there is a controller for each chip, which runs its program by itself, at the same time as
+the others; the wires between the controllers are listed, and must be connected by hand.  Tables without
+a counterpart are commented out, and listed.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ class BenchTranslation:
 
     @property
     def bench(self) -> str:
-        """The name of the bench file among the files; empty: the target is not one of our parts."""
+        """The name of the bench file among the files; empty if the target is not one of our parts."""
         return RESULT if RESULT in self.files else ""
 
 
@@ -70,7 +71,7 @@ def translate_bench(
     options: WriterOptions | None = None,
     target_crystal: str | int | None = None,
 ) -> BenchTranslation:
-    """Return the translations of all programs in a bench file for another part or controller, and of the bench.
+    """Translate a bench file: return the translation of each of its programs, and of the bench itself.
 
     Raises:
         UnknownName: the target does not exist.
@@ -143,7 +144,7 @@ class _BenchWriter:
 
     # ------------------------------------------------------------------------------------------------------------- pins
     def pin(self, chip: str, name: str) -> str:
-        """Return the target's pin with the same purpose; empty: there is no such pin."""
+        """Return the target's pin with the same purpose; empty if there is no such pin."""
         one = self.chips[chip]
         if name in one.pins:
             return one.pins[name]

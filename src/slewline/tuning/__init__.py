@@ -1,6 +1,8 @@
-"""Tuning: the fastest ramp of a chip that a motor follows, found by simulating the candidates, fastest first.
+"""Tuning: the fastest of a chip's ramps that a motor can follow.
 
-A possible deviation from the data sheets of motor, driver and load is a function in `CHANGES` of `perturbations.py`,
-and a row of `USUAL` if it is tried by default.  The range of a search, and the spacing of its values, are in each
-chip's `ramps.py`.
+It is found by simulating the candidates, fastest first.
+
+A possible deviation from the data sheets of motor, driver and load is a function in `CHANGES` of
+`perturbations.py`, and a row of `USUAL` if it is tried by default.  The range of a search, and the
+spacing of its values, are in each chip's `ramps.py`.
 """

@@ -23,7 +23,7 @@ class Candidates:
 
     Args:
         steps: the number of steps in the move.
-        on_listed: is called from time to time with the number of points computed.
+        on_listed: a function that is called from time to time with the number of points computed so far.
 
     Raises:
         UsageError: the part refuses every move.

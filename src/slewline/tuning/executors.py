@@ -61,7 +61,7 @@ class Worker(SpawnProcess):
 
 
 class WorkerContext(SpawnContext):
-    """Creates workers, and can end them."""
+    """Creates workers, and can kill them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class WorkerContext(SpawnContext):
         return self.made[-1]
 
     def kill(self) -> None:
-        """End all workers, even in the middle of a task."""
+        """Kill all workers, even in the middle of a task."""
         for worker in self.made:
             if worker.pid is not None:
                 worker.kill()
@@ -81,7 +81,7 @@ class WorkerContext(SpawnContext):
 
 @contextmanager
 def cancelled_quietly() -> Iterator[None]:
-    """Silence the thread of a pool whose workers are killed, which fails at a task that was already cancelled."""
+    """Hide the error in a pool's own thread, which fails at an already cancelled task when workers are killed."""
     from concurrent.futures import InvalidStateError
 
     before = threading.excepthook

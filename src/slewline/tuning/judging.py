@@ -37,9 +37,10 @@ class Verdict:
 
 
 def judge(run: Trial) -> Verdict:
-    """Return the verdict on a move: steps are lost if the lag is at least 0.6 full steps at rest or over 3.9 in motion.
+    """Return the verdict on a move: whether its lag is so large, at rest or in motion, that steps are lost.
 
-    The rotor may ring for a while: it is observed until its lag has been below 0.6 for 15 ms, or for 0.6 s.
+    The limits are, in full steps, 0.6 or more at rest, and more than 3.9 in motion.  The rotor may ring for
+    a while: it is observed until its lag has been below 0.6 for 15 ms, but for at most 0.6 s.
     """
     import numpy as np
 

@@ -97,8 +97,8 @@ class Runs:
         """Yield the outcomes of grid points in the order of the points, whatever the order of computation.
 
         Args:
-            order: returns the scenarios of the nth candidate.
-            known: returns how many outcomes must have been yielded before that order is defined.
+            order: a function that returns the scenarios of the nth candidate.
+            known: a function that returns how many outcomes must have been yielded before that order is defined.
         """
         row = _Row()
         begun = yielded = 0

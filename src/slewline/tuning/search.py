@@ -19,7 +19,10 @@ WORST = 1.8  # maximum lag of a recommended move, steps; at 2 the rotor is at an
 
 
 class Progress(NamedTuple):
-    """The progress of a search: `left` candidates that are faster than the best so far are still undecided."""
+    """The progress of a search.
+
+    `left` is the number of undecided candidates that are faster than the best so far.
+    """
 
     doing: str  # "listing the moves", "the fastest that holds" ...
     done: int

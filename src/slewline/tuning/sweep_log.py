@@ -51,14 +51,14 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
 
 
 class Log:
-    """The log in a file: a new log is begun, a log of the same task is continued.
+    """The log in a file: a new log is begun; an existing log of the same task is continued.
 
     Args:
         task: all data on which verdicts depend, for JSON.
 
     Raises:
-        UsageError: the file is not a log, is the log of another task, is in use by another sweep, or cannot be read or
-            written.
+        UsageError: the file is not a log, is the log of another task, is in use by another sweep, or cannot
+            be read or written.
     """
 
     def __init__(self, path: str | Path, task: Mapping[str, Any]) -> None:

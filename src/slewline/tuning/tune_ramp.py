@@ -1,4 +1,4 @@
-"""Tuning from Python: the fastest ramp of a chip that a motor follows.
+"""Tuning from Python: the fastest of a chip's ramps that a motor can follow.
 
 found = slewline.tune("cy525", motor="QSH4218-51-10-049", driver="L/4R 20 V", load="friction 5 mNm", steps=1000)
 print(found.best, found.recommended)

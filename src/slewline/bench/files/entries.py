@@ -1,4 +1,6 @@
-"""The entries of a journal, read one at a time and checked: a journal may come from anybody and have any length.
+"""The entries of a journal, read one at a time and checked.
+
+A journal may come from an untrusted source, and may have any length.
 
 `FIELDS` lists the fields of every entry; `replaying.py` relies on it.
 """
@@ -69,9 +71,9 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 class Entries:
     """The entries of a journal file, with the numbers of their lines; each iteration starts at the first one.
 
-    With `begin`, reading starts at that byte, which must be the start of a line; line numbers count from there, or from
-    the `before` lines that precede it.  A truncated last line is left out, and the first reading issues the warning
-    TornJournal.
+    With `begin`, reading starts at that byte, which must be the start of a line; `before` is the number of
+    lines before it, from which line numbers continue.  A truncated last line is left out, and the first pass
+    issues the warning TornJournal.
 
     Raises:
         BenchFileError: not readable, or not a journal; or, during reading, an invalid entry.

@@ -1,11 +1,11 @@
-"""Bytes as hexadecimal text, and files of them: every reader of such a file starts in this module.
+"""Bytes as hexadecimal text, and files of such text; every reader of such files uses this module.
 
     52 7F 4E 2C 01    ; pairs of digits, a comment      bytes from a host, or a program without its address
     :0100100041AE                                        Intel HEX: the image of a memory
 
-The name of a file determines its kind: a file named .hex, .ihx or .ihex must be text in one of these two forms.  It is
-otherwise refused with line and column, and never taken for the bytes of a program.  Lines end with LF, CR LF or CR; a
-byte order mark before the first one is skipped.
+The name of a file determines its kind: a file named .hex, .ihx or .ihex must be text in one of these two
+forms.  Any other content is refused, with line and column, and never treated as the bytes of a program.
+Lines end with LF, CR LF or CR; a byte order mark before the first one is skipped.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def hex_bytes(data: bytes, where: str) -> bytes:
     """Return the bytes in a file of hexadecimal text of either form.
 
     Raises:
-        BenchFileError: the file is empty, or has any other content.
+        BenchFileError: the file is empty, or contains anything else.
     """
     text = hex_text(data, where)
     return from_hex(text, where) if has_records(text) else bytes.fromhex(" ".join(hex_lines(text, where)))
@@ -66,7 +66,7 @@ def hex_lines(text: str, where: str) -> list[str]:
     """Return the lines of a hexadecimal text, without their comments.
 
     Raises:
-        BenchFileError: a line has any other content, with line and column; or no line contains a byte.
+        BenchFileError: a line contains anything else, with line and column; or no line contains a byte.
     """
     found = []
     for number, line in enumerate(text.split("\n"), 1):

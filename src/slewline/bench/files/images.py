@@ -1,4 +1,4 @@
-"""Memory images in files: read in either form, written in the form that the file extension selects."""
+"""Memory images in files: binary dumps or Intel HEX, as selected by the file extension."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def image_given(owner: str, image: Any) -> Any:
     """Return an image passed to a part: for a `Path`, the content of the file; anything else is returned unchanged.
 
     Raises:
-        UsageError: text that is the name of a file, and would be taken for the content itself.
+        UsageError: `image` is text and names a file, so that the name would be taken for the content.
         BenchFileError: the file cannot be read.
     """
     if isinstance(image, PathLike):

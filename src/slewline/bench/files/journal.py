@@ -10,15 +10,16 @@ valid up to its last complete line.
 
     {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
 
-It also records the faults of an external store: failed calls, changed content, and delays.  `call` is the number of the
-call since its owner was put on the bench, and a replay repeats the fault there (`core/memory/store.py`).  `entries.py`
-lists the fields of each entry.
+The journal also records the faults of an external store: failed calls, changed content, and delays.
+`call` is the number of the call, counted since its owner was put on the bench, and a replay repeats the
+fault at that call (`core/memory/store.py`).  `entries.py` lists the fields of each entry.
 
 `part` and, for a part, `kind` are names by which the class can be found again: a built-in name, the name of an entry
 point, or module:Class.
 
-A run is repeated bit for bit only with the same laws: `behaviour` is the column of that name in the part's sheet.  A
-journal without this field is older than the column; it is taken as 1.
+A run is repeated bit for bit only if the parts still behave in the same way: `behaviour` is copied from
+the field of that name in the part's sheet.  A journal without it is older than that field; the value is
+then taken to be 1.
 """
 
 from __future__ import annotations
@@ -113,7 +114,7 @@ class Journal:
 
 
 def _plain(value: Any) -> Any:
-    """Return the JSON form of a value of another type: a NumPy integer, a fraction."""
+    """Return the JSON form of a value that JSON does not support: a NumPy integer, a fraction."""
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Fraction):

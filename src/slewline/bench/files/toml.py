@@ -52,7 +52,10 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Return a string as a single name, as in a key, and a comment as empty text; line numbers do not change."""
+    """Return the replacement of a string (a single name, as in a key) or a comment (blanks).
+
+    Line numbers do not change.
+    """
     return re.sub(r"[^\n]", " " if found[0][0] == "#" else "_", found[0])
 
 

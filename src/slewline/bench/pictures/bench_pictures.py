@@ -166,7 +166,8 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window of a picture, in ps of the picture: that of the motion, unless `start` or `stop` is given.
 
-        A window that begins after the motion, or ends before it, reaches to the end, or the start, of the run.
+        If only `start` is given and is after the motion, the window extends to the end of the run; if only
+        `stop` is given and is before the motion, it extends back to the start of the run.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -248,7 +249,7 @@ class Pictures:
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """Return the tracks of the moving axes, or of one axis if none moves, and those of parts below them."""
+        """Return the tracks of the moving axes (or of one axis if none moves), followed by those of the parts."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)
@@ -301,7 +302,10 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield the measured steps among the runs, shifted to the first step of this bench; `zero` (ps) is 0."""
+        """Yield the measured steps among the runs, shifted to the first step of this bench.
+
+        `zero` is the instant (ps) that the picture shows as 0.
+        """
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}

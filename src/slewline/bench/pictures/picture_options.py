@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from .window import Between
 
     class Bench(Protocol):
-        """The interface of a bench that a picture needs; the bench class itself imports this folder."""
+        """The interface of a bench that a picture needs.
+
+        The bench class itself cannot be imported here, because it imports this folder.
+        """
 
         _pictures: Any
 

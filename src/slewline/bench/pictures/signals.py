@@ -95,7 +95,7 @@ class Signals:
                 yield f"{chip.name}.{chip.sheet.bus}"
 
     def window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
-        """Return a window in which all the nets are recorded: by default, from as far back as all of them go.
+        """Return a window in which all the nets are recorded: by default, from the earliest such instant.
 
         Raises:
             NotRecorded: there is no such window, since recording begins now.

@@ -117,7 +117,8 @@ class TimingDiagrams:
 
         Args:
             chips: a list of names of chips; by default all chips.
-            start, stop: the window; by default from as far back as the pins are recorded, up to now.
+            start, stop: the window; by default from the earliest instant at which all pins are recorded, up to
+                now.
 
         Raises:
             NotRecorded: nothing is recorded.

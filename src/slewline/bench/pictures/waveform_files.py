@@ -64,7 +64,8 @@ class WaveformFiles:
         Args:
             path: the file.
             pins: names such as "x.slew"; by default all recorded pins.
-            start, stop: the window; by default from as far back as all of them are recorded, up to now.
+            start, stop: the window; by default from the earliest instant at which all of them are recorded, up
+                to now.
             timescale: the unit of time in the file, "1", "10" or "100" with a unit from "ps" to "s"; times are rounded
                 down to it.
             buses: "bits": each wire of a bus separately, which every viewer reads; "whole": the bus as a vector, which
@@ -130,7 +131,8 @@ class WaveformFiles:
         Args:
             path: the file.
             pins: names such as "x.slew"; by default all recorded pins.
-            start, stop: the window; by default from as far back as all of them are recorded, up to now.
+            start, stop: the window; by default from the earliest instant at which all of them are recorded, up
+                to now.
 
         Raises:
             UnknownName: there is no such pin.
@@ -202,7 +204,7 @@ class WaveformFiles:
         """Write recorded pins to a VCD file while time passes, so that a long window takes up no memory.
 
         The arguments are those of `save_vcd`.  The call returns a context manager: changes during its `with` block are
-        written, and the `lost` of `with ... as vcd` is the number that `save_vcd` returns.
+        written.  In `with ... as vcd`, `vcd.lost` is the number that `save_vcd` returns.
 
         Raises:
             UsageError, NotRecorded, UnknownName: as for `save_vcd`.

@@ -29,7 +29,10 @@ POLL_PS = 5 * 10**10  # interval of the queries of a host that waits for a modul
 
 
 class DirectiveKind(NamedTuple):
-    """How a directive is queued, the pin that it needs, and a function that raises an error if it does not fit."""
+    """The way to queue a directive, the pin that it needs, and a check that it fits the chip.
+
+    `fits` raises an error if it does not.
+    """
 
     queue: Queue
     pin: str = ""
@@ -138,7 +141,10 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register has a value, for whatever reason; steps on the way take no computing time."""
+    """Wait until the position register has a given value, however it came about.
+
+    Steps on the way take no computing time.
+    """
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:

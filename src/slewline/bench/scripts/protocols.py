@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class BusProtocol(ScriptProtocol):
-    """A command is sent when the chip is READY, as text or in binary form, depending on which the chip accepts then."""
+    """The rules for a bus: a command is sent when the chip is READY, as text or in binary, as it then requires."""
 
     def command(self, body: str) -> Queue:
         """Return a function that queues a command, as text or in binary form, as the chip requires when it is sent."""
@@ -44,7 +44,7 @@ class BusProtocol(ScriptProtocol):
 
 
 class LineProtocol(ScriptProtocol):
-    """A command is a line that is answered."""
+    """The rules for a serial line to a module: a command is a line, which the module answers."""
 
     def command(self, body: str) -> Queue:
         """Return a function that queues a line, whose answer is reported."""
@@ -59,7 +59,7 @@ class LineProtocol(ScriptProtocol):
 
 
 class PacketProtocol(ScriptProtocol):
-    """A command is a packet, and the host waits for the words that it returns."""
+    """The rules for packets: a command is a packet, and the host waits for the words that it returns."""
 
     def command(self, body: str) -> Queue:
         """Return a function that queues a command as a packet; the words that it returns are reported."""
@@ -80,7 +80,10 @@ class PacketProtocol(ScriptProtocol):
 
 
 class FlowProtocol(ScriptProtocol):
-    """A command is sent with handshakes, in the form that the mode requires; answers over this channel are reported."""
+    """The rules for a bidirectional bus: commands are sent with handshakes, in the form that the mode requires.
+
+    Answers over this channel are reported.
+    """
 
     def command(self, body: str) -> Queue:
         """Return a function that queues a command, whose answer is reported."""
@@ -116,7 +119,10 @@ class FlowProtocol(ScriptProtocol):
 
 
 class AdaptiveProtocol(ScriptProtocol):
-    """A command is a line in the form that the mode requires; the answer to a query is reported."""
+    """The rules for a line whose baud rate the chip detects: a command is a line, as the mode requires.
+
+    The answer to a query is reported.
+    """
 
     def command(self, body: str) -> Queue:
         """Return a function that queues a line; the answer to a query is reported."""
@@ -163,13 +169,13 @@ def sending(send: Act) -> Queue:
 
 
 async def _taken(runner: ScriptRunner, chip: Chip) -> None:
-    """Wait until the chip is READY again, or busy for so long that it must be moving or waiting."""
+    """Wait until the chip is READY again, or has been busy for so long that it must be moving or waiting."""
     port = runner.port(chip)
     await first_of(runner.kernel, runner.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
 
 def asking(text: str) -> Queue:
-    """Return a function that queues a line for a serial line, and has its answer reported."""
+    """Return a function that queues a line for a serial line, and reports the answer."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
         runner.report(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
@@ -191,7 +197,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """Return a function that queues a command as a packet, and has the words that it returns reported."""
+    """Return a function that queues a command as a packet, and reports the words that it returns."""
 
     async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (

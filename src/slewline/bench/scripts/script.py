@@ -6,16 +6,16 @@
     QX                     Q is sent without a carriage return, as the chip requires; X follows
     @until run=1           a line that begins with @ is a directive to the host
 
-A directive begins when the chip is READY after the command above it, or has been busy with it for 1 ms (at 11 MHz: a
-motion, a delay, a wait).  For a module on a serial line, the address, checksum and carriage return are added to each
-line, and the next line waits for the answer.
+A directive begins when the chip is READY after the command above it, or has been busy with that command
+for 1 ms at 11 MHz (with a motion, a delay or a wait).  For a module on a serial line, the address,
+checksum and carriage return are added to each line, and the next line waits for the answer.
 
     Po                     the transcript shows the answer: Po -> Y
     S10
     E                      the program runs while the next lines are sent
 
-Directives take times such as 20 ms, and pins of the chip that the host commands (abort) or of anything on the bench
-(y.abort):
+Directives take times such as 20 ms, and pins of the chip that the host commands (abort) or of any chip
+or part on the bench (y.abort):
 
     @wait 20 ms            let time pass
     @until run=1           wait for a pin level; here, after X, until the program has ended
@@ -30,7 +30,7 @@ Directives take times such as 20 ms, and pins of the chip that the host commands
     @tell shaft slip 20    operate a part; here, make the shaft slip by 20 counts
     @note the door opens   write a line in the transcript
 
-To a chip on a bus; while ASCII/BINARY is low, commands are sent in binary form:
+For a chip on a bus (while ASCII/BINARY is low, commands are sent in binary form):
 
     @reset                 pulse RESET
     @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
@@ -38,7 +38,7 @@ To a chip on a bus; while ASCII/BINARY is low, commands are sent in binary form:
     @read position         read the position on the fly, while the motor steps
     @verify 3              read a verify group
 
-To a module on a serial line:
+For a module on a serial line:
 
     @until ready           send F until the answer is no longer B
     @ask V1                send a query, like a line without @

@@ -138,7 +138,7 @@ class ScriptRunner:
         await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Report no inputs made in this block: listeners have received the whole script.
+        """Suppress reports of inputs made in this block, because listeners have received the whole script.
 
         Calls to the host only queue actions.
         """

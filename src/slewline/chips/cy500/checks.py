@@ -1,4 +1,7 @@
-"""Lint rules that apply to the CY500 only: the article's warnings, each at the command that it concerns."""
+"""Lint rules that apply to the CY500 only: the warnings in the magazine article about it (see sheet.py).
+
+Each is reported at the command that it concerns.
+"""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Interpreter(interpreter.Interpreter):
             port.open()
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
-        """Call the handler of a command, and record the command for the handler after it."""
+        """Call the handler of a command, and record the command for the next handler."""
         registers = self.instructions.registers
         await super().perform(code, values)
         registers.last = self.rows[code].name

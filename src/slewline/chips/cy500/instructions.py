@@ -57,7 +57,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     in_slope = "slopes force the factor to 1; it takes effect after them"
 
     def do_athome(self) -> None:
-        """A: set the position to 0; a second A, or an A directly after a change of direction, is a finding."""
+        """A: set the position to 0; report a finding for a second A, or an A directly after a change of direction."""
         registers = self.registers
         if registers.last in TURNS:
             self.chip.finding("a-after-direction", "command A directly follows a change of direction")
@@ -67,7 +67,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_athome()
 
     def do_number(self, steps: int) -> None:
-        """N: load the number of steps of the next G, less one directly after A."""
+        """N: load the number of steps of the next G; directly after A, load one less."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"command N directly after A moves one step less: {steps}")
@@ -157,7 +157,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
             self.chip.finding("empty-program", "command D has no program to run; the chip stays in command mode")
 
     def do_til(self) -> None:
-        """T: run the program from its start while XSS is low; in jog mode, which uses XSS too, this is a finding."""
+        """T: run the program from its start while XSS is low; in jog mode, which uses XSS too, report a finding."""
         if self.registers.jog:
             self.chip.finding("til-and-jog", "command T is sent in jog mode; both T and jog mode use XSS")
         super().do_til()

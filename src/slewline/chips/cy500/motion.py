@@ -64,7 +64,7 @@ class Motion(sloped.Motion):
         return self.train.end(self.train.count(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample the inputs before a step begins; return the plan for the rest of the motion, empty for a stop."""
+        """Sample the inputs before a step begins; return the plan for the rest of the motion (empty to stop)."""
         if step >= plan.steps:
             return plan  # on the target
         if self.inhibit.is_active:

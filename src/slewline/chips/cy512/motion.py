@@ -45,7 +45,7 @@ class Motion(sloped.Motion):
         return pairs if self.aborted else [*pairs, self.abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion (empty to stop)."""
         if step >= plan.steps:
             return STOP if self.done < self.number else plan  # an end before or at the target
         if not self.aborted and self.abort.is_active:

@@ -188,7 +188,7 @@ def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> boo
 def normal(
     source: Source, motion: KnownMotion, up: tuple[tuple[int, int], ...], first: int, rate: int, short: list[Unreached]
 ) -> None:
-    """Report a move to a target that does not reach its rate, or that ends with steps at the first rate (s.8)."""
+    """Report a normal move that does not reach its rate, or that ends with steps at the first rate (s.8)."""
     distance, full = motion.distance or 0, steps(up)
     rest = distance - 2 * full
     if rest < 0:
@@ -208,7 +208,10 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Report the rate that the first such motion reaches, and the others' lines; they are seldom mistakes."""
+    """Report the rate that the first such motion reaches, and the lines of the others.
+
+    Such motions are seldom mistakes.
+    """
     if not short:
         return
     statement, found, remedy = min(short, key=lambda each: each.statement.line)

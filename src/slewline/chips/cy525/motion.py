@@ -101,7 +101,7 @@ class Motion(motion.Motion):
 
     # -------------------------------------------------------------------------------------- decisions between two steps
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion (empty to stop)."""
         chip = self.chip
         if step >= plan.steps:
             return plan  # at the target
@@ -206,7 +206,7 @@ class Motion(motion.Motion):
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
-        """Return the rate byte, read with one INSTROBE pulse; the request is not used again until it has been high."""
+        """Return the rate byte, read with one INSTROBE pulse; the request is then ignored until it has been high."""
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:

@@ -82,7 +82,7 @@ class Cy525Ramps(Calculator):
         )
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield S and Z for every possible duration of a rate unit; of equal ones, the pair with the smallest Z."""
+        """Yield S and Z for every possible duration of a rate unit; for equal durations, only the smallest Z."""
         slopes, divisors = (
             range(arg.low, arg.high + 1) if name in search.free else range(fixed := int(search.fixed[name]), fixed + 1)
             for name, arg in (("S", SLOPE), ("Z", DIVISOR))
@@ -116,9 +116,9 @@ def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[i
 class Bounds:
     """Bounds of a ramp, from the clocks per rate unit, so that most ramps need not be calculated.
 
-    No unit is taken before it is due, and none later than the steps before it, at one per unit, could have delayed it:
-    unit k, due at k * u, is taken by k * u + (the intervals of the k rates before it).  Time follows from the last
-    unit; steps, the sum of (time at a rate) / (its interval), from all of them.
+    No unit is taken before it is due, and the steps before it, at one per unit, delay it by their own
+    duration at most: unit k, due at k * u, is taken by k * u + (the intervals of the k rates before it).
+    Time follows from the last unit; steps, the sum of (time at a rate) / (its interval), from all of them.
     """
 
     def __init__(self, search: Search) -> None:

@@ -117,7 +117,10 @@ class Stepwise(twin.Stepwise):
         return self.ticks["readout_stretch"] if step.kind in (UP, DOWN) else 0
 
     def read_out(self, position: int) -> None:
-        """Put the position on the bus, high byte first, for I/O SELECT while stepping; it ends long before the step."""
+        """Put the position on the bus, high byte first, for I/O SELECT while stepping.
+
+        The read-out ends long before the step does.
+        """
         chip, ps = self.chip, self.chip.clock.ps
         high, width = chip.tick + self.ticks["readout_delay"], self.ticks["strobe_width"]
         low = high + self.ticks["readout_spacing"]

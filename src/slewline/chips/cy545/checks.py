@@ -29,13 +29,17 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return the value that a command writes into the mode register; None if there is none or it is on switches."""
+    """Return the value that a command writes into the mode register; None if none, or if switches supply it."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 
 
 def forms(source: Source) -> None:
-    """Check the form of commands, text or binary: the host's by its mode, a program's by the mode at its entry."""
+    """Check that commands have the right form, text or binary.
+
+    The form of host commands depends on the current mode; that of program commands, on the mode in which the
+    program was entered.
+    """
     text: bool | None = True  # form of the host's commands; None: unknown
     for item in source.items:
         if isinstance(item, Directive):

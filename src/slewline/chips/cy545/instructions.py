@@ -169,7 +169,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch until the bits match the argument; as a host command this is a finding."""
+        """T: branch until the bits match the argument; as a host command, report a finding."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)

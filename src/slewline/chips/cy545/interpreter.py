@@ -3,8 +3,8 @@
     idle:     the first byte of a command, from the side that begins one, or else a jog step
     program:  on the CY545B a host command, if one has begun; else the next command from memory
 
-A host command takes its time, counted from its last byte, then acts; then BUSY rises.  A motion, a delay or a
-wait takes as long as it lasts.
+A host command acts when its execution time, counted from its last byte, is over; then BUSY rises.  With
+a motion, a delay or a wait, BUSY rises when it ends.
 """
 
 from __future__ import annotations
@@ -92,7 +92,10 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that only become part of a command; -1 if none may arrive as one value."""
+        """Count the bytes from index `at` that are merely stored as part of a command.
+
+        Return -1 if no bytes may arrive as one value.
+        """
         if self.program.entering or self.program.running:
             return -1
         return self.decoder.kept(data, at, self.registers.ascii)
@@ -158,7 +161,7 @@ class Interpreter:
             )
 
     async def start(self) -> None:
-        """Show that the host has started a program: on the CY545 BUSY stays low until it has stopped."""
+        """Show that the host has started a program: on the CY545, BUSY stays low until the program has stopped."""
         if self.live:
             await self.arbiter.release(self.chip.tick)
         await self.run_program()

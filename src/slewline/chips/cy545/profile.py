@@ -3,13 +3,13 @@
     rate parameter
       R ..............._______________           one rate of the table every 256 * (256 - S) machine cycles, counted
                      _|               |_         from the first step, sampled as a step begins: 3906 D / (256 - S)
-                   _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the distance of two rates
+                   _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the difference of two rates
       F ..........|                       |
                   | up  |     slew     | down    a step of the ramp down is as long as its mirror image in the ramp up
 
 Where steps last longer than a unit of time, a step advances by several rates; with `jumps` off it advances by one, the
 law of the CY525.  Slewing has no minimum number of steps.  If the distance is too short for R, the ramp up ends in
-its middle, and the step in the middle of an odd number belongs to it.
+the middle of the move; if the number of steps is odd, the middle step belongs to the ramp up.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Law(NamedTuple):
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:
-        """Return the clocks per unit of the rate parameter; for S 0 they are 256 times the least."""
+        """Return the clocks per unit of the rate parameter; with S = 0 they are 256 times the minimum."""
         return (256 - slope) * self.unit
 
 
@@ -87,10 +87,10 @@ def endless(first: int, rate: int, slope: int, law: Law) -> Plan:
 
 
 def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
-    """Return the plan after INHIBIT_ABORT before one of its steps: a ramp down to the first rate, then steps at it.
+    """Return the rest of a plan after INHIBIT_ABORT: a ramp down to the first rate, then steps at that rate.
 
-    The ramp down mirrors the ramp up so far; INHIBIT_ABORT is sampled at each step at the first rate, so these are in
-    the leg after it.
+    The ramp down mirrors the ramp up so far.  INHIBIT_ABORT is sampled at each step at the first rate, so
+    these steps form a separate leg.
 
     Args:
         of, step: the plan, and its next step, at least 1.

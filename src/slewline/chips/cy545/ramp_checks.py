@@ -1,7 +1,7 @@
 """Lint rules for CY545 motions: whether R is reached and above F, and whether the direction of a G is set.
 
 The text is followed as the chip would run it, starting with the values after reset; each motion is checked with the
-ramp that the chip would make of it, at the rates of the sheet, whether inferred or given.
+ramp that the chip would generate for it, at the rates of the sheet, whether inferred or given.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The CY545 and CY545B data sheets as data.  This file contains no behaviour, except `fitted`.
 
 Only chapter 16 of the manual (edition of 22 March 1999) is available ("ch.16"); from the other chapters and the edition
-of 2002, single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
+of 2002, only individual facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the
+CY525 manual of 1984.
 
 Facts that no legible page states are *inferred*.  They are marked, and a bench file can replace them: option
 `inferred`.  Times are for a 12 MHz crystal, at which a machine cycle takes 1 µs; the chip counts clocks of its
@@ -159,8 +160,8 @@ def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
     """Return the steps/s at 12 MHz by rate index, 0 to 255, as whole numbers; rates counted in cycles remain exact.
 
     Args:
-        by_25: how many rates, from 20 steps/s up, are 25 steps/s above their predecessor.
-        by_50: how many rates after those are 50 steps/s above their predecessor.
+        by_25: the number of rates, from 20 steps/s up, that are 25 steps/s above their predecessor.
+        by_50: the number of rates after those that are 50 steps/s above their predecessor.
         top: machine cycles of a step at index 255; with each lower index, a step takes one cycle more.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]

@@ -104,7 +104,7 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield each condition that a motion checks: whether it holds, and the code and text of its finding."""
+        """Yield each condition checked for a motion: whether it holds, and the code and text of its finding."""
         return ()
 
 
@@ -183,7 +183,7 @@ class Instructions(ParameterHandlers):
 
     # ------------------------------------------------------------------------------------------------------ program
     def do_enter(self) -> None:
-        """E: begin program entry; within a running program this is a finding."""
+        """E: begin program entry; within a running program, report a finding."""
         if self.program.pc is not None:
             became = "refused" if self.program.live else "skipped"
             self.chip.finding("enter-while-running", f"E in a running program is {became}")
@@ -191,7 +191,7 @@ class Instructions(ParameterHandlers):
         self.program.enter()
 
     def do_quit(self) -> None:
-        """Q: end program entry; outside of it this is a finding."""
+        """Q: end program entry; outside program entry, report a finding."""
         if not self.program.entering:
             self.chip.finding("quit-outside-entry", "Q has no effect outside program entry")
         self.program.quit()

@@ -1,7 +1,8 @@
 """Execution of commands: the host's commands as they arrive, the stored program, and live commands.
 
 The effect of a command shows shortly before READY returns; motions, delays and waits begin when READY would return.
-An instruction of a running program takes its time first and then acts, so signals occur between two instructions.
+An instruction of a running program acts at the end of its execution time, so signals change between two
+instructions.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes from index `at` that only become part of a command."""
+        """Count the bytes from index `at` that are merely stored as part of a command."""
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:

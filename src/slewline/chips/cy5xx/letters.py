@@ -97,7 +97,10 @@ ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts that h
 
 
 def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:
-    """Return the meanings in sister parts that differ from this part's, by sister part, then by letter, as text."""
+    """Return the letters' meanings in sister parts where they differ from this part's, as text.
+
+    The keys are the sister part and then the letter.
+    """
     part = ALIKE.get(part, part)
     sisters = sorted({other for means in MEANS.values() for other in means} - {part})
     return {

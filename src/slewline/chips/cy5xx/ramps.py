@@ -88,7 +88,7 @@ class SlopeRamp(Ramp):
 
 
 class SlopeRamps(Calculator):
-    """The calculator of a part with such slopes, for R and S.
+    """The calculator of a part with slopes (slope.py), for R and S.
 
     `plan_move` plans its moves.
     """

@@ -71,7 +71,10 @@ class ProgramEeprom:
         self.refresh_idle()
 
     async def _programmed(self, program: bytes) -> str:
-        """Store a program; return why this failed, or "" on success.  The EEPROM is as slow as its store."""
+        """Store a program; return the reason for a failure, or "".
+
+        This waits until the store has completed the write.
+        """
         try:
             self.store.write(INVALID if self.fails else program)
             while is_pending(self.store):
@@ -81,7 +84,10 @@ class ProgramEeprom:
             return str(error)
 
     def cut(self) -> None:
-        """Abort a write at power-down: bytes already written are new, the others old; the check byte fits neither."""
+        """Abort a write at power-down: bytes already written are new, the others are old.
+
+        The check byte matches neither content.
+        """
         if self.task is not None:
             self.task.kill()
             self.task = None

@@ -372,7 +372,7 @@ class GsC200(GsC):
 
 
 class GsC200S(GsC):
-    """A GS-C200S: it has a signed counter that wraps and can be preset, and jumps."""
+    """A GS-C200S: it has jump instructions, and a signed counter that wraps and can be preset."""
 
     sheet: Sheet = GS_C200S
     _wraps, _homing_erases = True, False

@@ -124,5 +124,5 @@ def stopped(of: Plan, step: int) -> Plan:
 
 
 def within(of: Plan, room: int) -> Plan:
-    """Return the steps of a plan before the end of the counter, `room` steps away."""
+    """Return the steps of a plan before the end of the counter, which is `room` steps away."""
     return of if of.steps <= room else plan(*((leg.name, head(leg.runs, room - leg.first)) for leg in of.legs))

@@ -2,9 +2,10 @@
 
 A script is followed as the chipset would receive it, packet by packet.  A register that the text has not yet written
 keeps its previous value, which is unknown (None) unless RESET precedes it; no rule then applies to it.  Three things
-have their power-up state until the script changes them: the pulse range is the standard one; a script that sets
-destination and velocity, but no acceleration, has none; and an axis is at 0.  Motion is only reported where it is
-certain: the minimum duration of a move is known, and so is the time for which the script waits.
+have their power-up state until the script changes them: the pulse range is the standard one; the
+acceleration is 0, if the script sets destination and velocity; and an axis is at position 0.  Motion is
+only reported where it is certain: the minimum duration of a move is known, and so is the time for which
+the script waits.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""The chipset: it owns the objects and provides the public properties.  Six parts differ in axes and encoder inputs.
+"""The chipset: it owns the objects and provides the public properties.
+
+The six parts differ in the number of axes, and in whether they have encoder inputs.
 
 Each object knows only those above it in this picture:
 

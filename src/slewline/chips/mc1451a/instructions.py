@@ -109,7 +109,10 @@ class Instructions:
         return act
 
     def kept(self, what: Arg, value: int, bits: int) -> int:
-        """Return the bits of a value that a register of `bits` bits stores (negative: signed); report a range error."""
+        """Return the value that a register stores, and report a range error.
+
+        `bits` is the width of the register; a negative one means that the register is signed.
+        """
         kept = signed(value, -bits) if bits < 0 else value & (1 << bits) - 1
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
@@ -125,7 +128,7 @@ class Instructions:
 
     # ----------------------------------------------------------------------------------------------- profile generation
     def do_set_acc(self, value: int) -> None:
-        """SET_ACC: load the acceleration; a negative one in trapezoidal mode is a finding."""
+        """SET_ACC: load the acceleration; report a finding for a negative one in trapezoidal mode."""
         number = self.kept(sheet.ACCELERATION, value, -32)
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
@@ -133,7 +136,7 @@ class Instructions:
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:
-        """SET_START_VEL: load the start velocity; changing it during a motion that uses one is a finding."""
+        """SET_START_VEL: load the start velocity; report a finding for a change during a motion that uses one."""
         state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
         if state.in_motion and number != state.start_velocity and state.mode in STARTING:
             self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")

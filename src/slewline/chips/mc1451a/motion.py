@@ -7,7 +7,7 @@
     axis 2   due ---->|
 
 At the instant at which a cycle begins, inputs have the levels from just before it, a command that ends there is
-processed after it, and the last edge of the preceding pulses still belongs to these.
+processed after it, and the last edge of the preceding pulses still belongs to those pulses.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """Make the next cycle due after this round, because a filtered input is about to change and may count."""
+        """After this round, make the next cycle due, because a filtered input is about to change, which may matter."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 

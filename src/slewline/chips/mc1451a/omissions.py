@@ -1,4 +1,4 @@
-"""A host's omissions: registers that a motion needs, the update, changes refused in motion, servo chip codes.
+"""A host's omissions and mistakes: unset registers, missing updates, refused changes, servo chip codes.
 
 Both the chipset and its linter use this file.
 """

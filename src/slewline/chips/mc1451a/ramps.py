@@ -1,7 +1,7 @@
 """The MC1451A family's profiles for the ramp calculator: trapezoids and S-curves, in the units of their commands.
 
-Both are computed in cycles.  The ramp of a trapezoid ends before the first cycle at its maximum velocity, the ramp of
-an S-curve with its phase 3.
+Both are computed in cycles.  The ramp of a trapezoid ends before the first cycle at its maximum
+velocity, that of an S-curve at the end of its phase 3.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Units:
         self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
 
     def ps(self, cycles: int) -> int:
-        """Return the duration of a number of cycles in picoseconds."""
+        """Return the duration of `cycles` cycles, in picoseconds."""
         return self.clock.ps(cycles * CYCLE)
 
     def rate(self, arg: Arg, value: int) -> float:
@@ -94,11 +94,11 @@ class ChipsetRamp(Ramp):
 
     @abstractmethod
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move of a number of steps, at least 1."""
+        """Return the move over a distance of at least 1 step."""
 
 
 class ChipsetMove(Move):
-    """A whole move: a sequence of laws, each for a number of cycles."""
+    """A whole move: a sequence of laws, each with the number of cycles that follow it."""
 
     def __init__(
         self, ramp: ChipsetRamp, distance: int, parts: Sequence[tuple[Law, int]], top: int, legs: Mapping[str, int]
@@ -119,7 +119,10 @@ class ChipsetMove(Move):
 
 # ------------------------------------------------------------------------------------------------------------ profiles
 class Trapezoid(ChipsetRamp):
-    """The linear acceleration ramp from `start`, which is also the velocity of the first cycle if it is higher."""
+    """The linear acceleration ramp.
+
+    Its first cycle has the velocity `start`, or the velocity gained in one cycle if that is higher.
+    """
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -137,7 +140,7 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def acceleration(self) -> float:
-        """The acceleration in every cycle, steps/s^2; at most the one that reaches maximum velocity in one cycle."""
+        """The acceleration in every cycle, steps/s^2, limited to one that reaches maximum velocity in one cycle."""
         return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
 
     @property
@@ -165,7 +168,7 @@ class Trapezoid(ChipsetRamp):
 
 
 class SCurvePhases(ChipsetRamp):
-    """Phases 1 to 3 of an S-curve that is long enough; they may end within a cycle."""
+    """Phases 1 to 3 of an S-curve long enough to reach its maximum velocity; they may end within a cycle."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -235,7 +238,7 @@ class ChipsetRamps(Calculator):
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a move of a number of steps with these values."""
+        """Return the commands that a host sends for a move of `steps` steps with these values."""
         modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
             values["output"] == "high"
         )
@@ -247,7 +250,7 @@ class ChipsetRamps(Calculator):
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the values near the wanted one; of values with the same ramp, the gentlest."""
+        """Yield the values near the wanted one; of several values with the same ramp, only the gentlest."""
         if len(search.free) > 1:
             names = " and ".join(search.free)
             raise UsageError(f"{self.sheet.part}: {names} cannot both be searched for; set one of them")
@@ -272,8 +275,8 @@ class ChipsetRamps(Calculator):
 def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
     """Yield acceleration values whose ramp is near a target number of steps.
 
-    While the ramp has the same number of cycles, a higher acceleration takes more steps; with one cycle less, the next
-    tooth begins.  Teeth hardly overlap, so the best values are in the teeth near the target.
+    While the ramp has the same number of cycles, a higher acceleration takes more steps; with one cycle
+    fewer, the next tooth begins.  Teeth hardly overlap, so the best values are in the teeth near the target.
     """
     target, around = search.wanted.value, search.best + 2
 

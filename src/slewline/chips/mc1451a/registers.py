@@ -150,7 +150,10 @@ class AxisState:
         buffer.loaded = frozenset()
 
     def switch_off(self) -> None:
-        """Switch the motor off, by command or after a stall.  The next cycle ends the motion even if it is on again."""
+        """Switch the motor off, by command or after a stall.
+
+        The next cycle ends the motion, even if the motor is on again by then.
+        """
         self.motor_on, self.awaits_update = False, True
         self.was_off = True
 
@@ -165,7 +168,7 @@ class AxisState:
 
 
 class Registers:
-    """The axes of a chipset, `states`, of which one is current; and the registers common to all axes."""
+    """The axes of a chipset (`states`), one of which is current, and the registers common to all axes."""
 
     def __init__(self, axes: int) -> None:
         self.states = [AxisState(number) for number in range(1, axes + 1)]

@@ -37,7 +37,7 @@ _STROBE = "at the strobes"
 def _wires(
     where: str, numbers: Sequence[int], name: str, in_out: InOut, description: str, first: int = 0
 ) -> tuple[Pin, ...]:
-    """Return numbered pins without a signal in the model; `first` is the number of the first pin."""
+    """Return numbered pins without a signal in the model; `first` is the number in the name of the first pin."""
     return tuple(
         Pin(number, f"{name}{first + n}", in_out, description, where=where) for n, number in enumerate(numbers)
     )
@@ -109,7 +109,7 @@ PER_AXIS = ("pulse", "dir", "home", "atrest", "poslimit", "neglimit", "quada", "
 
 
 def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
-    """Return the pins of a part with a number of axes."""
+    """Return the pins of a part with `axes` axes."""
     return tuple(
         pin
         for pin in PINS
@@ -118,7 +118,7 @@ def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
 
 
 def _limits(pins: Sequence[Pin]) -> tuple[Limit, ...]:
-    """Return the limits between edges, for the pins that a part has."""
+    """Return the limits on the time between edges, for the pins that a part has."""
     names = {pin.name for pin in pins} | {"hostdata"}
     return tuple(limit for limit in LIMITS if names >= {limit.start.split()[0], limit.end.split()[0]})
 
@@ -184,9 +184,9 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 class RegisterRow(PacketRow):
     """A command, with its effect on a register; a command that does more has a method in instructions.py.
 
-    It `sets` a register to a fixed value, `loads` one with the host's number, of which `bits` are stored (negative:
-    signed), or `shows` one.  The registers are those of the current axis (of its buffer if the command is buffered);
-    with values of `acts` other than "current", those of the chipset.
+    It `sets` a register to a fixed value, `loads` one with the host's number, of which `bits` are stored
+    (negative: signed), or `shows` one.  The registers are those of the current axis (of its buffer if the
+    command is buffered), or those of the chipset if `acts` is not "current".
     """
 
     sets: tuple[str, object] | None = None

@@ -51,7 +51,7 @@ class Supply:
             self.kernel.settle()
 
     def come(self) -> None:
-        """Power up.  RESET starts the chipset; a part whose RESET is already high starts without it."""
+        """Power up.  The rise of RESET starts the chipset; if RESET is already high, the chipset starts by itself."""
         self.powered = True
         self.up_ps = self.fell_ps = self.kernel.now
         self.supplied.clock_runs()
@@ -105,7 +105,7 @@ class Supply:
         self.supplied.cleared()
 
     def _start_in(self, ticks: int) -> None:
-        """End the reset after a number of clocks."""
+        """End the reset after `ticks` clocks."""
         starts = self.starts
 
         def start() -> None:

@@ -100,7 +100,7 @@ class DriveCommand(ServeCommand):
         return super().check_options()
 
     def _folder(self, stack: ExitStack) -> Path:
-        """Return the folder of the recording; without a black box, a temporary folder for the past of the session."""
+        """Return the folder of the recording; without a black box, a temporary one for the session history."""
         from ...drive.blackbox import new_folder
 
         if self.no_black_box or self.check:
@@ -164,7 +164,7 @@ class DriveCommand(ServeCommand):
             raise
 
     def _join(self, server: Server, drive: Drive) -> None:
-        """Call the drive from the server's loop, and delay output to hosts until the motor has caught up."""
+        """Make the server's loop call the drive, and delay output to hosts until the motor has caught up."""
         from ...links.sockets.system import be_prompt
 
         for line in server.lines.values():
@@ -197,7 +197,7 @@ class DriveCommand(ServeCommand):
         self._watch_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
     def _watch_user(self, server: Server, drive: Drive, introduction: str) -> None:
-        """Print the introduction once SIGUSR2 means `clear`, and read typed commands."""
+        """Make SIGUSR2 act as `clear`, print the introduction, and read typed commands."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 

@@ -90,21 +90,25 @@ SERVED = together(
 def serve_command(**options: Any) -> int:
     """Serve a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
 
-    Each port is printed on the standard output as soon as it is open: its name, and the URL or the device under which
-    pySerial finds it.  By default a module has 9600 baud and checksums (--strap chs=0: none).
+    Each port is printed on the standard output as soon as it is open: its name, and the URL or the device
+    under which pySerial finds it.  By default a module runs at 9600 baud with checksums (--strap chs=0:
+    without).
 
-    A pseudo-terminal has 8 bits and no parity, whatever the host sets.  A host may open it as 7O2 repeatedly; one that
-    sets 7O2 twice in a row gets EINVAL (invalid argument): a timeout set right after the open, one setting after the
-    other, an open right after a close, stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp) or
-    rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
+    A pseudo-terminal has 8 bits and no parity, whatever the host sets.  A host may open it as 7O2
+    repeatedly; but one that requests 7O2 twice in quick succession gets EINVAL (invalid argument): by
+    setting a timeout right after the open, by making its settings one by one, by an open right after a
+    close, or with stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp) or rfc2217://HOST:PORT
+    (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
 
-    The MC1451A family has registers instead of a serial line, and is served with --tcp only.  registers://HOST:PORT
-    takes the messages of slewline.links.ports.register_port; their other end is slewline.links.clients.chipset_port for
-    a program in Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
+    The MC1451A family has registers instead of a serial line, and is served with --tcp only.
+    registers://HOST:PORT takes the messages of slewline.links.ports.register_port; the client is
+    slewline.links.clients.chipset_port for a program in Python, and examples/mc1451a/slewline_port.h for one
+    in C that reads and writes I/O ports.
 
-    For a chip with a bus and a serial line, use one of these ports for the line and --registers for the bus: the
-    registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
-    The line has 9600 baud, unless a host on --rfc2217 sets another rate.
+    For a chip with a bus and a serial line, use one of these ports for the line and --registers for the bus:
+    this serves the registers of a parallel card at registers://HOST:PORT, with the client
+    slewline.links.clients.card_port.  The line runs at 9600 baud, unless a host on --rfc2217 sets another
+    rate.
     """
     from .serve import ServeCommand
 
@@ -210,11 +214,12 @@ def drive_command(**options: Any) -> int:
     The board stops on its own and keeps count, but it is not a safety device: an E-stop must cut the supply of the
     driver.
 
-    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host is connected to the chip
-    by one of the ports, as with `slewline serve`.  While the motor moves, steps and characters are output a horizon
-    later.  A board that stops by itself, because of an input, an E-stop or a lost host, reports its position; the drive
-    is then halted until `clear` is typed or SIGUSR2 is received.  If the board has switched the driver off, the driver
-    stays off: `clear homing` switches it on, to home the motor, and `clear homed` if you know its position.
+    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host is connected
+    to the chip by one of the ports, as with `slewline serve`.  While the motor moves, steps and characters
+    are output with a fixed delay, the horizon.  A board that stops by itself, because of an input, an E-stop
+    or a lost host, reports its position; the drive is then halted until `clear` is typed or SIGUSR2 is
+    received.  If the board has switched the driver off, it stays off until you type `clear homing`, to home
+    the motor, or `clear homed`, if you know its position.
     """
     from .drive import DriveCommand
 
@@ -243,11 +248,11 @@ def drive_command(**options: Any) -> int:
 def panel_command(**options: Any) -> int:
     """Open a panel, a web page that shows a chip and operates it, until SIGINT, SIGTERM or SIGHUP.
 
-    It shows pins, registers, program and conversation; you can pause and step time, and go back in it.  The host sends
-    a PROGRAM to the chip, as `slewline run` does; time is paused until *Run the program* is pressed, or runs with
-    --run.  The ports of the [[serve]] tables of a bench file are opened, and its time runs from the start.  With
-    --attach the panel shows the bench of a running server, whatever host program is connected; the token of its control
-    port is taken from the environment, SLEWLINE_TOKEN.
+    It shows pins, registers, program and conversation; you can pause and step time, and go back in it.  The
+    host sends a PROGRAM to the chip, as `slewline run` does; time is paused until *Run the program* is
+    pressed, unless --run is given.  If a bench file has [[serve]] tables, their ports are opened, and time
+    runs from the start.  With --attach the panel shows the bench of a running server, whatever host program
+    is connected; the token of its control port is taken from the environment, SLEWLINE_TOKEN.
 
     The address of the page is printed.  Any browser with its token may operate the chip; without it the page is
     read-only.

@@ -63,7 +63,7 @@ class PanelCommand(BenchOptions):
 
     @property
     def is_bench(self) -> bool:
-        """Whether the subject is a bench file."""
+        """True if the subject is a bench file."""
         return self.what is not None and is_bench(self.what)
 
     # ------------------------------------------------------------------------------------------ a server that runs
@@ -112,7 +112,7 @@ class PanelCommand(BenchOptions):
 
     @property
     def begins_paused(self) -> bool:
-        """Whether time is paused until the page starts it: true for a program; hosts on ports keep their own time."""
+        """True if time is paused until the page starts it, as for a program; hosts on ports keep their own time."""
         if self.run:
             return False
         if self.file is not None:

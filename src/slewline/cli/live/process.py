@@ -1,4 +1,4 @@
-"""The panel as a separate process of a server: it never delays a chip, and ends when the command does."""
+"""The panel of a server, in a separate process: it never delays a chip, and ends when the command does."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ class PanelProcess(Closing):
 
 @contextmanager
 def kept_journal(path: str | None) -> Iterator[str]:
-    """Yield the path of a journal, which going back in time needs: the given path, or a temporary one for this run."""
+    """Yield the path of the journal needed for going back in time: the given path, or one for this run only."""
     if path is not None:
         yield path
         return

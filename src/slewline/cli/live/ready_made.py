@@ -51,7 +51,7 @@ FIRMWARE = {
 
 
 def next_to_the_wheel() -> list[Path]:
-    """Return the folder of the installed wheel, if it was a file, and its firmware folder."""
+    """Return the folder of the installed wheel file, and its firmware folder; [] if there was no such file."""
     try:
         origin = distribution("slewline").read_text("direct_url.json")
     except PackageNotFoundError:
@@ -69,7 +69,7 @@ def places() -> list[Path]:
 
 
 def firmware_of(name: str, board: str | None = None) -> Firmware:
-    """Return the firmware image with a name.
+    """Return the firmware image of this name.
 
     Raises:
         UsageError: there is none, or it is for another board.
@@ -83,7 +83,7 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
 
 
 def write_firmware(name: str | None, board: str | None, output: str | None, source: str | None) -> int:
-    """Write the firmware image with a name, or list all images; return the exit status.
+    """Write the firmware image of this name, or list all images; return the exit status.
 
     Raises:
         UsageError: there is no such firmware, it is for another board, or its file is in none of the folders.

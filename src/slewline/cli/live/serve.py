@@ -261,7 +261,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
         lockstep: time follows no clock and waits for the disk.
 
     Raises:
-        UsageError: the directory cannot be written, or another server uses it.
+        UsageError: the directory cannot be written, or another server is using it.
     """
     if path is None:
         yield None

@@ -64,8 +64,9 @@ def proxy_command(**options: Any) -> int:
 def decode_command(**options: Any) -> int:
     """Read the characters on two recorded wires, and print the dialogue of host and module.
 
-    CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  The
-    character format is that of the part; TTL and RS-232 levels are detected.  Exit status 1 if a character is damaged.
+    CAPTURE is a VCD file, a CSV file from a logic analyser or an oscilloscope, or a PulseView session (.sr).
+    The character format is that of the part; TTL and RS-232 levels are detected.  Exit status 1 if a
+    character is damaged.
     """
     from ..recordings.decode import decode
 
@@ -88,10 +89,11 @@ def decode_command(**options: Any) -> int:
 def terminal_command(**options: Any) -> int:
     """Open a terminal to a real module on PORT, line by line, until Ctrl-D; lines that you send may move the motor.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  Lines are sent with the
-    checksum, the address and the terminator that the part needs.  The tab key completes commands, the row below shows
-    the text of the manual, and :help lists all commands.  Every line also goes to the model, which starts in the state
-    after power-up: its findings are printed below the line, with a !.
+    PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
+    Lines are sent with the checksum, the address and the terminator that the part needs.  The tab key
+    completes commands, the row below shows the text of the manual, and :help lists all commands.  Every line
+    also goes to the model, which starts in the state after power-up: its findings are printed below the
+    line, with a !.
     """
     from .terminal import TerminalCommand
 
@@ -159,14 +161,16 @@ def terminal_command(**options: Any) -> int:
 def compare_command(**options: Any) -> int:
     """Compare a measurement with the model: the signals of a waveform file, or the dialogue with a module.
 
-    Two waveforms, of a run and of a logic analyser: for each signal, missing, extra, late and early edges are reported,
-    and the drift of the measured clock; exit status 1 if there are such edges.  Without --map signals of the same name
-    are compared, whatever their scopes.  --shift first and best use the first signal of the list.  MEASURED is a VCD
-    file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).
+    Two waveforms, one of a run and one of a logic analyser: for each signal, missing, extra, late and early
+    edges are reported, and the drift of the measured clock; exit status 1 if there are such edges.  Without
+    --map, signals of the same name are compared, whatever their scopes.  --shift first and --shift best use
+    the first signal of the list.  MEASURED is a VCD file, a CSV file from a logic analyser or an
+    oscilloscope, or a PulseView session (.sr).
 
-    A dialogue, as recorded by `slewline proxy` and other commands: every line is sent to the model at its time, in
-    virtual time, and every different answer or delay is reported; exit status 1 if there is one.  The module and its
-    model should begin in the same state: switch the module on for the recording.
+    A dialogue, as recorded by `slewline proxy` and other commands: every line is sent to the model at its
+    recorded time, in virtual time, and every answer or delay that differs is reported; exit status 1 if
+    there is one.  The module and its model should begin in the same state: start the recording with a module
+    that has just been switched on.
     """
     return compare(**options)
 

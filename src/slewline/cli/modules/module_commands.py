@@ -31,14 +31,14 @@ from .module_options import PORT, chip_option, module_options, setting_options
 def pull_command(**options: Any) -> int:
     """Save the program and settings of a real module on PORT to a file that `slewline asm` and `slewline push` take.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The command reads the
-    program, by its listing until two listings agree, the position, and the registers that the part can report.  The
-    module is not changed, and no command is sent that may step the motor.  Speeds and ramps of a GS-C are only in its
-    program.  A CY525 or CY512 is read through an adapter, which takes the same lines as a served chip with --framing;
-    the first 48 bytes of its program are read.
+    PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
+    The command reads the program (it is listed until two listings agree), the position, and the registers
+    that the part can report.  The module is not changed, and no command is sent that may step the motor.
+    Speeds and ramps of a GS-C are only in its program.  A CY525 or CY512 is read through an adapter, which
+    takes the same lines as a served chip with --framing; the first 48 bytes of its program are read.
 
-    With --eeprom the stored program replaces the one in RAM, which is saved first, restored, and verified.  The
-    dialogue is recorded next to FILE, in FILE.dialogue.
+    With --eeprom the program in the EEPROM is saved too: it briefly replaces the one in RAM, which is saved
+    first, then restored and verified.  The dialogue is recorded next to FILE, in FILE.dialogue.
     """
     from .pull_push import PullCommand
 
@@ -60,9 +60,10 @@ def pull_command(**options: Any) -> int:
 def push_command(**options: Any) -> int:
     """Send a program to a real module on PORT, and verify it by its listing; it is not run.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The old program is saved
-    first.  With --store the module stores the program in its EEPROM, but only after the listing has agreed.  After an
-    error the present content of the module is reported; the same command again resumes from there.
+    PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
+    The old program is saved first.  With --store the module stores the program in its EEPROM, but only after
+    the listing has agreed.  After an error the present content of the module is reported; repeating the
+    command resumes from there.
 
     A GS-C200 stays in program entry, because its only exit is E, which runs the program.
     """
@@ -98,14 +99,14 @@ def push_command(**options: Any) -> int:
 def epics_command(**options: Any) -> int:
     """Serve the motor of a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The parameters set the
-    ramp of every move, as in `slewline ramp CHIP`: S=10 T="1000 steps/s" R=50.  A put to VAL completes when the motor
-    is at rest.
+    PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
+    The parameters set the ramp of every move, as in `slewline ramp CHIP`: S=10 T="1000 steps/s" R=50.  A put
+    to VAL completes when the motor is at rest.
 
     A GS-C moves only by programs: each move replaces the program in RAM, not the one stored by M.
 
-    Clients on this machine may connect; others only with --allow-remote, and if EPICS_CAS_INTF_ADDR_LIST names an
-    address that they reach.
+    Clients on this machine may connect; others only with --allow-remote, and if EPICS_CAS_INTF_ADDR_LIST
+    names an address that they can reach.
     """
     from .epics import EpicsCommand
 
@@ -128,13 +129,13 @@ def epics_command(**options: Any) -> int:
 def firmware_command(**options: Any) -> int:
     """Write the firmware of a board to a file, and print how to load it; without NAME, list all firmware.
 
-    gs-c200s and gs-c200 make a Raspberry Pi Pico replace a module; uno makes an Arduino Uno the board of slewline
-    drive.  The file is searched for next to the installed wheel, in the build of a checkout, and in the current
-    directory.
+    gs-c200s and gs-c200 turn a Raspberry Pi Pico into a replacement for a module; uno turns an Arduino Uno
+    into the board for slewline drive.  The file is searched for next to the installed wheel, in the build of
+    a checkout, and in the current directory.
 
-    With --check fixed lines are sent to the board, and its answers are compared with those of the model, as with
-    slewline compare.  First switch the board on, with its user inputs open.  PORT is what pySerial takes; rate and
-    checksums are detected.  Exit status 1 if an answer or a delay differs.
+    With --check fixed lines are sent to the board, and its answers are compared with those of the model, as
+    with slewline compare.  First switch the board on, with its user inputs open.  PORT is a name or URL that
+    pySerial accepts; rate and checksums are detected.  Exit status 1 if an answer or a delay differs.
     """
     from .check_board import firmware
 

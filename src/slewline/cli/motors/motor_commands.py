@@ -90,12 +90,12 @@ def calibrate_command(**options: Any) -> int:
 @path("--bench", metavar="F.toml", help="Write a bench file with the ramp, for slewline run.")
 @OPTIONS
 def tune_command(**options: Any) -> int:
-    """Find the fastest ramp of a chip that a motor with its driver and load follows.
+    """Find the fastest ramp of a chip that a motor with its driver and load can follow.
 
-    Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated from the fastest
-    on, with the physics of the motor, under perturbations of load, inertia, supply, current, friction and drag, until
-    one completes under all of them: the best.  The recommended move is the fastest one whose neighbours in the grid
-    also complete, and whose lag is never more than 1.8 steps.
+    Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated, the
+    fastest first, with the physics of the motor, under perturbations of load, inertia, supply, current,
+    friction and drag, until one completes under all of them: the best.  The recommended move is the fastest
+    one whose neighbours in the grid also complete, and whose lag is never more than 1.8 steps.
 
     A Dask cluster runs any code sent to it, and a client any result it receives: name only your own cluster.
     """

@@ -171,7 +171,7 @@ def values_text(calculator: Calculator, values: Any) -> str:
 
 
 def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
-    """Yield the map, fastest move first: the moves that complete, and the perturbation that fails each other one."""
+    """Yield the map, fastest move first, with the perturbation under which a move fails, if it does."""
     counts = Counter(place.says for place in found.map)
     yield f"map           {', '.join(f'{count} {verdict}' for verdict, count in counts.most_common())}"
     names = found.task.grid.free or found.task.grid.names[:1]

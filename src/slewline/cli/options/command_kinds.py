@@ -150,7 +150,7 @@ class CommandGroup(click.Group):
 
 
 class CommandWithGuide(HintingCommand):
-    """A command whose help ends with the guide to run scripts."""
+    """A command whose help ends with the guide to writing run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the docstring of the script module, unchanged, and the exit status."""

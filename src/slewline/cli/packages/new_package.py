@@ -1,7 +1,7 @@
 """slewline new-chip, new-part: write a package of the user's own, whose tests pass from the start.
 
-The templates are that package with words to be replaced (see `words`).  Files common to every package are in the folder
-`both`, those of a chip or a part in the other two.
+The templates are such a package with words to be replaced (see `words`).  Files common to every package
+are in the folder `both`, those of a chip or a part in `chip` or `part`.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def check_free(kind: Kind, name: str) -> None:
     """Check that a name is not in use.
 
     Raises:
-        UsageError: it is in use; the message names its user.
+        UsageError: it is in use; the message states where.
     """
     module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:

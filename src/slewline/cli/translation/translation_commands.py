@@ -39,14 +39,15 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 def translate_command(**options: Any) -> int:
     """Translate a program for another part or controller, and report the result for each line.
 
-    FILE is a program, or a bench file (.toml): each program of a bench becomes a file in the folder --output, and if
-    the target is a part, the bench around them is translated as well.
+    FILE is a program, or a bench file (.toml): each program of a bench becomes a file in the folder
+    --output, and if the target is a part, the bench itself is translated as well.
 
-    A line is the same, nearly the same (by how much), or not possible (the limit of the target, and a manual remedy).
-    Without --output the result goes to the standard output and the report to the standard error.  Exit status 1 if a
-    line is not possible, or if the runs differ by more than the report states.
+    Each line is reported as the same, as nearly the same (with the difference), or as not possible (with the
+    limit of the target, and a manual remedy).  Without --output the result goes to the standard output and
+    the report to the standard error.  Exit status 1 if a line is not possible, or if the runs differ by more
+    than the report states.
 
-    First run a result without load, or with --prove, which runs both sides.
+    Run the result without a load first, or use --prove, which runs and compares both versions.
     """
     from ..files import is_bench
 

@@ -113,7 +113,7 @@ class Catalogue(Generic[T]):
         return found
 
     def brought_as(self, name: str) -> EntryPoint | None:
-        """Return the entry point with a name; None if no installed package has one.
+        """Return the entry point of this name; None if no installed package has one.
 
         Raises:
             UsageError: several packages have an entry point with this name.

@@ -86,7 +86,7 @@ class SerialLine(Channel):
         stop: the number of stop bits.
         bauds: the rates, keyed by the levels of `baud_pins`; a part without such pins has one entry, for ().
         baud_pins: the pins that select the rate.
-        addresses: the addresses, keyed by the levels of `address_pins`; with 0, no address is sent.
+        addresses: the addresses, keyed by the levels of `address_pins`; for address 0, none is sent.
         address_pins: the pins that select the address.
         checksum_pin: the pin that selects checksums at level 1; "" if there is none.
         where: the section of the manual.
@@ -141,14 +141,15 @@ class SerialLine(Channel):
 
 @dataclass(frozen=True, eq=False)
 class FlowBus(Channel):
-    """A data bus with a handshake for every byte, and a flow line that shows their direction.
+    """A data bus with a handshake for every byte, and a flow line that shows the direction of the bytes.
 
     The pins have the roles "request", "ready" and "flow".
 
     Attributes:
-        ends: when the flow line shows the end of a message: "before" the part answers the request of the last byte, or
-            "after" that request.
-        live: True if the part takes commands while its program runs, after a first request without a byte.
+        ends: when the flow line shows the end of a message: "before" the part answers the request for the
+            last byte, or "after" the end of that request.
+        live: True if the part takes commands while its program runs, after an initial request that carries
+            no byte.
         in_use: a mask and a value: the flow line is in use while the mode register has this value under the mask;
             otherwise its pin has another function.
     """

@@ -286,7 +286,7 @@ def _same(value: Any) -> Any:
 
 
 def nowhere(_name: str, _value: object) -> str:
-    """Return "", as the setting cannot be made anywhere else."""
+    """Return "", because the setting cannot be made anywhere else."""
     return ""
 
 
@@ -301,11 +301,12 @@ def checked(
 
     Args:
         beside: the other arguments that are allowed besides these options, for the message about an unknown argument.
-        elsewhere: a function that returns text on how to set something that is not an option to a value; "" if it
-            cannot be set.
+        elsewhere: a function that, given a name that is not an option, and a value, returns text on how to
+            set it; "" if it cannot be set.
 
     Raises:
-        UsageError: an option that does not exist, a value that is not allowed, or one that is missing.
+        UsageError: an option that does not exist, a value that is not allowed, or a required option that is
+            missing.
     """
     known = {row.name: row for row in rows}
     for name in given:

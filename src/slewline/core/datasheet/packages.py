@@ -73,7 +73,7 @@ def _prefix(pin: Pin) -> str:
 
 
 def _arranged(name: str, pins: Sequence[Pin]) -> Package:
-    """Return the package of some pins."""
+    """Return the package that has these pins."""
     at = {pin.number: pin.name for pin in pins if pin.number}
     if not at:
         names = [pin.name for pin in pins]

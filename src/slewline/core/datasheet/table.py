@@ -262,7 +262,7 @@ class Row:
         return bytes([code]) + data
 
     def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
-        """Return the argument values in some bytes; missing bytes count as 0.  `code` is the opcode as stored."""
+        """Return the argument values that bytes encode; missing bytes count as 0.  `code` is the opcode as stored."""
         values, at = [], 0
         for arg in self.args:
             if arg.size:
@@ -345,11 +345,11 @@ class Timing:
 class Limit:
     """A data sheet limit for the time between two edges.
 
-    An edge is a pin, or the data bus, and a change: "falls", "rises", "changes"; for a bus also "appears" and
-    "vanishes", when an output starts or stops driving it.  The time is measured from the last `start` to the first
-    `end` after it: with two strobes in a selection, the first one ends a set-up time and the second one begins a hold
-    time.  A start and an end at the same instant are 0 apart; but if only a typical time is given, the end is taken to
-    come first.
+    An edge names a pin, or the data bus, and a change: "falls", "rises", "changes"; for a bus also "appears"
+    and "vanishes", when an output starts or stops driving it.  The time is measured from the last `start` to
+    the first `end` after it: with two strobes in a selection, the first one ends a set-up time and the
+    second one begins a hold time.  A start and an end at the same instant are 0 apart; but if only a typical
+    time is given, the end is taken to come first.
 
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".
@@ -505,13 +505,13 @@ class Sheet:
         manual: the source of the facts.
         pins: the pin table.
         commands: the command table.
-        behaviour: a number that is increased whenever the same inputs lead to other outputs; a journal records that of
-            its run.
+        behaviour: a number that is increased whenever the model changes so that the same inputs lead to
+            other outputs; a journal records the number for its run.
         crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a selectable crystal.
         crystal_low_hz: the lowest crystal frequency allowed, Hz.
         crystal_high_hz: the highest crystal frequency allowed, Hz; 0 if there is no selectable crystal.
         registers: the register table.
-        options: the options for making the part.
+        options: the options with which the part is created.
         rates: the rate for each value of the rate parameter, steps/s, with the usual crystal.
         times: the times that the part takes, under names chosen for this project.
         limits: the limits for the times between edges.

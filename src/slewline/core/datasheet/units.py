@@ -5,9 +5,9 @@
     quantity("600 rpm", "steps/s", "rate", per_turn=200)          2000.0
     quantity("5 mH", "kg m2", "inertia")                          UsageError: ... mH is a unit of inductance ...
 
-Text is rounded only once, so "68 g cm2" is the same number as 6.8e-6.  Text must include a unit, unless it is 0 or an
-angle: 68 for an inertia is unlikely to mean kg m2.  Spaces, dots, stars and dashes within a unit are ignored.  Turns
-become steps only where the steps per turn of a motor are known.
+Text is rounded only once, so "68 g cm2" is the same number as 6.8e-6.  Text must include a unit, unless
+it is 0 or an angle: 68 for an inertia is unlikely to mean kg m2.  Spaces, dots, stars and dashes within
+a unit are ignored.  Turns are converted to steps only where the steps per turn of a motor are known.
 """
 
 from __future__ import annotations
@@ -75,7 +75,8 @@ def measured(value: object, unit: str, per_turn: int | None = None) -> float:
         per_turn: the steps per turn of the motor, if a rate may be in turns.
 
     Raises:
-        ValueError: the value is neither a finite number nor text that consists of one and a unit of this quantity.
+        ValueError: the value is neither a finite number nor text made up of such a number and a unit of this
+            quantity.
     """
     if isinstance(value, str):
         return _of_text(value, unit, per_turn)

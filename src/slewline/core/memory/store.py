@@ -32,7 +32,7 @@ class AppendStore(Store, Protocol):
     """A store for a large memory that accepts partial writes.  Parts that do not need these accept any store."""
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content, all of them or none, at a cost independent of the length of the content.
+        """Write bytes into the content, all of them or none, at a cost independent of the length of the content.
 
         Args:
             data: the bytes, which replace as many bytes starting at `at`; bytes beyond the end extend the content.
@@ -73,7 +73,7 @@ class Memory:
         self._content = bytearray(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content at address `at`, by default at its end.
+        """Write bytes into the content at address `at`, by default at its end.
 
         Raises:
             UsageError: there would be a gap before `at`.
@@ -117,7 +117,7 @@ class JournaledStore:
         self._known.write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content of the store; a store without `append` is given the whole content."""
+        """Write bytes into the content of the store; a store without `append` is given the whole content."""
         append = getattr(self.store, "append", None)
         if append is not None:
             self._reporting(lambda: append(data, at))
@@ -200,7 +200,7 @@ class ReplayedStore(Memory):
         super().write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write some bytes into the content at an address, by default at its end."""
+        """Write bytes into the content at an address, by default at its end."""
         self._call()
         super().append(data, at)
 
@@ -223,7 +223,7 @@ class ReplayedStore(Memory):
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
-    """Write some bytes into a memory content, as `AppendStore.append` does; return the address."""
+    """Write bytes into the content of a memory, as `AppendStore.append` does; return the address."""
     address = len(content) if at is None else at
     if not 0 <= address <= len(content):
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")

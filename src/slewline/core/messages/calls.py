@@ -18,7 +18,7 @@ R = TypeVar("R")
 def answering(
     name: str, also: str = "", options: type | None = None, defaults: Mapping[str, object] = {}
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator with which calls with wrong arguments raise an error that lists the right ones.
+    """Return a decorator that makes calls with wrong arguments raise an error that lists the right ones.
 
     Args:
         name: the name of the function in a message.

@@ -12,7 +12,7 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 def formerly(**names: str) -> Callable[[T], T]:
-    """Return a decorator that also accepts former names: for the fields of a class or the arguments of a function.
+    """Return a decorator that allows former names of the fields of a class or the arguments of a function.
 
     Args:
         names: the former name of each field or argument, keyed by its present name.

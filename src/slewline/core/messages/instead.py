@@ -27,7 +27,7 @@ def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
     """Return the error for an attribute that an object does not have.
 
     Args:
-        remedy: what to write instead; "{it}" is replaced by the name of the object, or of its class.
+        remedy: the code to write instead; "{it}" is replaced by the name of the object, or of its class.
     """
     it = called(one)
     return NoSuchAttribute(f"{it} has no {name!r}; {remedy.format(it=it)}")
@@ -96,9 +96,9 @@ def _names_there_are(one: object) -> list[str]:
 
 
 def seal(cls: type) -> None:
-    """Make read-only properties raise an error with a remedy when they are set, as in `_to_set` of the class.
+    """Make an attempt to set a read-only property raise an error with the remedy in `_to_set` of the class.
 
-    A property with a setter is read as fast as one without.
+    The setter that this adds does not slow down reading the property.
     """
     for name, own in [*vars(cls).items()]:
         if type(own) is property and own.fset is None and not name.startswith("_"):

@@ -15,13 +15,13 @@ MOST_SLIPS = 3
 
 
 def hint(name: object, names: Iterable[str]) -> str:
-    """Return "; did you mean X?" for the nearest of some names, ignoring case; "" if none is near."""
+    """Return "; did you mean X?" for the nearest of the names, ignoring case; "" if none is near."""
     found = near(name, names)
     return f"; did you mean {found[0]}?" if found else ""
 
 
 def near(name: object, names: Iterable[str]) -> list[str]:
-    """Return the nearest of some names, ignoring case: those with the fewest slips; empty if none is near.
+    """Return the nearest of the names, ignoring case: those with the fewest slips; empty if none is near.
 
     An unfinished name yields the name that begins with it, if there is only one.
     """

@@ -117,9 +117,10 @@ missing(
 class Segment:
     """A stretch of travel: starting at an instant, `playing` moves the axis from `travel` by `sign` with each step.
 
-    `count` is `travel` without the steps that the position register did not count; the register counts `counts` with
-    each step.  `plan` and `step` are set for a train that plays a plan, starting at one of its steps.  Where a motion
-    is cut off, so is its step in progress: the motor is at rest from the instant `halted`.
+    `count` is `travel` without the steps that the position register did not count; the register counts
+    `counts` with each step.  `plan` and `step` are set for a train that plays a plan, starting at one of its
+    steps.  If a motion is cut off, so is its step in progress: the motor is at rest from the instant
+    `halted`.
     """
 
     start: int
@@ -243,7 +244,7 @@ class Axis:
             self.on_change()
 
     def where(self) -> tuple[int, int]:
-        """Return the position register and the travel at this instant, steps of this instant included."""
+        """Return the position register and the travel at this instant, including the steps of this instant."""
         now, stretch = self.kernel.now, self.past[-1]
         begun = stretch.playing.count(now) if stretch.playing is not None else 0
         position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
@@ -461,8 +462,8 @@ class Axis:
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
         """Return the trains that determine the velocity in start <= t <= stop (ps), in chronological order.
 
-        A step in progress lasts until its end, or until the next train moves the axis; a step that is cut off does not:
-        after the cut, the direction is 0.
+        A step in progress lasts until its end, until the next train moves the axis, or until it is cut off;
+        after a cut, the direction is 0.
 
         Returns:
             For each train: its first instant, the instant before which it ends (ps), its direction, and the train.

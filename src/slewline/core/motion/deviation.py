@@ -37,7 +37,10 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     bends = ideal.bends[ideal.bends <= stop]
 
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Return the greatest difference: both are monotonic in between, so it is at or just before an instant."""
+        """Return the greatest difference, and its instant.
+
+        Actual and ideal values are monotonic between changes, so it is at or just before a change.
+        """
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]
         differ = of(at)

@@ -141,8 +141,8 @@ class History:
     Values before the kept ones are NaN.
 
     Args:
-        value: before the first change.
-        since: the first known instant (ps); queries about an earlier one return the same value.
+        value: the value before the first change.
+        since: the first known instant (ps); queries about an earlier instant return the value at this one.
     """
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:

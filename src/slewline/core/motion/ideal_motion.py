@@ -122,7 +122,7 @@ def duration(velocity: float, distance: float) -> float:
 
 
 def travelled(pieces: Iterable[IdealPiece]) -> float:
-    """Return the total distance of some pieces, in steps."""
+    """Return the total distance of the pieces, in steps."""
     return sum(((j * t / 6 + a / 2) * t + v) * t for t, v, a, j in pieces)
 
 
@@ -149,7 +149,7 @@ def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
 def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
     """Return an acceleration, the rest of a distance at `top` (steps/s), and the mirrored deceleration.
 
-    If the distance is short, the acceleration ends halfway.
+    If the distance is too short for this, the acceleration ends halfway along it.
     """
     rest = distance - 2 * travelled(up)
     if rest < 0:

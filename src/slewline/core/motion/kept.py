@@ -1,6 +1,6 @@
-"""The amount of an axis's or part's past that is kept: the last hours, a number of stretches, or all of it.
+"""The limit on the past that an axis or a part keeps: the last hours, a number of stretches, or no limit.
 
-Older data is dropped when the list has doubled since it was last trimmed, but it cannot be queried even before that.
+Older data cannot be queried; it is dropped when the list has doubled since it was last trimmed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Kept:
         )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
-        """Start keeping only the last `ps`, and at most `stretches` stretches; None leaves a limit unchanged."""
+        """Start keeping only the last `ps` picoseconds, and at most `stretches` stretches; None: no change."""
         self.name = name
         self.ps = self.ps if ps is None else ps
         self.stretches = self.stretches if stretches is None else stretches

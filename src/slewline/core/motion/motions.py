@@ -227,7 +227,10 @@ class Motions:
         return self._motion_start(self._started[-1]) if self._started else None
 
     def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return the motions in progress in start <= t <= stop: for each, its start and the command that began it."""
+        """Return the starts and ends of motions in start <= t <= stop.
+
+        Each is an instant (ps), with the command that began the motion, or with "" at an end.
+        """
         found: list[tuple[int, str]] = []
         first = max(bisect_left(self._started, start, key=_time) - 1, 0)
         for started in self._started[first : bisect_right(self._started, stop, key=_time)]:

@@ -134,7 +134,7 @@ class OneAxis:
         return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
-        """Return a condition that is met when the position register has a value.
+        """Return a condition that is met when the position register has the given value.
 
         Raises:
             UsageError: the register cannot hold this value; the message states its range.

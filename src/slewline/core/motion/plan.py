@@ -24,12 +24,12 @@ def mirrored(runs: Runs) -> Runs:
 
 
 def steps(runs: Sequence[tuple[int, int]]) -> int:
-    """Return the number of steps in some runs."""
+    """Return the total number of steps in runs."""
     return sum([count for _, count in runs])  # for a hundred runs, the list makes this twice as fast
 
 
 def head(runs: Runs, count: int) -> Runs:
-    """Return the first `count` steps of some runs."""
+    """Return the first `count` steps of the runs."""
     out = []
     for interval, n in runs:
         if count <= 0:

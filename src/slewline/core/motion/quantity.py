@@ -189,7 +189,10 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the first wrap-around between each two instants, which include all turns, at either register end."""
+        """Return the first wrap-around, if any, between consecutive instants, at either end of the register.
+
+        The instants must include all turns.
+        """
         import numpy as np
 
         axis = self.axis
@@ -207,7 +210,7 @@ class Position(Quantity):
     ) -> Outline:
         """Return the changes of the register at ascending instants, with breaks where it is loaded or wraps at a step.
 
-        Each of `steps` follows an instant just before it.
+        From the instant before each of `steps` until that step, the register must be constant.
         """
         import numpy as np
 
@@ -223,7 +226,7 @@ class Position(Quantity):
 
 
 def exceeds(counts: Iterable[int], limit: int) -> bool:
-    """Return whether some counts add up to more than a limit; iterate only as far as necessary."""
+    """Return whether counts add up to more than a limit, iterating only as far as necessary."""
     return any(total > limit for total in accumulate(counts))
 
 

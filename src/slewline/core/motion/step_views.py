@@ -1,4 +1,4 @@
-"""The motor outputs that show a train: the promises on its nets.
+"""The motor outputs that show a step train, as promises on their nets.
 
 begin k                begin k+1
   |______________      ___|______
@@ -97,7 +97,7 @@ class Rises(Events):
         return k - 1 if k and tick < self.view.rise(k - 1) else k
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None if the train has fewer, or is cut off earlier."""
+        """Return the instant of rise k (ps); None if the train has fewer rises, or is cut off earlier."""
         of = self.view.of
         return before(self.clock.ps(self.view.rise(k - 1)), of.until) if k <= of.train.steps else None
 

@@ -49,7 +49,7 @@ class Train(Events):
         raise NotImplementedError
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the ends of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        """Return the ends of steps first ... last-1: (n,) int64, ticks counted from `origin`, ascending."""
         raise NotImplementedError
 
     def step_at(self, tick: int) -> int:
@@ -57,30 +57,30 @@ class Train(Events):
         raise NotImplementedError
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return `step_at` for ticks since `origin`, in any order: (n,) int64."""
+        """Return `step_at` for ticks counted from `origin`, in any order: (n,) int64."""
         raise NotImplementedError
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities from tick `since` to before tick `to`, both since `origin`, 0 <= since < to <= length.
+        """Return the velocities in since <= tick < to, counted from `origin`, with 0 <= since < to <= length.
 
         Returns:
-            Ticks since `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from each to
-            the next, (n,) float64 steps/s.
+            Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from
+            each to the next, (n,) float64 steps/s.
         """
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return the first, one lowest, one highest, and the last velocity: ticks since `origin`, and steps/s."""
+        """Return the first, a lowest, a highest, and the last velocity: ticks from `origin`, and steps/s."""
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
 
     def pieces(self, since: int, to: int) -> int:
-        """Return the number of velocities between two ticks since `origin`, correct to within one."""
+        """Return the number of velocities between two ticks, counted from `origin`, correct to within one."""
         raise NotImplementedError
 
     def rests(self, until: int) -> int:
-        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
+        """Return the tick, counted from `origin`, at which a train cut off at `until` (ps) comes to rest."""
         raise NotImplementedError
 
     # ----------------------------------------------------------------------------------------------- derived from these
@@ -93,7 +93,7 @@ class Train(Events):
         return self.steps_at(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def time(self, k: int) -> When:
-        """Return the instant at which step k begins (ps); None if the train has fewer."""
+        """Return the instant at which step k begins (ps); None if the train has fewer steps."""
         return self.clock.ps(self.end(k - 1)) if k <= self.steps else None
 
     def times(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
@@ -115,7 +115,7 @@ class Train(Events):
         return self._recent[2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants at which some steps begin (ps), ascending; all these steps must exist."""
+        """Return the instants at which the given steps begin (ps), ascending; all of these steps must exist."""
         return self.clock.ps_list([self.end(k - 1) for k in numbers])
 
 
@@ -135,13 +135,13 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The first, one slowest, one fastest, and the last run, for pictures."""
+        """The indices of the first, a slowest, a fastest, and the last run, for pictures."""
         return shown(self.intervals)
 
 
 @lru_cache(maxsize=64)
 def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
-    """Return the table of consecutive runs (interval, count), cached, as a program in a loop repeats the same moves."""
+    """Return the table of consecutive runs (interval, count), cached because programs in a loop repeat moves."""
     starts, intervals, counts, firsts = [], [], [], []
     start = first = 0
     for interval, count in runs:
@@ -158,7 +158,7 @@ def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
 
 
 def shown(intervals: list[int]) -> list[int]:
-    """Return the indices of the first, one longest, one shortest, and the last of some intervals, ascending."""
+    """Return the indices of the first, a longest, a shortest, and the last interval, ascending."""
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
 
@@ -211,7 +211,7 @@ class StepTrain(Train):
         return self.end(begun) - self.origin if (begun := self.count(until - 1)) else 0
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities from tick `since` to before tick `to`, both counted from `origin`.
+        """Return the velocities in since <= tick < to, counted from `origin`.
 
         Returns:
             Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from
@@ -336,7 +336,7 @@ class Playing(Until):
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return the first velocity, one lowest, one highest, and the last: instants (ps) and steps/s."""
+        """Return the first, a lowest, a highest, and the last velocity: instants (ps) and steps/s."""
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

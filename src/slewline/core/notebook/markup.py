@@ -2,9 +2,9 @@
 
     element("td", "a < b", class_="name")      <td class="name">a &lt; b</td>
 
-Only results of `element` count as markup, since a journal, a program or a sheet may come from anybody.  A card has no
-scripts and loads nothing.  It uses the text colour of the page, light or dark, and two colours that are visible on
-both.
+Only results of `element` count as markup, because a journal, a program or a sheet may come from an
+untrusted source.  A card has no scripts and loads nothing.  It uses the text colour of the page, light
+or dark, and two colours that are visible on both.
 """
 
 from __future__ import annotations

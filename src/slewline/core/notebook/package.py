@@ -70,7 +70,7 @@ def _print(part: str, package: Package, x: float, y: float) -> Markup:
 
 
 def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
-    """Return a pin at the origin."""
+    """Return the drawing of a pin, at the origin."""
     right, down = SIDES[side]
     level = f", {LEVELS[levels[pin.name]]}" if pin.name in levels else ""
     active = "" if pin.active is None else f", active {LEVELS[pin.active]}"
@@ -101,7 +101,7 @@ def _mark(level: int | None, x: float, y: float) -> list[Markup]:
 
 
 def _wire(side: str) -> list[Markup]:
-    """Return a pin without a signal."""
+    """Return the drawing of a pin without a signal."""
     right, down = SIDES[side]
     return [element("path", d=f"M0 0L{(LEVEL + 6) * right} {(LEVEL + 6) * down}", stroke="currentColor", opacity=0.6)]
 

@@ -51,7 +51,7 @@ def ask_at(when: When) -> int | None:
 
 
 def earliest(whens: Sequence[When]) -> int | None:
-    """Return when to query again for the earliest of some events (ps); None if none of them is foreseen."""
+    """Return when to query again for the earliest of several events (ps); None if none of them is foreseen."""
     return min((at for when in whens if (at := ask_at(when)) is not None), default=None)
 
 
@@ -63,7 +63,7 @@ def later(when: When, lag_ps: int) -> When:
 
 
 def before(when: When, until: int | None) -> When:
-    """Return the time of an event if it is before an instant (ps), else None; None as the instant sets no limit."""
+    """Return the time of an event if it is before `until` (ps), else None; an `until` of None sets no limit."""
     if until is None or when is None:
         return when
     at = when.at if isinstance(when, NotYet) else when
@@ -74,7 +74,7 @@ class Events(Protocol):
     """Events in time, numbered from 1."""
 
     def count(self, ps: int) -> int:
-        """Return the number of events by an instant (ps), including that instant."""
+        """Return the number of events up to and including an instant (ps)."""
 
     def time(self, k: int) -> When:
         """Return the instant of event k (ps), NotYet, or None if it is not foreseen."""
@@ -166,7 +166,7 @@ class Until(Events):
 
 
 class Later(Events):
-    """Events, each delayed by a number of picoseconds."""
+    """Events, each delayed by the same number of picoseconds."""
 
     def __init__(self, of: Events, lag_ps: int) -> None:
         self.of, self.lag_ps = of, lag_ps

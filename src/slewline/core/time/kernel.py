@@ -30,13 +30,14 @@ class Shuffler(Protocol):
     """An external source of randomness, for example random.Random(1)."""
 
     def shuffle(self, ready: list[Any], /) -> None:
-        """Put a list into another order, in place."""
+        """Shuffle a list in place."""
 
 
 class Task:
     """A coroutine on the kernel; `value` is the result of its wait: the net that woke it, or None after a timed wait.
 
-    The coroutine is only created when it starts to run, as Python warns about coroutines that are never run.
+    The coroutine is only created when it starts to run, because Python warns about coroutines that are never
+    run.
     """
 
     __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
@@ -84,8 +85,8 @@ class Call:
 class CommitHook(Hook[[int]]):
     """The hook of committed time.
 
-    A run checks once for listeners; if the first listener is added during the run, it leaves a mark in the heap; so,
-    without listeners, instants cost nothing extra.
+    A run checks for listeners only once; if the first listener is added later in the run, a mark in the heap
+    announces it.  So instants without listeners cost nothing extra.
     """
 
     __slots__ = ("kernel", "mark")
@@ -109,8 +110,9 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.  All before it
-            is final; at the instant itself, an external input may follow, after which the hook is called again.
+        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.
+            Everything before it is final; at the instant itself, an external input may follow, after which
+            the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -200,7 +202,7 @@ class Kernel:
                 self._rest()
 
     def run(self, until: int) -> None:
-        """Run everything up to and including an instant (ps), which then is the current one."""
+        """Run everything up to and including an instant (ps), which is then the current one."""
         self.run_while(None, until)
         if until > self.now:
             self.now = self.seen = until
@@ -307,7 +309,10 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet: this one, or a later instant."""
+        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet.
+
+        If a task advances time, this continues with the later instant.
+        """
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1

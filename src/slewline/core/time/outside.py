@@ -23,10 +23,10 @@ LetPass = Callable[[Callable[[], bool], str, Time], None]
 class Outside:
     """The outside of a run: a user, a server or a replay.
 
-    `on_input` is called with every external input: the verb and its arguments, as plain data that can be recorded
-    and repeated.  `write` is called last, just before the input takes effect: inputs that a listener makes, or time
-    that it lets pass, are recorded before the input itself.  `let_pass` lets time pass until a condition is met, or
-    raises Timeout; None means that time cannot pass.
+    `on_input` is called with every external input: the verb and its arguments, as plain data that can be
+    recorded and repeated.  `write` is called last, just before the input takes effect; so inputs that a
+    listener makes, or time that it lets pass, are recorded before the input itself.  `let_pass` lets time
+    pass until a condition is met, or raises Timeout; None means that time cannot pass.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")
@@ -64,7 +64,7 @@ class Outside:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Report no inputs made in this block, as they follow from a reported one.
+        """Report no inputs made in this block, because they follow from a reported one.
 
         Calls to hosts only queue actions.
         """

@@ -184,7 +184,7 @@ def readable(ps: int) -> str:
 
 
 class Clock:
-    """A crystal clock, which converts ticks to picoseconds exactly, rounded down, so that errors do not add up.
+    """A crystal clock that converts ticks to picoseconds exactly (rounded down), so errors do not accumulate.
 
     Args:
         hz: the frequency, Hz.
@@ -209,17 +209,17 @@ class Clock:
         return -(-ps * self.d // self.n)
 
     def ps_list(self, ticks: list[int]) -> list[int]:
-        """Return the instants of some ticks, in picoseconds since tick 0."""
+        """Return the instants of ticks, in picoseconds since tick 0."""
         n, d = self.n, self.d
         return [tick * n // d for tick in ticks]
 
     def ticks_list(self, ps: list[int]) -> list[int]:
-        """Return the first ticks at or after some instants (ps since tick 0)."""
+        """Return the first tick at or after each of several instants (ps since tick 0)."""
         n, d = self.n, self.d
         return [-(-time * d // n) for time in ps]
 
     def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the first ticks at or after many instants: int64, same shape as `ps`, every element exact."""
+        """Return the first tick at or after each of many instants: int64, same shape as `ps`, every element exact."""
         whole, part = ps // self.n, ps % self.n
         guess: NDArray[np.int64] = (part * (self.d / self.n)).astype("int64")  # wrong by one at most, as a float may be
         rest = part * self.d - guess * self.n  # products wrap around, their difference is small

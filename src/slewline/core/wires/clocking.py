@@ -29,7 +29,7 @@ FIRST_PS = 1_000_000_000  # the first stretch; the next ones are longer, as long
 
 
 class ScanWindow:
-    """The length of time to scan along a wire in one stride, chosen so that edges are expanded by the thousand."""
+    """The time to scan along a wire in one stride, adapted so that edges are expanded in blocks of thousands."""
 
     def __init__(self) -> None:
         self.ps = FIRST_PS
@@ -46,7 +46,7 @@ class ScanWindow:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Reset the stride after a pause, as edges may be dense after it."""
+        """Reset the stride after a pause, because edges may be dense after it."""
         if ps > self.ps:
             self.ps = FIRST_PS
 
@@ -95,7 +95,7 @@ class WalkedEdges(Events):
                 self._strides.skipped(self._reached - stop)
 
     def count(self, ps: int) -> int:
-        """Return the number of edges by an instant (ps), including that instant."""
+        """Return the number of edges up to and including an instant (ps)."""
         self._walk(ps)
         start, first, _, times = self._cached
         if ps >= self._reached:

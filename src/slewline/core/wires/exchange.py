@@ -32,7 +32,7 @@ Shown = Callable[[Any], Wave]  # from the state of an exchange to the wave of a 
 
 
 class End(Protocol):
-    """An end of exchanges: it watches some nets; while an exchange is a value, it is called with the data instead."""
+    """An end of exchanges: it watches nets; while an exchange is a value, it is called with the data instead."""
 
     @property
     def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
@@ -223,7 +223,7 @@ class Exchange:
         return [net for net in self.nets if net.root in roots]
 
     def withdraw(self) -> None:
-        """Continue edge by edge: one of the wires is observed, or is about to be driven."""
+        """Continue edge by edge, because one of the wires is observed, or is about to be driven."""
         nets, self.nets, self.by_value = self.nets, (), False
         seen = nets[0].kernel.seen
         for line in self.led:
@@ -274,6 +274,6 @@ class Leader(Generic[E]):
         return self.exchange
 
     def leave(self) -> None:
-        """Switch to continuing edge by edge."""
+        """Switch to edge-by-edge transfers."""
         if self.exchange is not None and self.exchange.by_value:
             self.exchange.withdraw()

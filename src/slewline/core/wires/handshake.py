@@ -1,4 +1,4 @@
-r"""Bytes over a two-line handshake as a value: the bytes of a command, including the last.
+r"""Bytes over a two-line handshake, sent by value: all bytes of a command, including the last.
 
     I/O REQUEST  ‾‾\______/‾‾‾\______/‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾     led by the host
     INSTROBE     ‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
@@ -6,9 +6,9 @@ r"""Bytes over a two-line handshake as a value: the bytes of a command, includin
     bytes            R   |       5  |      CR   |           |
     value          start                      taken       opened
 
-A chip that only stores a byte takes the same time for each, and a host without delay responds to every edge at the same
-instant; so all edges follow from the start, and neither end is woken until the last byte is accepted.  The last byte
-takes time to act, and READY returns when the chip reports this.
+A chip that only stores a byte takes the same time for each, and a host without delay responds to every
+edge at the same instant; so all edges follow from the start, and neither end is woken until the last
+byte is accepted.  Acting on the last byte takes time, and READY returns when the chip reports the end.
 
 A withdrawn exchange continues edge by edge (exchange.py): host and chip then wait for the edges that come next.
 """
@@ -57,7 +57,7 @@ class HandshakenBytes:
     """Consecutive bytes, each with its handshake.
 
     Attributes:
-        start: the first request (ps); `tick`: the clock at which the chip detects it.
+        start: the first request (ps); `tick`: the clock tick at which the chip detects it.
         before: the host's level on the bus beforehand; `released`: true if the host releases the bus when the last byte
             is accepted.
         opened: when READY returns after the last byte (ps); None if this is not known yet.
@@ -87,7 +87,7 @@ class HandshakenBytes:
         return min(self.passed(ps, self.times.kept), len(self.data) - 1)
 
     def latest_edge(self, ps: int) -> int:
-        """Return the last edge of I/O REQUEST by an instant (ps), or the very first edge if there is none."""
+        """Return the last edge of I/O REQUEST at or before an instant (ps), or the first edge if there is none."""
         number = self.current(ps)
         risen = self.instant(number, self.times.busy)
         return risen if risen <= ps else self.request_of(number)

@@ -163,7 +163,7 @@ class Driver:
         return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
 
     def renew(self) -> None:
-        """Report that `until` of the promise has moved, to all observers and samplers of the net."""
+        """Report to all observers and samplers of the net that `until` of the promise has moved."""
         if self.heard and not self.pending:
             self.drive(self.promise)
 
@@ -216,7 +216,7 @@ class TakesWhole(Protocol):
 
 
 class ByValue(Protocol):
-    """An exchange that is made over some wires by value (exchange.py)."""
+    """An exchange made over wires by value (exchange.py)."""
 
     @property
     def changing(self) -> list[Net]:
@@ -347,12 +347,12 @@ class Net:
 
     @property
     def looked_at(self) -> bool:
-        """True if anything except observers and a recorder depends on the level of the net and its time."""
+        """True if anything except observers and a recorder depends on the net's level and on when it changes."""
         waiting = self.waiters and any(task.token == token for task, token, _ in self.waiters)
         return bool(waiting or self.before_change or self.latched)
 
     def _alone(self) -> None:
-        """Make an exchange over the wire by value continue edge by edge, as the edges will be observed."""
+        """Make a by-value exchange over the wire continue edge by edge, because the edges will be observed."""
         if self.exchange is not None:
             self.exchange.withdraw()
 
@@ -445,7 +445,7 @@ class Net:
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
 
     def levels_before(self, instants: list[int]) -> list[Level]:
-        """Return the levels just before some instants (ps), under the present promises."""
+        """Return the levels just before each of several instants (ps), under the present promises."""
         if len(self.active) != 1 or (promise := self.active[0].promise) is None:
             return [self.resolve(ps - 1) for ps in instants]
         if type(promise) is Wave and promise.until is None:
@@ -568,7 +568,7 @@ class Net:
             self.sort_drivers()
 
     def join(self, other: Net) -> None:
-        """Connect two nets into one wire, at the end of this round; the ties of both end, since the pins are now wired.
+        """Connect two nets into one wire, at the end of this round; their ties end, since the pins are now wired.
 
         Raises:
             WiringError: the wire would have more than 500 pins.

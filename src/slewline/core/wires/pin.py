@@ -115,7 +115,7 @@ class LevelCondition(Condition):
 
 
 class EdgeCondition(Condition):
-    """The condition that a pin has changed a number of times."""
+    """The condition that a pin has changed a given number of times."""
 
     def __init__(self, pin: Terminal, number: int) -> None:
         count = whole(number)
@@ -153,7 +153,7 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
 
 @face
 class Terminal:
-    """A pin as seen externally: it can be read, and can be driven as by any other output on its wire.
+    """A pin as seen externally: it can be read, and driven as if by another output on its wire.
 
     Attributes:
         name: its full name, which includes its owner's name, such as "x.slew".

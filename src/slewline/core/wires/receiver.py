@@ -4,9 +4,10 @@ r"""The receiving half of a UART: it receives a line of characters as one value,
     receiver    |                     |           woken when the first begins, and when the last is complete
                  plan                  take
 
-A receiver that finds a line of characters on its wire, sent in its own format, knows the level in the middle of each
-bit in advance; so it is not woken for every character, but only for those at which its owner acts: a carriage return.
-The characters in between are taken late; `catch_up` takes them for callers that need them earlier.
+A receiver that finds a line of characters on its wire, sent in its own format, knows the level in the
+middle of each bit in advance; so it is not woken for every character, but only for those on which its
+owner acts, such as a carriage return.  The characters in between are taken late; `catch_up` takes them
+for callers that need them earlier.
 
 Anything else on the wire (a break, noise, another driver, another rate) withdraws the plan: the receiver continues
 character by character, taking past samples from the old promise.  Characters that are not part of such a line are
@@ -252,7 +253,7 @@ class Receiver:
         return len(line.data) if number < 0 else number
 
     def _comes(self, line: Characters) -> bool:
-        """Return whether a line is still received as planned; type checkers ignore that a wait may change it."""
+        """Return whether a line is still received as planned (type checkers assume that a wait cannot change it)."""
         return self.line is line
 
     def _plan(self, line: Characters) -> int:

@@ -40,7 +40,7 @@ class CharacterFormat:
         """Return the format itself, checked.
 
         Raises:
-            UsageError: a number of bits, a parity or stop bits that do not exist.
+            UsageError: the number of data bits, the parity, or the number of stop bits is not allowed.
         """
         if (
             self.bits not in range(5, 9)
@@ -107,7 +107,7 @@ class ReceivingEnd(Protocol):
 
     @property
     def set_by(self) -> str:
-        """Text that names what sets the rate and the format; "" if they cannot be changed."""
+        """Text that names the straps, options or other means that set the rate and format; "" if they are fixed."""
 
     def instead(self, baud: int | str) -> str:
         """Return text that explains how to set another rate; "" if it cannot be set."""

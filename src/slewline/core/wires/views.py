@@ -4,10 +4,11 @@
     enable          ‾‾‾‾‾‾‾‾‾‾|_________________      promise of an edge
     Gated: and      ‾|_|‾|_|‾||_________________      queried, not played
 
-A view depends only on the promises from which it is derived: its level, next edge, and edges in a window follow from
-theirs, so a million steps cost no more at the output of a gate than at its input.  It is a value.  When the drive of an
-input changes, the part that promised the view bounds it by `until`, so that no later edge of the withdrawn promise is
-visible, and promises another one in the next round (parts/base/follower.py).
+A view depends only on the promises from which it is derived: its level, next edge, and edges in a window
+follow from theirs, so a million steps cost no more at the output of a gate than at its input.  It is a
+value.  When the drive of an input changes, the part that promised the view bounds it by `until`, so that
+no later edge of the withdrawn promise is visible, and promises a new view in the next round
+(parts/base/follower.py).
 
 Edges are exact: each is a real change, with only one at an instant.
 """
@@ -42,15 +43,15 @@ class View:
         raise NotImplementedError
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), bounded by the inputs alone."""
+        """Return the level at an instant (ps), ignoring the view's own bound."""
         raise NotImplementedError
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `after` does, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, as `after` does, ignoring the view's own bound."""
         raise NotImplementedError
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges as `edges` does, bounded by the inputs alone; start < stop."""
+        """Return the edges as `edges` does, ignoring the view's own bound; start < stop."""
         raise NotImplementedError
 
     def holds(self) -> int | None:
@@ -122,11 +123,11 @@ class Repeated(View):
         return Bounded(clock_edges(self.of, level, since), self)
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        """Return the level at an instant (ps), 0, 1 or None, ignoring the view's own bound."""
         return self.of.level(ps)
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, ignoring the view's own bound."""
         return self.of.after(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -212,11 +213,11 @@ class Combined(View):
         return [what.level(ps) if promised(what) else what for what in self.of]
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        """Return the level at an instant (ps), 0, 1 or None, ignoring the view's own bound."""
         return self.combined(self._levels(ps))
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, ignoring the view's own bound."""
         levels = self._levels(ps)
         here = self.combined(levels)
         for _ in range(TRIES):
@@ -329,12 +330,12 @@ class Delayed(View):
         return max(bisect_right(self.pieces, ps, key=lambda piece: piece[0]) - 1, 0)
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        """Return the level at an instant (ps), 0, 1 or None, ignoring the view's own bound."""
         what = self.pieces[self._piece(ps - self.lag_ps)][1]
         return what.level(ps - self.lag_ps) if promised(what) else what
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, ignoring the view's own bound."""
         n = self._piece(ps - self.lag_ps)
         what = self.pieces[n][1]
         following = what.after(ps - self.lag_ps) if promised(what) else None
@@ -408,7 +409,7 @@ def _rows(count: int) -> tuple[tuple[int, ...], ...]:
 
 @lru_cache(maxsize=256)
 def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
-    """Return the gate inputs, each with a level, that alone determine the output."""
+    """Return the pairs (gate input, level) that determine the output, regardless of the other inputs."""
     inputs = range(len(table).bit_length() - 1)
     return frozenset(
         (n, bool(level))

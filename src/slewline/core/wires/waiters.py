@@ -15,7 +15,7 @@ STALE = 64  # entries that a net may collect without a change before stale ones 
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
-    """Register the running task for an instant (ps); return False if it is reached, with no other event due before."""
+    """Register the running task for an instant (ps); return False if it is reached without waiting."""
     if ps <= kernel.now or kernel.pass_to(ps):
         return False
     task = kernel.task

@@ -31,7 +31,7 @@ def alike(one: Any, two: Any) -> bool:
 
 
 class Promise(Protocol):
-    """A waveform known in advance.  `until` is its exclusive bound: after it, the level before that instant holds."""
+    """A waveform known in advance.  From the instant `until` on, the level just before that instant holds."""
 
     @property
     def until(self) -> int | None:
@@ -74,7 +74,7 @@ class Wave:
         return self.levels[over - 1] if over else self.before
 
     def levels_before(self, instants: list[int]) -> list[Level]:
-        """Return the levels just before some instants (ps), of a wave without `until`."""
+        """Return the levels just before each of several instants (ps), of a wave without `until`."""
         times, levels = self.times, self.levels
         overs = [bisect_left(times, ps) for ps in instants]
         return [levels[over - 1] if over else self.before for over in overs]
@@ -130,7 +130,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return joined edges, given as lists or arrays: lists if all are lists, else arrays, with FLOATING for None."""
+    """Join edges given as lists or arrays; return lists if all are lists, else arrays, with FLOATING for None."""
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
     import numpy as np

@@ -104,7 +104,7 @@ class Link(Outbox):
 
     @property
     def idle(self) -> bool:
-        """Whether all pending commands have been taken, and all events reported."""
+        """True if all commands have been taken, and all events reported."""
         return not (self._commands or self._stops or self._opening) and self._events.complete
 
     def unanswered_ns(self, now_ns: int) -> int:
@@ -141,7 +141,7 @@ class Link(Outbox):
         return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return the next time at which `outgoing` may have bytes, unless some are received before; None: never."""
+        """Return the next time at which `outgoing` may have bytes, unless bytes are received earlier; None: never."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:

@@ -28,14 +28,14 @@ class BoardPort(Protocol):
         """Send bytes, or keep them until they can be sent; return the number accepted."""
 
     def fileno(self) -> int | None:
-        """Return a descriptor that a loop can wait for, if the port has one; else None."""
+        """Return a descriptor that a loop can wait for; None if the port has none."""
 
     def close(self) -> None:
         """Close the port."""
 
 
 def opened(name: str) -> BoardPort:
-    """Return a port with a board, by its name; "twin" is a software board.
+    """Return the open port of a board, given the port's name; "twin" is a software board.
 
     Raises:
         UsageError: the port cannot be opened.
@@ -44,10 +44,11 @@ def opened(name: str) -> BoardPort:
 
 
 class BoardSerial:
-    """A serial port with a board: 8N1, for exclusive use.
+    """A serial port to which a board is connected: 8N1, opened for exclusive use.
 
-    Opening a port raises DTR, and a rising DTR resets an Uno.  HUPCL is cleared, so that DTR stays high when the port
-    is closed: the board is reset once, when its cable is connected, and then keeps its count.
+    Opening a port raises DTR, and a rising edge of DTR resets an Uno.  HUPCL is cleared, so that DTR stays
+    high when the port is closed: the board is reset once, when its cable is connected, and then keeps its
+    count.
 
     Args:
         name: such as "/dev/ttyUSB0" or "COM3".

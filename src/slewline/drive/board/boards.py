@@ -1,12 +1,14 @@
 """Commercial boards: their limits, and the purpose of each pin.
 
-A board reports in its IDENT which row of `BOARDS` describes it.  With the messages of wire.py, the host needs no more
-than this row.  The firmware has further requirements for the pins: STEP is OC1A, the output of timer 1; `loop` is T0,
-the input of timer 0; the inputs are bits 0 to 5 of one port, all on one pin change interrupt; the phases are the high
-half of one port; IN, OUT and SBIS can address the ports of STEP and of the phases.
+A board reports in its IDENT which row of `BOARDS` describes it.  With the messages of wire.py, the host
+needs no more than this row.  The firmware has further requirements on the pins: STEP is OC1A, the output
+of timer 1; `loop` is T0, the input of timer 0; the inputs are bits 0 to 5 of one port, all on one pin
+change interrupt; the phases are the high half of one port; IN, OUT and SBIS can address the ports of
+STEP and of the phases.
 
-tests/firmware measures the limits of the Uno, in processor cycles.  They hold for each board with such timers, the same
-clock and the same instruction times; where an interrupt or a call takes longer, they must be measured.
+tests/firmware measures the limits of the Uno, in processor cycles.  They hold for every board with the
+same timers, clock and instruction times; for a board whose interrupts or calls take longer, they must be
+measured.
 """
 
 from __future__ import annotations
@@ -62,7 +64,10 @@ class BoardModel(NamedTuple):
     loop: BoardPin  # counts the pulses of a STEP that is wired to it, for the self-test
 
     def pin(self, printed: str) -> str | None:
-        """Return the purpose of a pin, "step" or "input 0", by its printed name in either case; None if it has none."""
+        """Return the purpose of a pin ("step", "input 0"), given its printed name in upper or lower case.
+
+        None if the pin has no purpose, or there is no such pin.
+        """
         wanted = printed.upper()
         for purpose in ("step", "dir", "enable", "led"):
             if getattr(self, purpose).printed == wanted:
@@ -103,7 +108,7 @@ UNO = BoardModel(  # a Nano has the same processor, pins and firmware
 
 
 def by_number(*boards: BoardModel) -> dict[int, BoardModel]:
-    """Return boards by their numbers.
+    """Return boards, keyed by number.
 
     Raises:
         ValueError: two of them have the same number.
@@ -125,7 +130,8 @@ def board_of(ident: Ident) -> BoardModel:
     """Return the row of a board, found by its IDENT.
 
     Raises:
-        UsageError: the firmware has another version, the board is unknown, or its clock differs from that of its row.
+        UsageError: the firmware has another version, the board is unknown, or its clock differs from the one
+            in its row.
     """
     if ident.version != VERSION:
         raise UsageError(

@@ -1,9 +1,10 @@
 """The clock of a board as seen by its host: an estimate of its present tick, from round trips alone.
 
-The board takes a frame at some instant between the transmission of the frame and the arrival of its answer.  Plotted
-over host time, the ticks form a line, and each round trip gives two bounds of it: an upper one at the first instant, a
-lower one at the second.  The tightest bounds of each second are kept for a minute or two.  The rate is the middle of
-the rates that satisfy all bounds, and the line is the middle of the lines with this rate.
+The board takes a frame at some instant between the transmission of the frame and the arrival of its
+answer.  Plotted against host time, the ticks form a line, and each round trip gives two bounds on it: an
+upper bound at the first instant, and a lower bound at the second.  The tightest bounds of each second
+are kept for a minute or two.  The rate is the middle of the rates that satisfy all bounds, and the line
+is the middle of the lines with this rate.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ JUMP_S = 1.0  # a board is never further off, except for the crystal error since
 
 @dataclass(slots=True)
 class TickBounds:
-    """The tightest bounds since `start`: the tick is at most `above` at `early`, at least the other tick at `late`."""
+    """The tightest bounds since `start`: the tick is at most `above` at `early`, at least `below` at `late`."""
 
     start: int
     early: int
@@ -42,8 +43,8 @@ def _nearest(tick: int, other: int) -> int:
 class BoardClock:
     """The relation between board ticks, which do not wrap here, and host nanoseconds.
 
-    `known` is whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible board
-    times: a sleeping computer stops its own clock, but not the board's.
+    `known`: whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible
+    board times: a sleeping computer stops its own clock, but not the board's.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:
@@ -152,7 +153,7 @@ class BoardClock:
     def nanoseconds(self, now_ns: int) -> int:
         """Return the time since the first message from the board, in ns of its crystal; it never decreases.
 
-        The time stops until a restarted board has answered.
+        After a restart of the board, the time stops until the board has answered.
         """
         if self.known:
             self._board_ns = max(
@@ -173,7 +174,7 @@ class BoardClock:
 
     @property
     def round_trip_ns(self) -> tuple[int, int, int]:
-        """Last round trip, the worst of all, and the median of the last 64; zeros before the first one."""
+        """Round-trip times: the last, the worst, and the median of the last 64; zeros before the first one."""
         if not self._trips:
             return 0, 0, 0
         return self._trips[-1], self.worst_round_trip_ns, int(median(self._trips))

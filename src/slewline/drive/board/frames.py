@@ -1,8 +1,9 @@
 """Frames: messages on a line that may lose or corrupt bytes, and the detection of damage.
 
-A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, and terminated by a zero.
-So a receiver is synchronised again at the next zero, whatever was damaged.  That CRC is inverted at the end: otherwise
-a frame that ends in a zero would also be valid with one zero more, or with one less.
+A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, and
+terminated by a zero.  So a receiver is synchronised again at the next zero, whatever was damaged.  This
+CRC is inverted at the end: otherwise a frame that ends in a zero would also be valid with one zero more,
+or one less.
 """
 
 from __future__ import annotations
@@ -48,7 +49,10 @@ def crc(data: bytes) -> int:
 
 
 def stuff(data: bytes) -> bytes:
-    """Return bytes COBS-encoded, free of zeros and without the final zero; up to 253 bytes, more than any frame has."""
+    """Return at most 253 bytes in COBS encoding, which is free of zeros; the terminating zero is not included.
+
+    No frame has more bytes.
+    """
     return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
 
 
@@ -85,9 +89,9 @@ def decode(chunk: bytes) -> Frame | Damaged:
 
 
 class Decoder:
-    """A decoder of the bytes on a line into frames, however the reads split them.
+    """A decoder that assembles the bytes on a line into frames, however the reads split them.
 
-    Of a chunk without an end, only enough is kept to detect that the chunk is too long.
+    Of an unterminated chunk, it keeps only as much as is needed to detect that the chunk is too long.
     """
 
     def __init__(self) -> None:

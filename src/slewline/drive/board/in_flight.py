@@ -43,7 +43,7 @@ class EventOrder:
         return self._next == self._known
 
     def counted(self, number: int) -> None:
-        """Record the number of the board's next event, as an answer reports it."""
+        """Record the number of the board's next event, as reported in an answer."""
         self._known = number  # however many were lost, because answers keep their order
         while (self._known - self._next) % 256 > KEPT_EVENTS and self._next not in self._early:
             self.lost += 1

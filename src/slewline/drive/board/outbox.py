@@ -56,7 +56,7 @@ class Outbox:
     def push(self, records: Iterable[Record]) -> None:
         """Queue records, which are sent as the board has room for them, in order with all other numbered commands.
 
-        Like all calls before `open` or after a boot, this has no effect then.
+        Like every call, this has no effect before `open` or after a boot.
         """
         if not (self._opening or self.is_open):
             return
@@ -72,13 +72,13 @@ class Outbox:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board, ahead of those waiting for slots: no slot becomes free before the start."""
+        """Start the records on the board, ahead of those waiting for slots, which become free only after the start."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
     @property
     def starting(self) -> bool:
-        """Whether the board has not taken a START yet."""
+        """Whether there is a START that the board has not taken yet."""
         return any(command.kind == FrameKind.START for command in self._commands)
 
     def abandon(self) -> None:
@@ -98,7 +98,10 @@ class Outbox:
             self._stops.append(how)
 
     def tail(self, entries: Sequence[tuple[int, int]]) -> None:
-        """Replace the tail: (interval in 1/256 tick, count), in ascending order, within the room that the board has."""
+        """Replace the tail by entries of (interval in 1/256 tick, count), in ascending order.
+
+        There must be no more entries than the board has room for.
+        """
         for first in range(0, len(entries), ENTRIES_A_FRAME):
             self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))
 

@@ -1,7 +1,8 @@
 """A separate thread that reads a terminal, so that the loop of the drive never blocks.
 
-Reading or polling a Linux terminal waits for a kernel worker that delivers the bytes.  The worker has the priority of
-ordinary processes, whatever the reader's priority; on a busy machine that took half a second.
+Reading or polling a Linux terminal waits for a kernel worker that delivers the bytes.  The worker has
+the priority of ordinary processes, whatever the reader's priority; on a busy machine the wait was half a
+second.
 """
 
 from __future__ import annotations

@@ -122,7 +122,7 @@ assert _RECORD.size == RECORD_BYTES  # noqa: S101
 
 
 def length(records: Iterable[Record]) -> int:
-    """Return the total duration of records, in 1/65536 tick: the next record starts then."""
+    """Return the total duration of records, in 1/65536 tick, after which the next record starts."""
     return sum(record.length for record in records)
 
 
@@ -210,10 +210,11 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return a first interval and `add` that keep every step within its limits, or None; and the bounds of `add`.
+    """Return a first interval and `add` that keep all steps within limits, or None; and the bounds of `add`.
 
-    In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add` the possible intervals
-    are between two limits; if there are none, those two limits show on which side of this `add` there may be some.
+    In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add`, the
+    possible first intervals lie between two limits; if there are none, these two limits show on which side
+    of this `add` there may be some.
     """
     count = len(low)
     steps, sums = _STEPS[:count], _SUMS[:count]
@@ -248,7 +249,7 @@ def _through(
 def _extended(
     count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
 ) -> Found:
-    """Return a record extended to all steps that the same interval and `add` fit."""
+    """Return a record extended over all further steps that its interval and `add` fit."""
     end = min(len(low), 8 * count)
     if add < 0:
         end = min(end, (first - shortest) // -add + 1)

@@ -99,7 +99,7 @@ class BoardTwin(MovingTwin):
             self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
-        """End a self-test: `counted` pulses came back."""
+        """End a self-test in which `counted` pulses came back; `right`: the number is correct."""
         self.run(tick)
         self._report_event(Happening.CHECKED, 0 if right else 1, tick, counted)
 

@@ -1,9 +1,10 @@
 r"""The step-by-step motion of a board: records, brake and tail, reflexes and outputs, and their events.
 
-A brake makes the scheduled step, and one more if that is less than 640 ticks later (an underrun has no scheduled step),
-and then the tail: steps from the table that the host sent last.  The number of tail steps, and the first entry used,
-follow from the record of the scheduled step, if it has WAY: a count of steps, which changes by -1, 0 or 1 with each
-step.  So a board ramps down from any step by the law of its chip, without knowing that law:
+A brake makes the scheduled step (an underrun has none), then one more if that follows within less than
+640 ticks, and then the tail: steps from the table that the host sent last.  The number of tail steps,
+and the first entry used, follow from the record of the scheduled step, if it has WAY: a count of steps,
+which changes by -1, 0 or 1 with each step.  So a board ramps down from any step by the law of its chip,
+without knowing that law:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
@@ -13,16 +14,18 @@ step.  So a board ramps down from any step by the law of its chip, without knowi
 
     table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stops
 
-A table interval that is shorter than the last interval made is lengthened to it: a brake does not accelerate the motor.
-If the last interval is less than 640 ticks, the next one is at least 1/8 longer, so that the board has time.  After the
-first step of a run there is no stop ramp.
+A table interval that is shorter than the last interval made is lengthened to it: a brake does not
+accelerate the motor.  If the last interval is less than 640 ticks, the next one is at least 1/8 longer,
+to give the board time.  After the first step of a run there is no stop ramp.
 
-If the record has no WAY (motions that begin while the motor moves, ramps without levels, pauses), the rate decides: the
-tail consists of all entries with intervals longer than the last one made; without a table, each interval is 1/16 longer
-than the previous one, up to the interval at which the motor may stop.
+If the record has no WAY (motions that begin while the motor moves, ramps without levels, pauses), the
+rate decides: the tail consists of all entries with intervals longer than the last one made; without a
+table, each interval is 1/16 longer than the previous one, up to the interval at which the motor may
+stop.
 
-Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  Times that a twin cannot know are inputs:
-when the main loop takes a frame, when it sees an input edge, when it checks for silence.
+Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  Times that a twin cannot
+know are inputs: when the main loop takes a frame, when it sees an input edge, when it checks for
+silence.
 """
 
 from __future__ import annotations
@@ -196,7 +199,7 @@ class MovingTwin:
         self._report_event(kind, which, tick)
 
     def _following(self) -> int:
-        """Return the ticks between the scheduled step and the next one; many if none follows in this direction."""
+        """Return the ticks between the scheduled step and the next one; 2^31 if none follows in this direction."""
         assert self.record is not None  # noqa: S101
         if self.left > 1:
             return (self.interval + self.record.growth) >> 16

@@ -1,11 +1,13 @@
 """Rules for ENABLE, by which a board switches its driver on and off; no host can bypass them.
 
-    off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
-                 board has been allowed to by RESET since power-up, and since it last switched it off by itself
-    on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
-                 says, after a time
+    off -> on    OUTPUTS, in IDLE, if every emergency-stop contact is closed, a driver is known, the run
+                 is not dry, and RESET has unlocked the driver since power-up, and since the board last
+                 switched it off by itself
+    on -> off    OUTPUTS at rest; an emergency stop, in any state; and, as CONFIG selects, when the board
+                 has been halted, at rest or without a host for the configured time
 
-In motion only an emergency stop cuts the current, because otherwise the motor would coast and the count be wrong.
+In motion only an emergency stop cuts the current, because otherwise the motor would coast, and the count
+would be wrong.
 """
 
 from __future__ import annotations
@@ -69,7 +71,7 @@ class TwinPower:
             self.unsure = False
 
     def begin_motion(self) -> None:
-        """Record the start of a motion: without current the motor does not follow it."""
+        """Record the start of a motion, which the motor does not follow if it has no current."""
         self.unsure |= not self.on
 
     def cut(self, moving: bool, tick: int) -> None:

@@ -1,4 +1,4 @@
-"""The results for a recording: limits, steps, glitches, jitter and skew, with a picture of the worst place."""
+"""The results for a recording: limits, steps, glitches, jitter and skew, with a picture of the worst case."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ class CaptureReport:
     Attributes:
         axes: an `AxisCapture` for each axis.
         limits: the data sheet limits, each with the times measured: a `TimingTable`.
-        skews: by the names of two axes, the delay of the second axis's steps: a `Skew`, or None if no steps are near.
+        skews: the delay of one axis's steps against another's, keyed by the names of the two axes, the
+            delayed one second: a `Skew`, or None if no steps are near.
         resolution_ps: the timing error caused by sampling, ps.
         notes: restrictions of the result, one per line.
     """
@@ -94,7 +95,7 @@ class CaptureReport:
         return "\n".join([*lines, *self.notes])
 
     def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-        """Draw the worst place of an axis: the time that violates its limit most, else the time nearest to its limit.
+        """Draw the signals at the time that violates its limit most, or, without violations, comes closest to it.
 
         Args:
             path: the file, SVG, PNG or PDF by its suffix.

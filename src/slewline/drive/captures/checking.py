@@ -39,7 +39,7 @@ def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
     """Return the requirements of a driver's inputs, as data sheet rows.
 
     Args:
-        edge: the STEP edge with which a step begins, at the point of the recording.
+        edge: the STEP edge with which a step begins, at the point where the signal was recorded.
     """
     high, low = ("rises", "falls") if edge != "falling" else ("falls", "rises")
     active, idle = ("active", "inactive") if edge != "both" else ("high", "low")
@@ -77,20 +77,25 @@ def check_capture(
 
     Args:
         capture: the result of `read_waveforms`, or the name of a file.
-        axes: by names of your choice, the STEP and DIR signals of each axis: {"x": ("D0", "D1")}; DIR may be None.
+        axes: the STEP and DIR signals of each axis, keyed by a name of your choice: {"x": ("D0", "D1")}; DIR
+            may be None.
         driver: the driver that receives them, such as "DM542", or the times of its data sheet, such as
             "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew.
-        edge: the STEP edge with which a step begins at the point of the recording: "rising", "falling", or "both".
+        edge: the STEP edge with which a step begins at the point of the recording: "rising", "falling", or
+            "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level assumed for STEP where it floats or is unknown, as for `Waveforms.steps`.
-        glitch: shorter pulses and gaps are glitches; by default half of the median pulse or gap
-            of STEP, and on DIR a whole one; with both edges, where a pulse lasts a whole step, no pulse is a glitch.
-        part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked, too.
+        glitch: pulses and gaps shorter than this are glitches; by default, half of the median pulse or gap
+            of STEP (for DIR, the whole median); with both edges, where a pulse lasts a whole step, no pulse
+            is a glitch.
+        part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked,
+            too.
         pins: its pins, and their signals: {"pulse": "D0", "direction": "D1"}.
         crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
 
     Raises:
-        UsageError: no axis, a signal that is not a wire, STEP or DIR unknown at a step, `pins` without `part`.
+        UsageError: no axis, a signal that is not a wire, STEP or DIR unknown at a step, `pins` without
+            `part`.
         UnknownName: there is no such signal, driver or part.
         WaveformError: the file cannot be read.
     """

@@ -1,11 +1,11 @@
-"""Board inputs that are pins of a chip: immediate reactions of the board, by the law of the chip.
+"""Board inputs that act as pins of a chip: immediate reactions of the board, by the law of the chip.
 
     inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)
 
-Inputs have the names printed next to the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the level of the
-input; with "!" before its name, the opposite level.  An emergency stop has a normally closed contact: it is also active
-when its wire breaks.
+Inputs have the names printed next to the pins of the board, A0 to A5 on an Uno.  A pin of the chip has
+the level of the input; with "!" before its name, the opposite level.  An emergency stop has a normally
+closed contact: it is also active when its wire breaks.
 """
 
 from __future__ import annotations
@@ -88,10 +88,11 @@ class BoardInput(NamedTuple):
 
 
 def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
-    """Return the inputs of a board by their wiring: a pin of the chip, or "estop".
+    """Return the inputs of a board as they are wired: each to a pin of the chip, or "estop".
 
     Args:
-        wiring: by the printed names of inputs, or their numbers: {"A0": "abort"}.
+        wiring: pins of the chip, or "estop", keyed by the printed names of inputs, or their numbers: {"A0":
+            "abort"}.
 
     Raises:
         UsageError: there is no such input or pin, a pin is not an input, or one is wired twice.

@@ -1,19 +1,20 @@
-"""Stops of the motor by board inputs, as the chip would make them: by its own law, at the instant of the change.
+"""Stops of the motor by board inputs, as the chip would stop it: by its own law, when the input changes.
 
     model     ......m.............. now          the present; the board is a horizon behind it
     board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
-Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count overrides the time
-stamp*: if the law of the chip samples the pin between time stamp and step, the model would make one step more or fewer
-than the board has; then the input is moved past the next sample, until the counts agree.  If no instant leads to that
-count, the nearest run is used, and the position register is set to the position of the motor.  If the chip does not
-stop, or going back would take longer than is allowed, or the time stamp is older than the last rest, the chip is
-stopped at the present, and takes over the count of the board: the finding is `late-input`.
+Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count
+overrides the time stamp*: if the chip, by its law, samples the pin between the time stamp and the step,
+the model would make one step more or fewer than the board has; then the input is moved past the next
+sample, until the counts agree.  If no instant leads to that count, the nearest run is used, and the
+position register is set to the position of the motor.  If the chip does not stop, or going back would
+take longer than is allowed, or the time stamp is older than the last rest, the chip is stopped at the
+present, and takes over the count of the board: the finding is `late-input`.
 
-A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board, and is moved
-as well.  An input that holds the motor is an input that stops it: in the other run the chip holds the motor by its own
-law, and continues when the input is released.
+A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board,
+and is moved as well.  An input that holds the motor counts as an input that stops it: in the other run
+the chip holds the motor by its own law, and continues when the input is released.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Rewind:
     Args:
         otherwise: stops the chip if this piece cannot.
         motor: stops, moves to another bench and lets a stopped board continue.
-        past: the past of the present bench; the drive follows by itself.
+        past: the past of the present bench, which the drive keeps up to date by itself.
 
     Raises:
         UsageError: the bench writes no journal, which going back needs.
@@ -236,7 +237,7 @@ class Rewind:
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip that was stopped at the present; inputs may have changed without a report from the board."""
+        """Release a chip that was stopped without going back; the board may not have reported all input changes."""
         self.levels.clear()
         self.otherwise.clear()
 
@@ -269,7 +270,7 @@ class Rewind:
 
     @property
     def _hold_input(self) -> BoardInput | None:
-        """Input that holds the motor, if there is one; its release takes effect at the present."""
+        """Input that holds the motor, if there is one; its release takes effect at the current instant."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 
@@ -289,7 +290,10 @@ class Rewind:
         return found if before == stop.position else None
 
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
-        """Bring the chip to the position of the board by going back; return "", or why it failed; None: not yet."""
+        """Go back, to bring the chip to the position of the board.
+
+        Return "" on success, the reason for a failure, or None if it is not complete yet.
+        """
         state = self.state
         now, instant = state.kernel.now, self._instant(stop)
         cause = self._cause(stop, instant)
@@ -375,7 +379,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
-        """Apply an edge to the chip at the motor's instant, or at the present if it would change the chip's steps."""
+        """Apply an edge to the chip at the motor's instant; at the current one if it would change the steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
         now, why = state.kernel.now, "it is before the motor was last at rest"

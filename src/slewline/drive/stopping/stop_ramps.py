@@ -3,14 +3,15 @@
     table     the plan's own stop ramp, intervals and counts: sent once per motion
     a record  the number of its steps that remain, from each step of the record on (WAY)
 
-A chip with an input that decelerates the motor does so by its own law, which is a word of REFLEXES:
+If a chip has an input that decelerates the motor, the deceleration has its own law, a word of REFLEXES:
 
-    brake         down the levels below the one of the last step, each in full; at the top the whole stop ramp, and
-                  during deceleration the rest of it
-    brake back    down by as many steps as the acceleration has made; it ends at the first rate, at the first step of it
+    brake         down the levels below the one of the last step, each in full; at the top the whole stop
+                  ramp, and during deceleration the rest of it
+    brake back    down by as many steps as the acceleration has made; it ends with the first step at the
+                  first rate
 
-The board makes the scheduled step, and then the stop ramp.  For a plan that does not begin at rest, or whose levels
-change too fast for one record each, no number is sent; then the rate of the motor decides.
+The board makes the scheduled step, and then the stop ramp.  For a plan that does not begin at rest, or
+whose levels change too fast for one record each, no number is sent; then the rate of the motor decides.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
 class RampPiece(NamedTuple):
-    """Steps `first` up to, but not including, `end` of a plan; the stop ramp from the first has `ramp_left` steps.
+    """Steps `first` to `end` - 1 of a plan; the stop ramp from the first of them has `ramp_left` steps.
 
-    From each following step it has `slope` more: -1, 0, 1.  `ramp_left` is -1 if unknown.
+    With each following step, its length changes by `slope`: -1, 0 or 1.  `ramp_left` is -1 if unknown.
     """
 
     first: int
@@ -84,7 +85,7 @@ def ramp_pieces(plan: Plan, law: str) -> list[RampPiece]:
 
 
 def below(up: Runs, interval: int) -> int:
-    """Return the number of steps in an acceleration whose intervals are longer."""
+    """Return the number of steps of an acceleration whose intervals are longer than the given one."""
     return sum(count for each, count in up if each > interval)
 
 
@@ -178,7 +179,7 @@ class StopRamps:
 
 
 def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
-    """Return whether records can hold the stop ramps of a plan: there are not too many of them, nor too long ones."""
+    """Return whether records can hold the stop ramps of a plan: not too many of them, and none too long."""
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(
         max(ramp_left, ramp_left + slope * (end - first - 1)) > MOST_RAMP_LEFT
@@ -252,7 +253,8 @@ def too_short(entries: Entries) -> int | None:
 def spread(shortest: int, start_stop: int, most: int) -> Entries:
     """Return a stop ramp from any rate down to the rate at which the motor may stop, for trains without a plan.
 
-    It decelerates by some 1/16 per step, like a board without a table, but a few steps at a time.
+    Each interval is about 1/16 longer per step, as on a board without a table, but changes every few steps
+    only.
     """
     out: Entries = []
     interval = float(shortest)

@@ -147,7 +147,7 @@ class Troubles:
         return state.board.hz * 65536 / first if first else state.board.hz / state.config.start_stop
 
     def goes_on(self, found: FoundBoard) -> None:
-        """Handle a board that was already in use when it was opened, and the position of its motor."""
+        """Handle a board that has kept running since an earlier use: report its count and the state of its motor."""
         if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
             return
         axis = self.state.axis
@@ -262,7 +262,7 @@ class Troubles:
         self.report("too-fast", f"{error}; steps were not output")
 
     def not_started(self) -> None:
-        """Handle a motion whose start the board has not taken one horizon after it was due."""
+        """Handle a motion whose START is one horizon overdue, because the board has not taken it."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -272,7 +272,7 @@ class Troubles:
         )
 
     def stopped_at_rest(self) -> None:
-        """Halt the drive, because the host stops a motor that is at rest while steps are pending."""
+        """Halt the drive, because the host stops it while the motor is at rest and steps are pending."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -289,7 +289,7 @@ class Troubles:
         )
 
     def clock_jumped(self) -> None:
-        """Handle a sleep of this computer, during which its clock stopped but the board's did not."""
+        """Handle a jump of this computer's clock, which stopped while the computer slept; the board's did not."""
         if self.state.phase == "ok" and self.cable.in_progress:
             self._halt()
             self.report(

@@ -18,7 +18,7 @@ __all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", 
 
 
 class LineReader(Reader):
-    """A line with one command."""
+    """A parser of a line with one command."""
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         dialect, text = spoken_as(self.sheet, Lines), self.text
@@ -53,10 +53,10 @@ class Lines(Dialect[LineRow]):
         busy: the answer of a part that cannot execute a command yet.
         garbled: the answer to a line that was received with errors and is ignored.
         refusals: the answers to commands that were not executed.
-        questions: the commands that query a value and change nothing, keyed by the value, each with the pattern of its
-            answer.
+        questions: the commands that query a value and change nothing, keyed by the value, each with the
+            pattern of its answer.
         where: the section of the manual.
-        opcodes: the trust in the opcodes: "stated" by the manual, or otherwise "chosen".
+        opcodes: the origin of the opcodes: "stated" by the manual, or "chosen" for the model.
     """
 
     longest: int = 0

@@ -58,7 +58,7 @@ def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def respelled(sheet: Sheet, text: str) -> str:
-    """Return the command that a line becomes with different capitalisation or without blanks; empty for none."""
+    """Return the command that a line would be with different capitalisation or without blanks; empty if none."""
     tight = text.replace(" ", "")
     return next(
         (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""

@@ -44,7 +44,7 @@ __all__ = [
 
 
 class PacketReader(Reader):
-    """A line with one packet."""
+    """A parser of a line with one packet."""
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         found = parse(self.sheet, self.text)

@@ -129,7 +129,7 @@ def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
 
 
 def counted(args: Iterable[Arg]) -> int:
-    """Return how many words contain these numbers."""
+    """Return the number of words that hold these numbers."""
     return sum(arg.size for arg in args) // 2
 
 
@@ -140,7 +140,7 @@ def checksum(code: int, sent: Iterable[int]) -> int:
 
 # ------------------------------------------------------------------------------------------------- words about an axis
 def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
-    """Return the fields of a status or mode word, by name."""
+    """Return the fields of a status or mode word, keyed by name."""
     return {each.name: each.of(word) for each in bits}
 
 

@@ -36,7 +36,7 @@ def packet(row: PacketRow) -> str:
 
 
 def _halves(args: Iterable[Arg]) -> list[str]:
-    """Return words by name, high word first."""
+    """Return the names of words, high word first."""
     return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
 
 

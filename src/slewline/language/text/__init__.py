@@ -1,4 +1,4 @@
-"""Commands of a letter and its arguments, as text or in binary form.
+"""Commands that consist of a letter and its arguments, as text or in binary form.
 
 letter_dialects.py  `Letters`: arguments are decimal numbers and labels, a program is stored as opcodes;
                     `Verbatim`: also hexadecimal numbers, switches, queries and strings; a program is stored as text

@@ -17,7 +17,7 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A letter and its arguments.  A sign that a dialect does not use is empty."""
+    """A dialect whose commands are a letter and its arguments; a sign that it does not use is an empty string."""
 
     streams = True
     row_type = TextRow

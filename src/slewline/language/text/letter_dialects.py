@@ -165,7 +165,7 @@ class Verbatim(ReadAlike, TextDialect):
         return statement.text.encode("latin-1") + END
 
     def start(self, statements: Sequence[Statement]) -> int:
-        """Return the pointer after some commands, which is the start of a program that is entered then."""
+        """Return the memory pointer after these commands, which is the start of a program that is entered next."""
         pointer = 0
         for statement in statements:
             if statement.block >= 0:

@@ -39,7 +39,7 @@ def _waits(pin: Pin, holds: int) -> str:
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the pin level that means its role or, with `holds` 0, the opposite level."""
+    """Return the level at which a pin plays its role or, with `holds` 0, the opposite level."""
     return holds if pin.sense != 0 else 1 - holds
 
 

@@ -63,7 +63,7 @@ def kinds_of_loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """Report a branch with a one-byte address at the end of a page, as it goes to the page of the byte after it."""
+    """Report a branch with a one-byte address at the end of a page: it goes to the page of the next byte."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:

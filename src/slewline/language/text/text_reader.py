@@ -17,7 +17,7 @@ _ARGUMENTS = re.compile(r"[^ ,]+(?:(?: *, *| +)[^ ,]+)*")
 
 
 class TextReader(Reader):
-    """Parses one line, which may contain several commands."""
+    """A parser of one line, which may contain several commands."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         super().__init__(source, number, column, text)
@@ -102,7 +102,7 @@ class TextReader(Reader):
         self.unnamed(0, len(self.text), labels)
 
     def unnamed(self, at: int, end: int, labels: tuple[str, ...]) -> None:
-        """Report the last of some labels, which has no instruction, in columns `at` to `end`."""
+        """Report, in columns `at` to `end`, that the last of these labels has no instruction."""
         self.bad_label(at, end, f"{self.spoken.label(labels[-1])} without an instruction")
 
     def is_label(self, at: int) -> bool:

@@ -98,7 +98,8 @@ class ChipsetPort:
     def exchange(self, *requests: tuple[int, int]) -> bytes:
         """Send requests, each given as its two bytes, in one message; return the answers, one byte each.
 
-        If an answer is missing, the connection is closed: a late answer would be taken for that to a later request.
+        If an answer is missing, the connection is closed: a late answer would be mistaken for that to a later
+        request.
         """
         self.settle()
         self._forget()
@@ -322,7 +323,7 @@ class ChipsetPort:
 
 
 def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
-    """Return a series as one message: SERIES, or ON if it is executed only after a successful previous message."""
+    """Return a series as one message: SERIES, or ON if it is executed only if the previous message succeeded."""
     data = b"".join(map(bytes, requests))
     return bytes((kind, len(data) // 2)) + data
 

@@ -338,7 +338,7 @@ class Client:
 
 
 def numbered(line: bytes) -> Data:
-    """Return the `id` of an unreadable request, so that the client can assign the error to it."""
+    """Return the `id` of an unreadable request, so that the client can match the error to it."""
     try:
         request = as_object(line)
     except (SlewlineError, ValueError):
@@ -347,5 +347,5 @@ def numbered(line: bytes) -> Data:
 
 
 def same(token: object, expected: str) -> bool:
-    """Return whether a token is the expected one; the time does not depend on the number of correct characters."""
+    """Return whether a token is the expected one; the time taken does not reveal how many characters are right."""
     return isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), expected.encode("utf-8"))

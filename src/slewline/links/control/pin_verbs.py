@@ -52,12 +52,12 @@ class PinVerbs(Verbs):
     """Handlers for pins, faults, and the state of a server."""
 
     def do_drive(self, request: Data) -> Data:
-        """Drive a pin from outside."""
+        """Drive a pin, as external hardware would."""
         self.bench.pin(request["pin"]).drive(request["level"])
         return {}
 
     def do_release(self, request: Data) -> Data:
-        """Release a pin from outside."""
+        """Release a pin, as external hardware would."""
         self.bench.pin(request["pin"]).release()
         return {}
 
@@ -67,7 +67,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_read(self, request: Data) -> Data:
-        """Reply with the levels of some pins."""
+        """Reply with the levels of the requested pins."""
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
 
     def line(self, name: str) -> ConnectorLine:

@@ -4,7 +4,8 @@
     thread       [ write, fsync, read back, rename ]
     others     continue
 
-A later `write` replaces content that is not yet being written, so no more than two contents wait.
+A later `write` replaces content that is not yet being written, so at most two versions of the content
+are pending.
 """
 
 from __future__ import annotations
@@ -63,13 +64,13 @@ class BackgroundStore:
         return self._content.read()
 
     def write(self, data: bytes) -> None:
-        """Start to write this content; `pending` reports a failure."""
+        """Start writing this content; `pending` reports a failure."""
         data = bytes(data)
         self._content.write(data)
         self._do(lambda: self._write(data), alone=True)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Start to write bytes into the content; `pending` reports a failure.
+        """Start writing bytes into the content; `pending` reports a failure.
 
         Raises:
             UsageError: the address is beyond the end.

@@ -63,10 +63,10 @@ def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -
 
 
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
-    """Return a controller on an IEEE-488 bus with chips, and the chips by their addresses.
+    """Return a controller on an IEEE-488 bus with chips, and the chips, keyed by address.
 
-    A chip without a device on such a bus is connected to a new one, with the next free address (5 or higher) and the
-    interrupt logic it needs.
+    A chip without a device on such a bus is connected to a new one, with the next free address (5 or higher)
+    and the interrupt logic it needs.
 
     Raises:
         UsageError: two chips have the same address, or one is on the bus as a listener without an address.

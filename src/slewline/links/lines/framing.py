@@ -1,22 +1,23 @@
 """A framing of our own for chips on a bus: lines of text, with read-back and without losses.
 
-The UART of figure 10.16 only receives, and cannot hold off a host.  This link replaces it by a small host computer that
-performs the handshake on behalf of the program at the far end:
+The UART of figure 10.16 only receives, and cannot hold off a host.  This link replaces it with a small
+host computer that performs the handshake on behalf of the program at the far end:
 
     R 100            a command, as in a program file; it is sent as fast as the chip takes it
     ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
     ?                query whether commands are still to be sent or taken: ? busy, or ? ready
     !                discard pending commands and queries; the answer is !
 
-Lines end with CR or LF, answers with CR LF.  Answers come in the order of the queries, except those to `?` and `!`,
-which come immediately, even with commands pending.  A line that cannot be sent is answered with `!` followed by the
-reason.
+Lines end with CR or LF, answers with CR LF.  Answers come in the order of the queries, except those to
+`?` and `!`, which come immediately, even with commands pending.  A line that cannot be sent is answered
+with `!` followed by the reason.
 
-A command that is being sent when `!` arrives is not cut in two: the chip receives the rest of it, and executes it.  A
-second `!` cuts it, and releases the bus, for a chip that no longer responds.
+A command that is being sent when `!` arrives is not cut in two: the chip receives the rest of it, and
+executes it.  A second `!` cuts it, and releases the bus, for a chip that no longer responds.
 
-Up to `BACKLOG` lines may wait.  A line that exceeds this limit is refused, and so are all later lines until the waiting
-ones have been sent or discarded: a motion is made with the parameters sent before it, or not at all.
+Up to `BACKLOG` lines may wait.  A line that exceeds this limit is refused, and so are all later lines
+until the waiting ones have been sent or discarded: a motion is made with the parameters sent before it,
+or not at all.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@ r"""The transcript of a server: both directions of every line, in virtual time, 
 
          0.012292 x  < F\r                        from the host to the module
          0.017729 x  > R\r                        and back
-         0.020000 y  < 2 6c                        a byte to a register of a chipset, 5c from one: > 0 5c
+         0.020000 y  < 2 6c                        a byte to a chipset register; a byte from one: > 0 5c
          0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, discarded data
 
-Characters in one direction share a line up to a carriage return.  The instant is that of the first character: towards
-the module, when the server received it; from the module, when its last bit ended.
+Characters in one direction share a line up to a carriage return.  The instant is that of the first
+character: towards the module, when the server received it; from the module, when its last bit ended.
 """
 
 from __future__ import annotations

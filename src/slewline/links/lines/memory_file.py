@@ -133,7 +133,7 @@ class FileStore:
         return True
 
     def _replace(self, content: bytes) -> None:
-        """Replace the present file by a new one."""
+        """Replace the present file with a new one."""
         with directory(self.path.parent, self.system) as made_safe:
             self._found()
             try:

@@ -18,7 +18,10 @@ Gate = Callable[[Callable[[], object], int], object]  # takes a call and its ins
 
 
 class SentBytes(NamedTuple):
-    """Bytes sent by a module: the instant at which they ended (ps), and the host for which they are; None: any host."""
+    """Bytes sent by a module: the instant at which they ended (ps), and the host that is to receive them.
+
+    `to` is None if they are for any host.
+    """
 
     ps: int
     data: bytes
@@ -70,19 +73,19 @@ class Outlet:
             self.deliver(leaving.sent.data, leaving.sent.to)
 
     def remember(self, now_ps: int) -> None:
-        """Start to record all data."""
+        """Start recording all data."""
         if self.since_ps is None:
             self.since_ps = now_ps
 
     def forget(self, before_ps: int) -> None:
-        """Discard the record up to an instant (ps), which no run goes back beyond any more."""
+        """Discard the record up to an instant (ps), because no run goes back further any more."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
             while self.log and self.log[0].left and self.log[0].sent.ps <= before_ps:
                 self.log.popleft()
 
     def resend(self, outputs: Iterable[SentBytes]) -> bytes:
-        """Output the data of another run since the start of the record; at its start the new run equals the old one.
+        """Output the data of another run since the start of the record, at which point both runs are equal.
 
         Returns:
             The bytes that were delivered but do not occur in the new run: they cannot be withdrawn.

@@ -8,8 +8,8 @@
     lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
                 them, an `advance`, an `until`.  An endless motion has advanced only as far as the host has.
 
-A pause stops time in both modes: time then runs only for waits that push it, such as a single step.  In both modes,
-time runs in slices of some wall-clock milliseconds, so that clients are served in between.
+A pause stops time in both modes: time then runs only for waits that push it, such as a single step.  In
+both modes, time runs in slices of a few wall-clock milliseconds, so that clients are served in between.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LOST_NS = NS_PER_S  # a longer lag is skipped
 
 @dataclass
 class Lag:
-    """The lag behind the wall clock: the number of events, how many were over a millisecond late, the worst delay."""
+    """The lag behind the wall clock: the number of events, the number over a millisecond late, the worst delay."""
 
     events: int = 0
     late: int = 0
@@ -72,7 +72,7 @@ class Pace:
         self.bench, self.kernel = bench, bench.kernel
 
     def start(self) -> None:
-        """Begin to serve: power up the chips before a client can reach them."""
+        """Start serving: power up the chips before a client can reach them."""
         self.kernel.run(self.kernel.now + POWER_UP_PS)
 
     def pause_time(self) -> None:
@@ -100,7 +100,7 @@ class Pace:
         raise NotImplementedError
 
     def present(self) -> None:
-        """Bring the bench to the present instant, because an input has come from outside."""
+        """Bring the bench to the present instant, because an external input has arrived."""
 
     def wait(self, wait: Wait) -> None:
         """Add a wait."""
@@ -181,7 +181,7 @@ class Paced(Pace):
         self.origin_ps = self.origin_ns = 0
 
     def start(self) -> None:
-        """Begin to serve: virtual time and the wall clock start together."""
+        """Start serving: virtual time and the wall clock start together."""
         super().start()
         self._begin()
 
@@ -217,7 +217,7 @@ class Paced(Pace):
         return super().pass_time()
 
     def present(self) -> None:
-        """Run time up to the wall clock, because an input has come from outside."""
+        """Run time up to the wall clock, because an external input has arrived."""
         self.pass_time()
 
     def pause(self) -> float | None:

@@ -1,11 +1,12 @@
-"""A line between the outside and modules on a bench: one serial connector, and the modules wired to it.
+"""A line between the outside world and modules on a bench: a serial connector, and the modules wired to it.
 
     host --- stream ---> | noise | ---> SerialPort.write ---> txd ~~~> rxd   module, or several that share the line
                          |       |
          <--- stream --- | noise | <--- a character ends <~~~ rxd  <~~~ txd
 
-A byte from outside begins on the virtual line at the instant of its arrival, or after the previous byte; a character
-from the module is sent at the instant at which its last bit ends.  Both are transmitted at the rate of the line.
+A byte from the host begins on the virtual line at the instant of its arrival, or after the previous
+byte; a character from the module is sent at the instant at which its last bit ends.  Both are
+transmitted at the rate of the line.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class Detour(Protocol):
     """An alternative destination for the bytes of a host."""
 
     def send(self, data: bytes) -> object:
-        """Send bytes there."""
+        """Send bytes to this destination."""
 
     def room(self) -> int:
         """Return the number of bytes that may arrive now."""
@@ -128,7 +129,10 @@ class HostLine:
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
-        """Return whether all lines to the chips of this one are quiet: its commands may cause answers on the others."""
+        """Return whether all lines to the chips of this line are quiet.
+
+        Its commands may cause answers on the other lines.
+        """
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:

@@ -1,4 +1,4 @@
-"""Ports that disappear and return, like those of an unplugged adapter, for testing hosts that must survive it."""
+"""Ports that disappear and return, as when an adapter is unplugged, to test hosts that must survive this."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ COMMANDS: Mapping[str, str] = {
 
 
 class Selection:
-    """The data selected for reading from a chip, as far as the commands sent to it show."""
+    """The data selected for reading from a chip, as far as it is known from the commands sent to the chip."""
 
     def __init__(self, chip: Chip) -> None:
         self.decoder = dialect_of(chip.sheet).decoder(chip.sheet)
@@ -115,7 +115,8 @@ class PrologixLine(RequestLine):
 
     Args:
         controller: the controller on the bus.
-        devices: the chips on devices of the bus, by device address; the first one is addressed initially.
+        devices: the chips on the bus, keyed by the addresses of their devices; the first one is addressed
+            initially.
     """
 
     share = SHARE

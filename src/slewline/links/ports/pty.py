@@ -1,19 +1,19 @@
 """A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
 
-A Linux pseudo-terminal is not a UART.  It passes 8 bits at any rate, whatever the host has set; a 7-bit line uses the
-lower ones.  It always reports 8 bits and no parity, which the C library compares with the requested settings: opening
-it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second one, with
-the same request, fails.  The remedy:
+A Linux pseudo-terminal is not a UART.  It passes 8 bits per character, whatever rate and format the host
+has set; a 7-bit line uses the lower ones.  It always reports 8 bits and no parity, which the C library
+compares with the requested settings: opening it as 7O2 fails (EINVAL), unless the call changes something
+else.  So the first open succeeds, and the second one, with the same request, fails.  The remedy:
 
-    packet mode with EXTPROC        the master wakes at every change of settings
-    a marker after each             a flag without effect, which the next call clears, so that it changes something
-    PARODD inverted with it         the same for a call that only adds flags to the present ones
+    packet mode with EXTPROC      the master wakes at every change of settings
+    a marker after each change    a flag without effect, which the next call clears, so it makes a change
+    PARODD inverted with it       the same for a call that only adds flags to the present ones
 
-The C library reads the settings back immediately.  Two markers alternate, so that the settings it reads, before or
-after the server has set the next marker, differ from the former ones.  A call fails only if it comes before the server
-wakes: within some tens of microseconds of the previous call, longer on a busy machine.  The host cannot detect the
-cause; the user can (`HINT`).  stty makes its own comparison, and always reports an error.  TCP and RFC 2217 do not have
-this problem.
+The C library reads the settings back immediately.  Two markers alternate, so the settings that it reads
+differ from the former ones, whether or not the server has already set the next marker.  A call fails
+only if it comes before the server wakes: within a few tens of microseconds after the previous call, or
+longer on a busy machine.  The host cannot detect the cause; the user can (`HINT`).  stty makes its own
+comparison, and always reports an error.  TCP and RFC 2217 do not have this problem.
 
 macOS has no EXTPROC of this kind: a pseudo-terminal there is for hosts that use 8N1 (`PLAIN`).
 """
@@ -71,15 +71,15 @@ class PacketStream(SocketStream):
 
 
 class PtyPort(Closing):
-    """A line on a pseudo-terminal; it is not visible when a host connects or disconnects.
+    """A line on a pseudo-terminal, which does not show when a host connects or disconnects.
 
     Args:
-        link: the name of a symbolic link, which is removed at the end; a bench file gives a place within the folder
-            that its gate allows.
+        link: the name of a symbolic link, which is removed at the end; if a bench file names it, its place
+            must be in the folder that the file's gate allows.
 
     Raises:
-        UsageError: the link cannot be made, or the file exists and is not an old link made by slewline; or the system
-            has no pseudo-terminals.
+        UsageError: the link cannot be made, or the file exists and is not an old link made by slewline; or
+            the system has no pseudo-terminals.
     """
 
     def __init__(self, loop: Loop, line: PortLine, link: str | LinkPlace) -> None:
@@ -142,7 +142,7 @@ class PtyPort(Closing):
             self.line.opened_at(baud)
 
     def _mark(self, found: list[Any]) -> None:
-        """Set a marker for the host's next call to change."""
+        """Set a marker, which the host's next call will change."""
         import termios
 
         markers = (LFLAG, termios.IEXTEN), (IFLAG, termios.IGNBRK)

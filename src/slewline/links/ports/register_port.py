@@ -1,31 +1,33 @@
 """The registers of an interface board on TCP: IN and OUT of a PC program, as short messages.
 
-A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, and the number of
-axes.  It also has the register offsets, as in "data=0 status=1 command=1", unless they are as in the application note.
-After that every request is two bytes and every answer is one byte, in the order of the requests:
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, and
+the number of axes.  It also has the register offsets, as in "data=0 status=1 command=1", unless they are
+as in the application note.  After that every request is two bytes and every answer is one byte, in the
+order of the requests:
 
     0r --    IN      read register r of the board (parts/boards/board.py)       the byte
     1r bb    OUT     write bb to register r                              bb again, when it is written
     24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 after a timeout
-    34 nn    ANSWER  ... is 0; of a parallel card                        the status
-    44 nn    MESSAGE wait until bit 6 is 0; of a parallel card           the status
+    34 nn    ANSWER  wait until bit 7 is 0; only for a parallel card     the status
+    44 nn    MESSAGE wait until bit 6 is 0; only for a parallel card     the status
     54 nn    POLL    read the status until bit 7 is 1, for nn ms         the status
     90 --    HELLO   query the version                                   02, in lockstep 82; FF: no series supported
-    C0 nn    SERIES  nn requests follow, of those above but HELLO        a byte for each
-    C1 nn    ON      the same, unless a wait in the last series failed
+    C0 nn    SERIES  nn requests follow, of those above except HELLO     a byte for each
+    C1 nn    ON      as SERIES, unless a wait in the last series failed  a byte for each
     other    not a request                                               FF, as from an empty address
 
-A series is one message, one input of the board and one answer, and takes a fraction of the time of its single requests.
-A failed wait ends it: the rest is not executed, and reads FF.  So a host may continue without an answer, as if every
-wait had succeeded, and learns afterwards at which wait its program would still be.  Parts of the same program that
-arrive together are executed together.
+A series is one message, one input of the board and one answer, and takes a fraction of the time of its
+single requests.  A failed wait ends it: the rest is not executed, and reads FF.  So a host may continue
+without an answer, as if every wait had succeeded, and learns afterwards at which wait its program would
+still be.  Parts of the same program that arrive together are executed together.
 
-A host may send the next request before it has the answer to the previous one: a whole packet, including its waits, is
-one round trip.  Requests are executed one after another; each access is made at the pins of the chip, and takes a bus
-cycle of 750 ns of virtual time.
+A host may send the next request before it has the answer to the previous one: a whole packet, including
+its waits, is one round trip.  Requests are executed one after another; each access is made at the pins
+of the chip, and takes a bus cycle of 750 ns of virtual time.
 
-In lockstep no other time passes, so a polling host would poll a hundred times for each word: there, 100 µs may pass
-after an IN that reads bit 7 of the status as 0, until the bit is 1.  READY lets time pass until its wait ends.
+In lockstep no other time passes, so a polling host would poll a hundred times for each word.  Therefore,
+after an IN that reads bit 7 of the status as 0, time passes until the bit is 1, but no more than 100 µs.
+READY lets time pass until its wait ends.
 """
 
 from __future__ import annotations
@@ -258,9 +260,10 @@ class RegisterPort(TcpPort):
     line: RegisterLine
 
     def catch_up(self) -> None:
-        """Pass everything that the host has sent so far to the board, and run the time that this takes, within a limit.
+        """Pass everything that the host has sent so far to the board; run the time that this takes, up to a limit.
 
-        In lockstep a host need not wait for answers; a later request to another port is then executed after all of it.
+        In lockstep a host need not wait for answers; so a later request to another port is executed after all of
+        these.
         """
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):

@@ -174,7 +174,7 @@ class NetSession(Session):
     line: ConnectorLine
 
     def arrive(self) -> None:
-        """Connect the host, and start to answer its line options."""
+        """Connect the host, and start answering its line options."""
         super().arrive()
         self.remote = Remote(self, self.line, *self.port.settings)
         self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]

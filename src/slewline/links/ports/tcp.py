@@ -2,17 +2,18 @@ r"""TCP: a raw socket for each line, which pySerial opens as socket://HOST:PORT.
 
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
-    a host closes            its bytes are played to the last one, whether it has read its answers or not
+    a host closes            all its bytes still go to the line, whether it has read its answers or not
     the next one connects    at any time: its bytes queue after those, and it receives all later answers
     a second one meanwhile   receives a line of text that names the first one, and is disconnected
 
-A host that closes its sending side (`printf 'V1\r' | nc -N`) receives the answers to its bytes, unless another host
-connects.  A host that disappears (a cable unplugged, a machine switched off) is detected by keepalive probes.
+A host that closes its sending side (`printf 'V1\r' | nc -N`) receives the answers to its bytes, unless
+another host connects.  A host that disappears (a cable unplugged, a machine switched off) is detected by
+keepalive probes.
 
-The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most `REMAINS` are
-kept, up to the end of a line; the rest is dropped, and reported.  That a host has closed is visible only after its last
-byte, so when another host connects, the bytes of the first one are read ahead; if more than `AHEAD` are waiting, the
-first one is disconnected, whether it has closed or not.
+The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most
+`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  Only after its last byte
+can a host be seen to have closed; so when another host connects, the bytes of the first one are read
+ahead.  If more than `AHEAD` are waiting, the first one is disconnected, whether it has closed or not.
 """
 
 from __future__ import annotations
@@ -141,7 +142,7 @@ class Session:
         self.attach()
 
     def attach(self) -> None:
-        """Start to receive the output of the line."""
+        """Start receiving the output of the line."""
         self.attached = True
         self.line.attach(self.name, self.give, self.port.resume)
 

@@ -89,7 +89,7 @@ def unopened(where: str, error: Exception) -> str:
 
 
 def no_device(where: str) -> str:
-    """Return a message that an address or URL is not a serial port; empty if the text is neither of these."""
+    """Return a message if a text is an address or URL, and so not a serial port; empty if it is neither."""
     if os.path.exists(where) or not (where.startswith(SERVED) or _address(where)):
         return ""
     return f"is an address, not a serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"

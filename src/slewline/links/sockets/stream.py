@@ -1,8 +1,8 @@
-"""A byte stream to the outside: a socket that never blocks, with a bounded output queue.
+"""A byte stream to the outside world: a socket that never blocks, with a bounded output queue.
 
-A client that does not read costs at most `QUEUE` bytes of memory: further output is dropped and counted, as a serial
-line drops bytes that no host reads.  In the other direction, a stream reads only as many bytes as its owner has room
-for, so that an endless sender is blocked by its own system.
+A client that does not read costs at most `QUEUE` bytes of memory: further output is dropped and counted,
+as a serial line drops bytes that no host reads.  In the other direction, a stream reads only as many
+bytes as its owner has room for, so that an endless sender is blocked by its own system.
 """
 
 from __future__ import annotations

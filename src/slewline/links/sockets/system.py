@@ -84,7 +84,10 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """Return two connected sockets that send every byte immediately; TCP sockets, as on Windows, would buffer."""
+    """Return two connected sockets that send every byte immediately.
+
+    On Windows they are TCP sockets, whose buffering is switched off.
+    """
     ends = socket.socketpair()
     for end in ends:
         if end.family in (socket.AF_INET, socket.AF_INET6):
@@ -121,7 +124,7 @@ def multimedia() -> Any:
 # ------------------------------------------------------------------------------------------------------- serial ports
 @cache
 def bauds() -> dict[int, int]:
-    """Return the rates of a terminal, by their codes in its settings; empty on Windows."""
+    """Return the rates of a terminal, keyed by their codes in its settings; empty on Windows."""
     try:
         import termios
     except ImportError:

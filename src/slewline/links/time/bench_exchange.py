@@ -1,7 +1,8 @@
-"""Replacement of the served bench by another one, while all connections stay open.
+"""Replacement of the served bench, while all connections stay open.
 
-Hosts stay connected and notice no change: bytes in transit to the bench are inputs in the journal that the new bench
-has replayed; its output meanwhile is recorded (`LineTap`), and the part that a host lacks is sent (`lines/outlet.py`).
+Hosts stay connected and notice no change.  Bytes in transit to the bench are inputs in the journal that
+the new bench has replayed; its output during the replay is recorded (`LineTap`), and the part of it that
+a host has not received is sent (`lines/outlet.py`).
 """
 
 from __future__ import annotations

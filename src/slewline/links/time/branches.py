@@ -1,8 +1,8 @@
 """The runs of a server: the first run, and branches, each of which begins at an instant of another run.
 
-While a branch is shown, the time of the server is paused.  All input from outside goes to the process of that branch
-(`worlds.py`), and its output is sent to the outside: client requests and their replies, bytes of hosts and the answers.
-Requests about branches are answered here; `server_past.py` recreates the past.
+While a branch is shown, the time of the server is paused.  All external input (client requests, bytes
+from hosts) goes to the process of that branch (`worlds.py`), and its output (replies, answers) goes to
+the clients and hosts.  Requests about branches are answered here; `server_past.py` recreates the past.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Branches:
         return self.known[self.current].now_ps if self.current else self.server.bench.now_ps
 
     def begin(self) -> None:
-        """Start to record the past, before any time has passed."""
+        """Start recording the past, before any time has passed."""
         if self.server.past.begin():
             self.folder = TemporaryFolder()
             self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # the first run itself
@@ -230,7 +230,7 @@ class Branches:
 
     # -------------------------------------------------------------------------------------------------------- a switch
     def _switch(self, branch: Branch) -> None:
-        """Show another branch, and direct all later input from outside to it.
+        """Show another branch, and direct all later external input to it.
 
         Raises:
             OSError: the branch cannot be reached; the former one is still shown.

@@ -1,4 +1,4 @@
-"""Breakpoints: conditions that pause time, every time they are met."""
+"""Breakpoints: conditions that pause time each time they are met."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ class Breakpoints:
         self.stops = 0  # number of stops
 
     def replace(self, rows: list[Mapping[str, Any]]) -> list[str]:
-        """Replace all breakpoints; return a text for each.
+        """Replace all breakpoints; return a text that describes each new one.
 
         Raises:
-            UsageError, UnknownName: there is no such chip, pin or register; the former breakpoints are unchanged.
+            UsageError, UnknownName: there is no such chip, pin or register; the former breakpoints are
+                unchanged.
         """
         conditions = [self.condition(row) for row in rows]
         self.rows, self.conditions = list(rows), conditions
@@ -62,7 +63,7 @@ class Breakpoints:
         return RegisterCondition(axis, row["register"], row.get("value"))
 
     def arm(self) -> None:
-        """Start to wait for all breakpoints at this instant."""
+        """Start waiting for all breakpoints, from this instant on."""
         for wait in self.waits:
             self.pace.forget(wait)
         self.waits = []
@@ -74,7 +75,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Pause time; end the waits that push it."""
+        """Pause time; end the waits that let time pass."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -47,20 +47,23 @@ class Checkpoints:
         self.begun = False
 
     def begin(self) -> bool:
-        """Start to record the past, before any time has passed; return whether that is possible."""
+        """Start to record the past, before any time has passed; return whether this is possible."""
         self.begun = not (self.server.bench.journal is None or system.FORK is None or threading.active_count() > 1)
         self.move(0)
         return self.begun
 
     def move(self, since_ps: int) -> None:
-        """Start to record the past of another bench, which is the same before an instant (ps)."""
+        """Start to record the past of another bench, whose past before an instant (ps) is the same."""
         while self.marks and self.marks[-1].time_ps >= since_ps:
             self._end(self.marks.pop())
         if self.begun:
             self._keep()
 
     def look(self, worked_s: float) -> None:
-        """Make a checkpoint if one is due; called in every turn of the server, with the work since the last call."""
+        """Make a checkpoint if one is due.
+
+        It is called in every turn of the server, with the seconds of work since the last call.
+        """
         self.work_s += worked_s
         if not self.begun:
             return

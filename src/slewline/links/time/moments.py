@@ -58,7 +58,7 @@ class StepCondition(Condition):
 
 
 class PinCondition(Condition):
-    """The condition that a pin changes, to one level or to any."""
+    """The condition that a pin changes, to a given level or to any level."""
 
     def __init__(self, pin: Terminal, edge: str) -> None:
         if edge not in LEVELS:
@@ -102,7 +102,7 @@ class CommandCondition(Condition):
 
 
 class FindingCondition(Condition):
-    """The condition that a finding is reported, by one chip or part or by any."""
+    """The condition that a finding is reported, by a given chip or part, or by any."""
 
     def __init__(self, bench: Bench, source: str) -> None:
         if source:
@@ -136,12 +136,12 @@ class FindingCondition(Condition):
         return self.hit
 
     def when(self) -> int | None:
-        """Return the next instant to poll such parts (ps); None if there are none."""
+        """Return the next instant (ps) to poll the parts that must be polled; None if there are none."""
         return self.bench.now_ps + ASKED_PS if self.lazy else None
 
 
 class RegisterCondition(Condition):
-    """The condition that a register takes a value, or changes."""
+    """The condition that a register takes a given value, or changes at all."""
 
     def __init__(self, of: OneAxis, name: str, value: int | None) -> None:
         self.of, self.name, self.value = of, name, value
@@ -153,7 +153,7 @@ class RegisterCondition(Condition):
         self.before = self.of.registers[self.name]
 
     def met(self) -> bool:
-        """Return whether the register has changed, to the value if one is given."""
+        """Return whether the register has changed, and to the given value, if there is one."""
         before, self.before = self.before, self.of.registers[self.name]
         return self.before != before and self.value in (None, self.before)
 

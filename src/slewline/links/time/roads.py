@@ -61,7 +61,7 @@ class Road:
         self.line.detour = self
 
     def room(self) -> int:
-        """Return the number of bytes that may come now; at 0, the line is resumed a little later."""
+        """Return the number of bytes that may arrive now; if there is no room, resume the line a little later."""
         room = self.stream.queue - len(self.stream.outgoing)
         if room <= 0:
             self.loop.after(AGAIN_S, lambda: self.line.resume() if self.line.resume is not None else None)

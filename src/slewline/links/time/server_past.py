@@ -1,11 +1,12 @@
 """The past of a server: one class for both methods of recreating it.
 
-    past.at(t).rerun(inputs, now)       a shadow, in this process: another bench at the present, for `past.go_on`
-    past.at(t).world(order, arrived)    a checkpoint, in a separate process: a second server at t, paused
+    past.at(t).rerun(inputs, now)     a shadow, in this process: a bench at the present, for `past.go_on`
+    past.at(t).world(order, arrived)  a checkpoint, in a separate process: a second server at t, paused
 
-A motor drive needs the first method: the run that continues must be in this process, with inputs that came late.
-A debugger needs the second: the present is kept, and any instant is reached quickly, however long the run was; this
-method needs `fork`.  Only this file uses both; a bench without a server uses the first (`bench/past.py`).
+A motor drive needs the first method: the run that continues must be in this process, with the late
+inputs added.  A debugger needs the second: the present is kept, and any instant is reached quickly,
+however long the run was; this method needs `fork`.  Only this file uses both; a bench without a server
+uses the first (`bench/past.py`).
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ class ServedPast(Past):
         self.checkpoints.close()
 
     def remember(self) -> None:
-        """Start to record the data needed for the past, before the first shadow begins."""
+        """Start to record the data needed to recreate the past, before the first shadow begins."""
         server = self.server
         for line in server.lines.values():
             line.outlet.remember(server.bench.now_ps)

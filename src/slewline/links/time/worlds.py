@@ -2,14 +2,15 @@
 
     server       journal  ............T1...........T2............now
                                        |            |
-    checkpoint                       fork         fork             they wait, and cost only their pages
+    checkpoint                       fork         fork             these wait, and cost only memory pages
                                        |
     world                            fork --> plays the journal up to the instant --> serves, paused
 
-A running coroutine cannot be copied, but a process can.  A checkpoint closes all inherited connections, so that no host
-depends on it, and waits for an order; for each order it forks once more and is itself unchanged.  The copy replays the
-journal from there up to the requested instant, opens a control port and a port for each line, as sockets in a private
-folder of this user, and reports their addresses.  After that it is a server like the first one.
+A running coroutine cannot be copied, but a process can.  A checkpoint closes all inherited connections,
+so that no host depends on it, and waits for orders; for each order it forks once more, and itself stays
+unchanged.  The new copy replays the journal from there up to the requested instant, opens a control port
+and a port for each line, as sockets in a private folder of this user, and reports their addresses.
+After that it is a server like the first one.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
     worlds: dict[int, int] = {}  # branch number, by process
 
     def buried(process: int) -> None:
-        """Report a world that has ended, unless it has already arrived."""
+        """Report a world that has ended; the server ignores this if the world has already arrived."""
         if process in worlds:
             with suppress(OSError):  # the server has ended
                 send(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
@@ -101,7 +102,7 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
 
 
 def send(orders: socket.socket, found: Data) -> None:
-    """Answer an order, with one line."""
+    """Send the answer to an order, as one line."""
     orders.sendall(json.dumps(found).encode() + b"\n")
 
 
@@ -153,12 +154,12 @@ class World:
             self.server.serve(self.deserted)
 
     def orphaned(self) -> None:
-        """End if the server that started this world has ended; once that server connects, its connection decides."""
+        """End if the server that started this world has ended without connecting to it."""
         if not any(control.clients for control in self.server.controls()):
             os._exit(0)
 
     def grow_up(self) -> None:
-        """Mark this world as deserted if no server has connected yet."""
+        """End the grace period: from now on, this world is deserted unless a server is connected."""
         self.known = True
 
     def deserted(self) -> bool:

@@ -72,7 +72,7 @@ def points(quantity: Quantity, start: int, stop: int) -> Points:
 
 
 def sign(recorder: Recorder, probe: Net | Terminal, start: int, stop: int, since: int) -> str:
-    """Return the character for a pin in a column (ps): its level, or the sign that both levels occur."""
+    """Return the character for a pin in a column (ps): its level, or a sign that both levels occur."""
     first = max(start, since)
     if first > stop:
         return UNKNOWN

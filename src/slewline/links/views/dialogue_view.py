@@ -86,7 +86,7 @@ class Dialogue:
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield the changes since a count, newest first: entries from a number on, and entries that have grown."""
+        """Yield, newest first, the entries from a number on, and older entries that have grown since a count."""
         for entry in islice(reversed(self.entries), self.number - number):
             yield plain(entry)
         before = takewhile(lambda entry: entry["touched"] > touched, reversed(self.grown.values()))

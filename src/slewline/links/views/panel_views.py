@@ -35,7 +35,7 @@ class Views:
         return found
 
     def pieces(self) -> Iterator[tuple[tuple[str, ...], Any]]:
-        """Yield the view piece by piece, each piece with its keys: a chip, a part, a number."""
+        """Yield the view piece by piece, each with its path of keys (a chip, a part, a number)."""
         yield ("pace",), self.pace()
         for name, chip in self.bench.chips.items():
             yield ("chips", name), self.chip(chip)

@@ -36,7 +36,10 @@ def clause(text: str) -> str:
 
 
 class FindingReports:
-    """The reporter of findings: the first finding of a cause immediately, repetitions as a number after a minute."""
+    """The reporter of findings.
+
+    The first finding of a cause is reported immediately, the number of its repetitions after a minute.
+    """
 
     def __init__(self, loop: Loop, report: Callable[[str], object]) -> None:
         self.loop, self.report = loop, report
@@ -122,7 +125,7 @@ class Lateness:
         self.report(f"virtual time follows the wall clock again; {self._lost()}")
 
     def close(self) -> None:
-        """Report the time lost, if the lag lasts to the end."""
+        """Report the lost time, if virtual time still lags at the end."""
         self.check()
         if self.is_late:
             self.report(f"virtual time lagged until the end; {self._lost()}")

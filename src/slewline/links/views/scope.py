@@ -69,9 +69,9 @@ class Scope:
         return self.bench.quantities()
 
     def window(self, names: list[str], start: int, stop: int, columns: int) -> Iterator[Data | None]:
-        """Yield None whenever other work may be done, and at the end the history of each signal in the window (ps).
+        """Yield None whenever other work may be done; finally, yield the signals' histories in the window (ps).
 
-        A signal without a history there has an `error` instead.
+        A signal that has no history in the window has an `error` instead.
         """
         found: Data = {}
         known = self.quantities()
@@ -157,7 +157,7 @@ class Scope:
         """Return the first, or the last, instant (ps) of an event in a window; None if there is none.
 
         Raises:
-            UsageError: not a pin with an edge or level, nor a quantity with a value and a slope, nor a finding.
+            UsageError: `on` is not a pin with an edge or level, a quantity with a value and slope, or a finding.
             NotRecorded: the pin is not recorded.
         """
         if "level" in on:

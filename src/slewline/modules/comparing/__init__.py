@@ -1,1 +1,1 @@
-"""Comparison of a dialogue with the model: exchanges, a replay in virtual time, differences; or playing to a module."""
+"""Comparison of a dialogue with the model, by replay in virtual time; or playback to a module."""

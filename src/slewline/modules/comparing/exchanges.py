@@ -1,7 +1,7 @@
 """The exchanges of a dialogue: data sent by a host up to an answer, and the answer, each with its times.
 
-Times are those on the line: a character written by a host is sent after the previous character, and takes one character
-time at this rate.
+Times are those on the line: a character written by a host is sent after the previous character, and
+takes one character time at the rate of the line.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LF = b"\n"
 
 
 class TimedAnswer:
-    """A base class, listed first, with values derived from the times of an answer."""
+    """A base class, to be listed first, with values derived from the times of an answer."""
 
     over_us: float
     first_us: float | None
@@ -102,7 +102,7 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line is sent before the previous one has been transmitted, and so before its answer."""
+    """Return whether a line was sent before the previous one had been transmitted, so before any answer to it."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 
@@ -114,7 +114,7 @@ def are_checked(entries: Iterable[DialogueEntry]) -> bool:
 
 
 def spread(entry: DialogueEntry) -> list[tuple[int, int]]:
-    """Return the characters of an entry with their times; all between the first and the last are equally spaced."""
+    """Return the characters of an entry with their times, equally spaced from the first to the last."""
     span, last = entry.last_us - entry.at_us, max(len(entry.data) - 1, 1)
     return [(entry.at_us + span * number // last, code) for number, code in enumerate(entry.data)]
 

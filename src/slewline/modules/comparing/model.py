@@ -31,7 +31,7 @@ PAUSE_PS = 10**12  # between power-up and the first character
 
 
 class ModelAdapter:
-    """The adapter of a model on a bus: it takes lines of text and sends characters, each at its rate.
+    """The adapter of a model on a bus: it takes lines of text, and sends characters at the rate of the line.
 
     Args:
         speech: the protocol of the part.
@@ -60,11 +60,12 @@ class ModelLine:
     `received` contains the characters that it has sent, `found` its findings; both may be cleared.
 
     Args:
-        header: states its crystal and straps.
+        header: the header of the dialogue, with the part's crystal and straps.
         speech: the protocol of the part.
         options: the options of the model.
         memory: a file with an image of the memory of the chip.
-        cls: the class of the chip; None: that of the part named by the header, which must not name code.
+        cls: the class of the chip; None: that of the part named in the header, which must not be
+            module:Class.
         shown: the bytes of the memory, if there is no file.
 
     Raises:
@@ -111,7 +112,7 @@ class ModelLine:
         self.kernel.run(max(ps, self.kernel.now))
 
     def wake(self) -> None:
-        """Send the characters, if any, that a module needs before its first command, and wait for their end."""
+        """Send the characters, if any, that a module needs before its first command, and wait until they are sent."""
         if self.speech.wake:
             self.port.write(self.speech.wake)
             self.run(self.kernel.now + PAUSE_PS)

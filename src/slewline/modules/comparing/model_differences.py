@@ -1,9 +1,10 @@
 """Differences between a module and its model, in every answer and every delay of a dialogue.
 
-Delays differ if their difference exceeds a tolerance: a fixed part for the transfer of a character into a computer, and
-a fraction of the time for the clocks of both (docs/howto/proxy_and_compare.md has their sources).  An answer that
-depends on the instant of its query, such as the state of a motion, agrees if the model sends it within the tolerance of
-that instant.
+Delays differ if their difference exceeds a tolerance: a fixed part for the transfer of a character into
+a computer, and a fraction of the time for the errors of both clocks (docs/howto/proxy_and_compare.md has
+their sources).  An answer that depends on the instant of its query, such as the state of a motion,
+agrees if the model gives the same answer to a query that is earlier or later by no more than the
+tolerance.
 """
 
 from __future__ import annotations
@@ -89,11 +90,11 @@ def _shown(answer: str) -> str:
 class Differences:
     """The result of a comparison.
 
-    `is_timed` is whether times are compared; `moments` counts answers that agree within the tolerance of the instant of
-    their query; `delays_us` are the delays of the module minus those of the model, for all answers that both have sent.
-    `deviations` are the module's deviations from the sheet, each with its exchanges; `from_before` are queries for
-    values that the module may have held since before the dialogue; `shown` counts the bytes of memory loaded into the
-    model because the dialogue lists them.
+    `is_timed`: whether times are compared; `moments`: the number of answers that agree only if the query is
+    shifted within the tolerance; `delays_us`: the delays of the module minus those of the model, for all
+    answers that both have sent.  `deviations` are the module's deviations from the sheet, each with its
+    exchanges; `from_before` are queries for values that the module may have held since before the dialogue;
+    `shown` counts the bytes of memory loaded into the model because the dialogue lists them.
     """
 
     part: str
@@ -172,7 +173,7 @@ class DialogueComparison:
     Args:
         dialogue: the recorded dialogue.
         speech: the protocol of the module.
-        tolerance: None: `usual_tolerance`.
+        tolerance: the allowed difference of times; None: `usual_tolerance`.
         options: the options of the model.
         memory: an image of the memory of the chip; None: the bytes that the dialogue lists (`shown`).
         cls: the class of the chip, as for `ModelLine`.
@@ -226,7 +227,7 @@ class DialogueComparison:
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the delay or duration of an answer, if it differs; not for an adapter, whose times are its own."""
+        """Return the delay or duration of an answer, if it differs; none if an adapter determines the times."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:
             return []
@@ -273,7 +274,7 @@ class DialogueComparison:
             found.from_before.append(sent[-1])
 
     def _is_from_before(self, number: int, command: str) -> bool:
-        """Return whether a query is for a register that no earlier line may have changed."""
+        """Return whether a query reads a register that no earlier line of the dialogue can have changed."""
         names = {register.letter for register in self.speech.sheet.registers}
         letter = command[-1:]
         row = self.speech.row(command)
@@ -292,7 +293,7 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time since a command that may have started a motion; a clock error accumulates over this time."""
+        """Return the time since a command that may have started a motion, over which clock errors accumulate."""
         before = [
             each.at_us
             for each in self.exchanges[: exchange.number]

@@ -1,4 +1,4 @@
-"""The repetition of a dialogue with a module: the same commands with the same pauses."""
+"""Playback of a dialogue to a module: the same commands with the same pauses."""
 
 from __future__ import annotations
 

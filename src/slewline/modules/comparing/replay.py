@@ -1,8 +1,8 @@
-"""The repetition of a dialogue with the model: the same lines at the same times, in virtual time.
+"""Replay of a dialogue to the model: the same lines at the same times, in virtual time.
 
-A line is sent at its time in the dialogue, but not before the answer to the previous line.  If the time of an answer
-from the model differs by more than the tolerance, all later lines are shifted by the difference, so that a difference
-is reported once, not again for every following line.
+A line is sent at its time in the dialogue, but not before the answer to the previous line.  If the time
+of an answer from the model differs by more than the tolerance, all later lines are shifted by the
+difference, so that a difference is reported once, not again for every following line.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ModelAnswer(TimedAnswer):
 
 
 class ModelReplay(ModelLine):
-    """The model of a part to which a dialogue is sent; each replay needs a new one.
+    """The model of a part to which a dialogue is sent; each replay needs a new object.
 
     `progress` is called from time to time during a replay with the number of the exchange.
     """
@@ -72,7 +72,7 @@ class ModelReplay(ModelLine):
     def _send(
         self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
     ) -> None:
-        """Send the characters of a line at their times; characters received until then belong to the previous line."""
+        """Send the characters of a line at their times; any received meanwhile belong to the previous answer."""
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
             data = bytes(code for _, code in group)

@@ -1,6 +1,6 @@
 """The memory of a module, as far as a dialogue lists it.
 
-Bytes that the host has written before they are listed are left out, because they replace the former content.
+Bytes that the host overwrites before they are listed are left out: the listing shows their new content.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .exchanges import RecordedExchange
 
 
 class ShownMemory:
-    """A tracker of a dialogue: the memory pointer, and the bytes written and listed.
+    """A tracker of the memory pointer, and of the bytes written and listed, in a dialogue.
 
     `image` contains the bytes by address.
     """
@@ -53,7 +53,7 @@ class ShownMemory:
         return asked
 
     def came(self, lines: int, answer: bytes) -> None:
-        """Read memory lines from an answer, which lists them after the pointer."""
+        """Read memory lines from an answer, in which they follow the pointer."""
         answer = answer.replace(b"\r\n", CR)
         found = re.search(rb"%b=([0-9]{5})\r" % self.pointer_form.encode("ascii"), answer)
         if not found or not lines:

@@ -46,13 +46,13 @@ def pull(
     Args:
         path: a new file.
         base: the start of the program, in a memory with addresses.
-        recall: also save the program in the EEPROM, to a separate file; it briefly replaces the program in RAM, which
-            is then restored and verified.
+        recall: also save the program that the EEPROM holds, to a separate file; it briefly replaces the
+            program in RAM, which is then restored and verified.
         replace: the file may exist.
         report: called with progress messages.
 
     Raises:
-        UsageError: the file exists, or cannot be written; the part stores no other program.
+        UsageError: the file exists, or cannot be written; the part has no second program.
         Unfinished: the program in RAM was not restored; it is in the file.
         ModuleFailure: the module could not be read.
     """
@@ -68,7 +68,7 @@ def pull(
 
 
 def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Report) -> None:
-    """Save the program in the EEPROM, and restore the program in RAM."""
+    """Save the program that the EEPROM holds to a file, and restore the program in RAM."""
     (row,) = contents.sheet.acting("recall")
     with _putting_back(module, contents, report) as restore:
         try:
@@ -83,7 +83,7 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Re
 
 @contextmanager
 def _putting_back(module: Module, contents: ModuleContents, report: Report) -> Iterator[Restore]:
-    """Restore the program of a module at the end, in any case, and verify it by its listing."""
+    """On leaving, even after an error, restore the program of a module, and verify it by its listing."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
     restore = Restore(module, wanted, contents, report)
     began = ""
@@ -104,7 +104,7 @@ def _putting_back(module: Module, contents: ModuleContents, report: Report) -> I
 
 
 def _put_back(restore: Restore) -> None:
-    """Send a program, unless the module already holds it; its content is unknown if it cannot be read."""
+    """Send a program, unless the module already holds it; if the module cannot be read, send it in any case."""
     try:
         restore.contents = read_contents(restore.module)
     except PortLost:
@@ -248,7 +248,7 @@ def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
 
 
 def has(path: Path, text: str) -> bool:
-    """Return whether a file exists and has this text; False for a longer file, or one that is not regular."""
+    """Return whether a file exists and has this text; False for a longer file, or if it is not a regular file."""
     return path.is_file() and path.stat().st_size == len(text) and read_file(path) == text.encode("latin-1")
 
 

@@ -38,7 +38,7 @@ class ModuleContents:
 
     @property
     def text(self) -> str:
-        """Content as a program text, which `slewline asm` and `slewline push` take."""
+        """Content as a program text, which `slewline asm` and `slewline push` accept."""
         sheet, settings = self.sheet, self._settings()
         head = [f"; {sheet.part}, as read by slewline pull"]
         head += [f"; {name} {value}" for name, value in self.values.items() if name not in settings]
@@ -54,9 +54,9 @@ class ModuleContents:
         return "".join(f"{line}\n" for line in lines)
 
     def _settings(self) -> dict[str, tuple[Row, str]]:
-        """Return the commands that set the values again, as text, by the names of the values.
+        """Return the commands, as text, that restore the values, by the names of the values.
 
-        A register may hold a value that no command sets, as after power-up.
+        A register may hold a value that no command can set, for example after power-up.
         """
         by_form = {row.form: row for row in self.sheet.commands if len(row.args) < 2 and not row.may_step}
         letters = {each.name: each.letter for each in self.sheet.registers}
@@ -117,7 +117,7 @@ def read_contents(module: Module, base: int | None = None, report: Report = lamb
 
 
 def _believed(module: Module, what: str) -> str:
-    """Return the answer to a query; if characters have no parity, only an answer that comes twice in a row."""
+    """Return the answer to a query; without a parity bit, only one that was received twice in a row."""
     value = module.value(what)
     if module.speech.shows_faults:
         return value

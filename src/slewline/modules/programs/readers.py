@@ -1,6 +1,6 @@
 """Reading of a program: from its listing, line by line from a memory, or from the bytes of a buffer.
 
-It is read until two readings agree, because a line without checksums does not reveal every fault.
+A program is read until two readings agree, because a line without checksums does not reveal every fault.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
 
     Args:
         where: the object of the reading, for messages.
-        read: reads once; returns None if the data is not the expected data.
+        read: reads once; returns None if it has received other data than expected.
         alone: returns whether a result needs no second reading.
 
     Raises:
@@ -84,7 +84,7 @@ def read_listing(module: Module, base: int | None = None, report: Report = lambd
 
     Raises:
         ListingDiffers: no two listings agree.
-        NoAnswer: no listing ends.
+        NoAnswer: no listing was complete.
         DamagedAnswer: the listing is not a program of the part.
         UsageError: `base` is given.
     """
@@ -132,7 +132,7 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
 
 # -------------------------------------------------------------------------------------------------- lines of memory
 class ProgramReader:
-    """A reader of a program, instruction by instruction, as far as it can be executed."""
+    """A reader of a program, instruction by instruction, as far as its instructions can be executed."""
 
     def __init__(self, module: Module, report: Report) -> None:
         self.module, self.report = module, report
@@ -163,7 +163,7 @@ class ProgramReader:
         raise NotImplementedError
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return the target of a branch instruction that ends at an address."""
+        """Return the target of a branch instruction; `end` is the address after that instruction."""
         raise NotImplementedError
 
     def written(self, data: bytes) -> str:
@@ -171,7 +171,7 @@ class ProgramReader:
         raise NotImplementedError
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program continues at an address with no instruction."""
+        """Return a note that the program continues at an address where there is no instruction."""
         shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
         return f"at {address} is {shown}, not an instruction: the rest was not read"
 
@@ -197,7 +197,10 @@ class MemoryReader(ProgramReader):
         return end // self.dialect.page * self.dialect.page + value
 
     def instruction(self, address: int) -> bytes:
-        """Return the line at an address, with its carriage return; all lines of a string; empty if there is none."""
+        """Return the line at an address, with its carriage return; empty if there is none.
+
+        For a string, all of its lines are returned.
+        """
         data = b""
         decoder = self.dialect.decoder(self.sheet)
         while line := self.line(address + len(data)):
@@ -285,7 +288,7 @@ class BufferReader(ProgramReader):
         return text_at(data, 0, self.sheet)
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program continues at an address with no instruction, or after the reported bytes."""
+        """Return a note that the program continues where there is no instruction, or after the reported bytes."""
         if address + len(data) < len(self.stored):
             return super().stopped(address, data)
         given, room = len(self.stored), self.sheet.buffer_bytes

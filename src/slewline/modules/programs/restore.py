@@ -35,9 +35,9 @@ class ProgramText:
         """Return a parsed text.
 
         Raises:
-            ProgramError: the assembler does not take it.
-            UsageError: the text has no program, or is a script for `slewline run`; it has a comment that looks like
-                commands; or the part stores no program.
+            ProgramError: the assembler does not accept the text.
+            UsageError: the text has no program, or is a script for `slewline run`; it has a comment that looks
+                like commands; or the part stores no program.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} stores no program")
@@ -67,7 +67,7 @@ class ProgramText:
         """Check that no command outside the program may step the motor, unless that is allowed.
 
         Raises:
-            MotionRefused: one may; no command has been sent.
+            MotionRefused: such a command exists, and motion is not allowed; no command has been sent.
         """
         for each in (*self.before, *self.after):
             if each.row.may_step and not module.may_move:

@@ -104,7 +104,7 @@ def _compare(restore: Restore) -> None:
 
 
 def _leave(restore: Restore) -> None:
-    """End program entry, if a command can do so without a run."""
+    """End program entry, if a command can do so without running the program."""
     sheet, module = restore.sheet, restore.module
     outcome = f"it holds the program, verified; {_kept(sheet)}"
     restore.status = f"{outcome}; program entry is open"
@@ -125,12 +125,14 @@ def _leave(restore: Restore) -> None:
 
 # ------------------------------------------------------------------------------------------------- into a memory
 class MemoryWriter:
-    """A writer of a program into a memory with addresses, in groups, each beginning where the motor may step.
+    """A writer of a program into a memory with addresses, in groups of instructions.
 
-    If program entry were not open, the instructions would be executed.  So two queries are sent before an instruction
-    that may step the motor.  If entry is not open, they are answered; if it is open, they are stored over the end of
-    the previous group, which is written later, because groups are written last to first.  Before the first group the
-    queries go to the end of the memory, if that is erased.
+    Each group but the first begins with an instruction that may step the motor.
+
+    If program entry were not open, the instructions would be executed.  So two queries are sent before an
+    instruction that may step the motor.  If entry is not open, they are answered; if it is open, they are
+    stored over the end of the previous group, which is written later, because groups are written last to
+    first.  Before the first group the queries go to the end of the memory, if that is erased.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -168,7 +170,7 @@ class MemoryWriter:
         )
 
     def was_read(self, group: Sequence[Statement]) -> bool:
-        """Return whether instructions were already in the memory."""
+        """Return whether the instructions of a group were in the memory when it was first read."""
         present = self.restore.contents
         begin, end = group[0].address - present.base, group[-1].end - present.base
         return begin >= 0 and present.stored[begin:end] == b"".join(map(_bytes, group))
@@ -176,20 +178,20 @@ class MemoryWriter:
     def differing(self, missed: set[int]) -> set[int]:
         """Return the numbers of the groups to write: missed or wrong groups, and groups that they overwrite.
 
-        Missed groups are not read: they may be erased, which takes long to detect.
+        Missed groups are not read: they may be erased, which takes a long time to detect.
         """
         read = (number for number in range(len(self.groups)) if number not in missed)
         return self.closed(missed | {number for number in read if not self.reads_back(self.groups[number])})
 
     def reads_back(self, group: Sequence[Statement]) -> bool:
-        """Return whether instructions are in the memory."""
+        """Read the memory, and return whether the instructions of a group are in it."""
         try:
             return all(self.reader.instruction(each.address) == _bytes(each) for each in group)
         except (NoAnswer, DamagedAnswer, ListingDiffers):
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the numbers of groups, including the groups that the queries before them overwrite."""
+        """Return the numbers of some groups, and of the groups overwritten by the queries sent before these."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)
@@ -255,7 +257,7 @@ class MemoryWriter:
             self.module.port.pause(self.restore.pace + self.module.speech.character_s)
 
     def end_entry(self) -> None:
-        """Try to end program entry until the module answers."""
+        """Try repeatedly to end program entry, until the module answers."""
         (leave,) = self.sheet.leave
         for left in reversed(range(ROUNDS)):
             self.put(leave.form.encode("ascii"))

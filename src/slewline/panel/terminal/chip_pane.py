@@ -68,7 +68,7 @@ class ChipPane(OfChip):
         return rows
 
     def explained(self, axis: dict[str, Any], width: int) -> list[Content]:
-        """Return registers and pins one below another, each with its description from the manual."""
+        """Return registers and pins, one below the other, each with its description from the manual."""
         rows = [line(width), line(width, ("registers", "bold $text-primary"))]
         sheet = self.sheet
         for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
@@ -189,7 +189,7 @@ class ChipPane(OfChip):
         return rows
 
     def many(self, pin: dict[str, Any]) -> bool:
-        """Return whether every axis has such a pin."""
+        """Return whether an axis other than the first has a pin with this role."""
         return bool(pin["role"]) and any(other["role"] == pin["role"] and other["axis"] > 1 for other in self.shown())
 
 
@@ -216,7 +216,7 @@ def shown_value(key: str, value: Any) -> str:
 
 
 def points_out(point: dict[str, Any]) -> str:
-    """Return a text for a breakpoint that is not on an instruction."""
+    """Return a text that describes a breakpoint that is not on an instruction."""
     if "pin" in point:
         return f"{point['pin']} {'changes' if point['edge'] == 'any' else point['edge']}"
     if "finding" in point:

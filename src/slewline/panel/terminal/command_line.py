@@ -38,7 +38,7 @@ class CommandLine(Input):
     ]
 
     class Left(Message):
-        """The message that the user has left the line without a command."""
+        """The message that the user has left the command line without entering a command."""
 
     def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(suggester=Completion(session), compact=True, select_on_focus=False, **names)

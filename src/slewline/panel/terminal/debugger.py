@@ -257,7 +257,7 @@ class Debugger(App[None]):
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
 
     def action_ask(self, verb: str) -> None:
-        """Start a line with a verb whose value the user is to type."""
+        """Start a line with a verb, for which the user then types a value."""
         given = self.session.last_edge if verb == "edge" else ""
         self.action_line(f":{verb} {given}")
 

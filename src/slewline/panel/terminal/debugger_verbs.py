@@ -32,7 +32,7 @@ class Verb:
 
 
 def number(text: str, what: str) -> int:
-    """Return a whole number."""
+    """Return a text as a whole number; `what` names it in an error message."""
     try:
         return int(text, 0)
     except ValueError:

@@ -59,7 +59,7 @@ class Pane(Widget, can_focus=True):
         return Content("\n").join(self.lines(width, height)[:height])
 
     def renew(self) -> None:
-        """Redraw the pane if its content has changed, because a remote terminal needs time for every row."""
+        """Redraw the pane, but only if its content has changed: a remote terminal needs time for every row."""
         seen = self.look()
         if seen.plain != self.seen.plain or seen.spans != self.seen.spans:
             self.refresh()
@@ -99,7 +99,7 @@ class Pane(Widget, can_focus=True):
 
 
 class OfChip(Pane):
-    """A pane for one chip; the first such pane shows the selected chip, the next pane the chip after it."""
+    """A pane for one chip; the first such pane shows the selected chip, the next one the following chip."""
 
     def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, **names)
@@ -190,7 +190,7 @@ class TalkPane(Pane):
         self.rows_below = 0  # rows below the visible ones
 
     def move(self, rows: int) -> None:
-        """Scroll; at the end the pane follows new entries."""
+        """Scroll; at the end, the pane follows new entries again."""
         self.rows_below = min(max(self.rows_below - rows, 0), max(len(self.session.entries) - 1, 0))
 
     def lines(self, width: int, height: int) -> list[Content]:

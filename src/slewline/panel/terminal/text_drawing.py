@@ -43,7 +43,10 @@ def figure(value: float) -> str:
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
-    """Return a curve as rows of braille characters, filled from below, two values per character; a line at rest."""
+    """Return a curve as rows of braille characters, filled from below, two values per character.
+
+    At rest the curve is a line one dot high.
+    """
     values = spread(values, width * 2)
     steps = height * 4 - 1
     heights = [0 if value is None else 1 + round(abs(value) / (top or 1) * steps) for value in values]
@@ -61,7 +64,7 @@ def strip(values: Sequence[float | None], width: int, height: int, top: float) -
 
 
 def spread(values: Sequence[float | None], count: int) -> list[float | None]:
-    """Return `count` values; where several values share a position, the greatest."""
+    """Return `count` values; where several share a position, the one of greatest magnitude."""
     if not values:
         return [None] * count
     found: list[float | None] = []

@@ -70,7 +70,7 @@ class Clocked(Follower):
         self._again: Call | None = None  # samples the steering pins at their next edge
 
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps), because they cannot be queried again."""
+        """Process the inputs up to an instant (ps), because they cannot be queried later."""
         if self._begun:
             self._level = self.lookaheads[self.clock].level(ps)
             self._ahead.cut(ps)

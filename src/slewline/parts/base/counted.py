@@ -22,9 +22,9 @@ class Counted(View):
     """Levels selected by the number of clock edges: `levels[edges % len(levels)]`.
 
     Args:
-        clock: derived from `of`.
+        clock: the clock edges, derived from `of`.
         of: the promise that the clock depends on; its `until` also bounds this promise; None: no bound.
-        levels: 0 and 1.
+        levels: the levels to repeat, each 0 or 1.
     """
 
     __slots__ = ("clocked", "levels", "of")

@@ -4,16 +4,18 @@
     output    view of the train ---------------->|........|  view of the new value
                                        changed:  cut      schedule: in the next round
 
-As long as its inputs are promised, such a part takes no computing time, and neither do its outputs while they are not
-observed.  When a driver of an input gets another value, the part is notified immediately, before that driver forgets:
-it processes the inputs up to the last visible instant (`cut`), and its outputs are bounded, so that no later edge of
-a withdrawn promise is visible.  In the next round it reads the inputs and promises again (`schedule`).
+As long as its inputs are promised, such a part takes no computing time, and neither do its outputs while
+they are not observed.  When a driver of an input gets another value, the part is notified immediately,
+before that driver drops its promise: it processes the inputs up to the last visible instant (`cut`), and
+its outputs are bounded, so that no later edge of a withdrawn promise is visible.  In the next round it
+reads the inputs and promises again (`schedule`).
 
-Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
-promise anything to each other.  Such loops are found at wiring time; their parts follow the inputs edge by edge, and
-drive levels (`react`).
+Parts that follow each other in a circle without a chip between them (two crossed gates, a ring
+oscillator) cannot promise anything to each other.  Such loops are found at wiring time; their parts
+follow the inputs edge by edge, and drive levels (`react`).
 
-A part that has a rule makes its pins, passes the functions of its logic to the rule, and starts the rule once wired.
+A part that has a rule makes its pins, passes the functions of its logic to the rule, and starts the rule
+once wired.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
     Lookahead(pin, changed)
 
         shown()   train ------------------>|  another train ---------------->
-                                           ^ changed(): immediately, before the driver forgets
+                                           ^ changed(): immediately, before the driver drops its promise
 
-In this file the state shown is a value.  A part that keeps it bounds its own promises when `changed` is called, and
-queries the state again in the next round.
+`shown()` returns the state as a value.  A part that keeps this value bounds its own promises when
+`changed` is called, and queries the state again in the next round.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-r"""An operation on the host port of a chipset as a value: if unobserved, its strobes take a single call.
+r"""An operation on the host port of a chipset, as a value: unless observed, its strobes take a single call.
 
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------
@@ -198,7 +198,7 @@ class Operation(Leader[Exchange]):
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the operations that are possible on this port; None: not wired to exactly one chipset."""
+        """Return the exchange with the chipset on this port; None unless it is wired to exactly one chipset."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
@@ -214,7 +214,7 @@ class Operation(Leader[Exchange]):
         return Exchange(led, answering, ends, self._withdrawn)
 
     def _answer(self, taken: Taken, ps: int) -> Wave:
-        """Return the chipset's bus levels, given the operation up to an instant (ps)."""
+        """Return the chipset's bus levels during an operation whose strobes are valid up to an instant (ps)."""
         if taken.data is not None:
             return Wave(None, (), ())
         edges: dict[int, Level] = {}
@@ -226,7 +226,10 @@ class Operation(Leader[Exchange]):
         return Wave(None, tuple(edges), tuple(edges.values()))
 
     def _withdrawn(self, seen: int) -> None:
-        """Let the chipset follow the pins from now on, after the strobes so far; the host samples the bus on time."""
+        """Let the chipset follow the pins from now on, after the strobes so far.
+
+        The host still samples the bus at the ends of the remaining strobes.
+        """
         falls, rises = self.strobes.falls, self.strobes.rises
         if seen >= self.strobes.end:
             return

@@ -93,6 +93,6 @@ def _dial(turned: Turned) -> Markup:
 
 
 def _round(factor: float) -> float:
-    """Return the next lower number that is 1, 2 or 5 times a power of ten."""
+    """Return the largest number, not above the factor, that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(factor))
     return power * next(digit for digit in (5, 2, 1) if digit * power <= factor * (1 + 1e-9))

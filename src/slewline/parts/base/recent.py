@@ -32,7 +32,10 @@ class Recent:
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return the index in `what` of the element after the first `number`; if dropped, of the first kept element."""
+        """Return the index in `what` of element `number`, counted from 0 and including dropped elements.
+
+        If that element has been dropped, return the index of the first kept one.
+        """
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:

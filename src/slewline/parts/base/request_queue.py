@@ -44,8 +44,8 @@ class Request(Generic[T]):
 class RequestQueue:
     """The requests of a part.
 
-    `begun`: the first request has already affected the lines, and must not be cut in two; set by the part, where it
-    matters.
+    `begun`: whether the first request has already affected the lines, and must not be interrupted; set by
+    the part, where it matters.
 
     Args:
         give_up: a function that cancels a request that took too long, as an input of the part; by default
@@ -110,7 +110,7 @@ class RequestQueue:
     def result(self, request: Request[T], timeout: Time) -> T:
         """Let virtual time pass until a request is done; return its result, or raise its failure.
 
-        If calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
+        Where calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
 
         Raises:
             Timeout: the request is not done in time; it is then cancelled.

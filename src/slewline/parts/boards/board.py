@@ -97,8 +97,9 @@ class Board(Part):
 
         Args:
             steps: in hexadecimal, two bytes each (parts/boards/series.py).
-            poll: longest time to wait, after reading a status with bit 7 at 0, until bit 7 is 1.
-            on: whether to do nothing if the preceding series ended with a failed wait.
+            poll: the longest time to wait for bit 7 of the status to become 1, after it has been read as 0.
+            on: whether this continues the preceding series, and so does nothing if that ended with a failed
+                wait.
 
         Raises:
             UsageError: `steps` are not valid steps for this board.
@@ -150,7 +151,7 @@ class Board(Part):
         return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
-        """Perform a cycle that reaches no register."""
+        """Perform a cycle in which no register is reached."""
         address, reading = self.base + offset if port is None else port, byte is None
         await until(self.kernel, self._clock(1))  # at an instant of the cycle, regardless of the instant of the request
         if (address, reading) not in self._reported:
@@ -185,7 +186,8 @@ class Board(Part):
     async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
         """Perform the steps of a series; each cycle begins where its predecessor ends.
 
-        While nothing is observed, no time passes here: a cycle is promised once the status before it is known.
+        While nothing is observed, no time passes here: each cycle is promised as soon as the status read before
+        it is known.
         """
         if on and self._broken:
             return Done(bytes([FLOATING]) * (len(steps) // 2), ())

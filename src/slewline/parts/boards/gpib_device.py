@@ -106,7 +106,7 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Receive one byte, an interface message for all devices or data for the chip, unless ATN changes."""
+        """Receive one byte, an interface message for all devices or data for the chip; stop if ATN changes."""
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:

@@ -1,13 +1,13 @@
-r"""A program's accesses without pauses, as two-byte steps: many requests to a served board in one.
+r"""A program's accesses without pauses, as two-byte steps, so that one request to a served board holds many.
 
     0r --    IN      read register r of the board
     1r bb    OUT     write bb to register r
-    24 nn    READY   wait until bit 7 of the status is 1, for nn ms; then read the status
+    24 nn    READY   wait until bit 7 of the status is 1, at most nn ms; then read the status
     34 nn    ANSWER  ... is 0; parallel card only
     44 nn    MESSAGE wait until bit 6 is 0; parallel card only
-    54 nn    POLL    read the status until bit 7 is 1, for nn ms, as a loop of IN does
+    54 nn    POLL    read the status until bit 7 is 1, at most nn ms, like a loop of IN instructions
 
-A failed wait ends the series, because a real program does nothing else either while it polls.
+A failed wait ends the series, because a real program would not get beyond its polling loop either.
 """
 
 from __future__ import annotations

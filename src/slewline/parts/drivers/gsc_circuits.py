@@ -100,7 +100,7 @@ class StepCheck(Part):
 
 
 class Damping(Part):
-    """Damps the last step of a move by a step back and a step forward after it (figures 22 and 23).
+    """A circuit that damps the last step of a move by a step back and a step forward (figures 22 and 23).
 
         a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is high; falls with the last step
         b          __________|‾‾‾‾‾‾‾‾‾‾|_________     DIR is inverted while a is low and b high
@@ -109,7 +109,8 @@ class Damping(Part):
                            |<----- t2 ------>|
         phase       n-1  n |           n-1     n
 
-    The times depend on motor and load: the rotor is braked at t1, and held again at t2, before it turns back.
+    The times depend on motor and load: the rotor is braked at t1, and held again at t2, before it turns
+    back.
     """
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})

@@ -1,14 +1,14 @@
-"""Displays that a controller writes to: an eight-character LED display on its bus, and an LCD on its serial output.
+"""Displays that a controller writes to: an eight-character LED display, and a serial LCD.
 
 The LED display is an HDSP-211x type.  It has six address lines:
 
     38 ... 3F   the characters, left to right            30   control word: brightness, flash, blink, clear
     28 ... 2F   rows of the user-defined character       20   number of that character
-    00 ... 07   flash: bit 0, a character each           the others repeat one of these
+    00 ... 07   flash: bit 0, one byte per character     all others repeat one of these
 
-The LCD shows texts on its right, and the queried parameters on its left, each on a line of its own.  No readable page
-documents how a CY325 selects the position; here the text itself decides: `X=00123` CR is a parameter, and anything
-else is text.
+The LCD shows texts on its right, and the queried parameters on its left, each on a line of its own.  No
+readable page documents how a CY325 selects the position; here the text itself decides: `X=00123` CR is a
+parameter, and anything else is text.
 """
 
 from __future__ import annotations
@@ -206,7 +206,7 @@ class Lcd(Shows, Part):
             self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
 
     def _take(self, byte: int) -> None:
-        """Process a character; text that may still become a parameter is shown as text until then."""
+        """Process a character; text that may yet turn out to be a parameter is shown as text until it does."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
             self.parameters[match[1].decode()] = match[2].decode()
@@ -240,5 +240,5 @@ class Lcd(Shows, Part):
 
 
 def _begins_parameter(text: bytes) -> bool:
-    """Return whether a text may become a parameter with the next characters."""
+    """Return whether a text may be the beginning of a parameter."""
     return re.fullmatch(rb"[A-Z](=[0-9]{0,8})?", text) is not None and len(text) <= 10

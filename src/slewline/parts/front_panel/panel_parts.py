@@ -115,7 +115,7 @@ class Thumbwheels(Part):
 
 
 class JogSwitch(Part):
-    """A three-position jog switch: open in the middle, to ground for clockwise, to +5 V for counterclockwise.
+    """A three-position jog switch: open in the middle, grounded for clockwise, +5 V for counterclockwise.
 
     Args:
         position: the position at the start.

@@ -111,7 +111,7 @@ class BusHost(Host):
 
     @from_outside
     def request_rate(self, chip: str, rate: int) -> Request[None]:
-        """Queue the request for another rate of a chip."""
+        """Queue a request to a chip to change its rate."""
         port = served(self.name, self.ports, chip)
         self.input("request_rate", chip, rate)
         return self.queue.submit(f"requests rate {rate} of {chip}", lambda: port.change_rate(rate))

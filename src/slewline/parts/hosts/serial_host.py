@@ -1,4 +1,4 @@
-"""A host computer that sends commands to the modules on a serial line as their straps are set."""
+"""A host computer that sends commands to the modules on a serial line, in the form set by their straps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Common code of hosts on a serial line: they drop, release and wait through their UART."""
+"""Common code of hosts on a serial line, whose UART carries out dropping, releasing and waiting."""
 
 from __future__ import annotations
 

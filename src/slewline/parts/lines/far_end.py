@@ -1,7 +1,8 @@
 """The far end of a serial line: its board's rate, format and addresses, and whether they match this end.
 
-A connector checks each pair of settings once, before it sends characters with them, so a line on which both ends
-agree costs no time.  A mismatch is a finding of the connector, regardless of the parts between the two ends.
+A connector checks each pair of settings once, before it sends characters with them, so a line whose ends
+agree costs no time.  A mismatch is a finding of the connector, regardless of the parts between the two
+ends.
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ class FarEnd:
             self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
-        """Report lines that address none of the modules, once for each different beginning of a line."""
+        """Report lines that address none of the modules, once for each distinct beginning of a line."""
         for byte in data:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))

@@ -107,7 +107,7 @@ class HostUart:
             self.outgoing.pop()
 
     def space(self, on: bool) -> None:
-        """Begin or end a break, as an input: the line is held at space, and nothing must be sent meanwhile."""
+        """Begin or end a break, as an input: the line is held at space, and nothing may be sent meanwhile."""
         self.part.input("space", on)
         self.driver.drive(1 - self.mark if on else self.mark)
         self.kernel.settle()
@@ -186,7 +186,7 @@ class HostUart:
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the index of the next character on a line that must be received at its own instant."""
+        """Return the index, from `at` on, of the next character to be received at its own instant; -1: none."""
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
@@ -277,5 +277,5 @@ class OverUart:
 
     @from_outside
     def space(self, on: bool) -> None:
-        """Begin (True) or end (False) a break: the line is held at space; send nothing during the break."""
+        """Begin (True) or end (False) a break: the line is held at space; send nothing meanwhile."""
         self.uart.space(on)

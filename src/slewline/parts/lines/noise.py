@@ -31,7 +31,7 @@ class RandomSequence:
 
 @dataclass
 class NoisePlan:
-    """A planned fault: the number of characters to hit, the number that pass first, and the probability of each hit."""
+    """A planned fault: how many characters to hit, how many pass first, and the probability of each hit."""
 
     kind: str
     count: int

@@ -70,7 +70,7 @@ class LineDirection:
             self.kernel.call_at(ps, self._after_edges)
 
     def _after_edges(self) -> None:
-        """Pass on the level in the next round, after all edges at this instant; earlier, a spike could pass."""
+        """Pass on the level in the next round, after all edges at this instant; any earlier, a spike could pass."""
         self.kernel.call_at(self.kernel.now, self.put)
 
     def put(self) -> None:

@@ -21,7 +21,7 @@ SHOWN = 200  # spots
 class Workpieces(Part):
     """Workpieces that come to the machine one by one and leave after their last weld.
 
-    `in_place` is high while a workpiece is ready; `last` is low as long as another workpiece is to come.
+    `in_place` is high while a workpiece is ready; `last` is low while more workpieces are to come.
     """
 
     _for_users = ("pieces", "welds", "left", "finished")

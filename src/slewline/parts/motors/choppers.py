@@ -16,9 +16,10 @@ MUCH = 0.1  # fraction of the current: a ripple that costs a twentieth of the to
 
 
 def ripple(motor: MotorData, driver: DriverData) -> float:
-    """Return the maximum current ripple in slow decay, peak to peak, A, which occurs at half of the supply voltage.
+    """Return the maximum current ripple in slow decay, peak to peak, A; it occurs at half the supply voltage.
 
-    The EMF of a turning motor reduces it.  An averaged driver is the mean of a chopper with the same clock.
+    The EMF of a turning motor reduces it.  An averaged driver models the mean current of a chopper with the
+    same clock.
     """
     share = 2 if driver.off_time else 4  # the off-time is the fixed time, or half a period
     return driver.supply * driver.period / (share * motor.inductance)
@@ -50,9 +51,7 @@ def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) 
 
 
 def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
-    """Return notes on a driver's current and on its chopper, whether it switches or is averaged.
-
-    Empty if there are none.
+    """Return notes on a driver's current and on its chopper, switching or averaged; empty if there are none.
 
     Args:
         given: the driver as set by the user; if it has neither a clock nor a name, 20 kHz is assumed.

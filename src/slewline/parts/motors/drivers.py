@@ -206,7 +206,9 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
 
 
 def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
-    """Return a driver described by text or by a table of figures; both may be `like` a driver on the market.
+    """Return a driver described by text or by a table of figures.
+
+    Both may name a driver on the market, a table with `like`; other figures replace those of that driver.
 
     Args:
         name: the driver's name in messages.
@@ -214,7 +216,8 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
     Raises:
         UnknownName: `like` names an unknown driver.
-        UsageError: a part of the text is not understood, or a figure does not exist, is missing, or is out of range.
+        UsageError: a part of the text is not understood, or a figure does not exist, is missing, or is out
+            of range.
     """
     if isinstance(value, DriverData):
         return value
@@ -246,7 +249,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 
 def has_own_clock(value: Any, motor: MotorData) -> bool:
-    """Return whether a driver, as set by the user, has a chopper frequency; for others 20 kHz is assumed."""
+    """Return whether a driver, as set by the user, has its own chopper clock; for others 20 kHz is assumed."""
     if isinstance(value, DriverData):
         return True
     given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}

@@ -160,9 +160,10 @@ def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
     """Return the equations of a chopper: a latch is set, and the current resets it at its peak.
 
     Args:
-        decay: slow, fast, mixed, or auto; auto is slow, and mixed after an edge at which the current is to decrease.
+        decay: slow, fast, mixed, or auto; auto is slow, and mixed after an edge at which the current is to
+            decrease.
         blanked: whether a phase is on for a minimum time.
-        timed: whether each phase is on again after its off-time; otherwise a clock sets both latches.
+        timed: whether each phase is switched on again after its off-time; if not, a clock sets both latches.
     """
     if timed:
         lines, kept = ["now = t * 1e-12"], ["asked", "on1", "on2", "off1", "off2"]
@@ -206,7 +207,10 @@ def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
 
 
 def switched(count: int) -> Equations:
-    """Return the equations of transistors, one per winding or half winding: on, or the current decays in the clamp."""
+    """Return the equations of transistors, one per winding or half winding.
+
+    While a transistor is off, the current of its winding decays through the clamp.
+    """
     numbers = range(1, count + 1)
     return Equations(
         decide=each("v# = where(r# > 0.0, VS, where(i# > 0.0, -CLAMP, R * i# + e#))", *numbers),

@@ -1,4 +1,4 @@
-"""Integration of a law at the grid points, in plain Python first, and compiled once that saves time."""
+"""Integration of a law at the grid points, in plain Python first, then compiled once that saves time."""
 
 from __future__ import annotations
 
@@ -123,7 +123,10 @@ class Point:
 
 
 class Integration:
-    """Integrator of a law, in plain Python first, and compiled once that saves time; the results are bit-identical."""
+    """Integrator of a law, in plain Python first, then compiled once that saves time.
+
+    The results of both are bit-identical.
+    """
 
     def __init__(self, law: Integrable, engine: str | None = None) -> None:
         if engine not in (None, "python", "numba"):
@@ -169,7 +172,7 @@ class Integration:
     def _advance(
         self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
     ) -> tuple[bool, bool, tuple[Any, ...]]:
-        """Return some grid points: whether others may follow, whether the motor is at rest, and the columns.
+        """Return some grid points: whether more may follow, whether the motor is at rest, and the columns.
 
         The columns are instants, commands, codes and states.  Filled columns are returned without being copied;
         copying would take half as long as the integration.

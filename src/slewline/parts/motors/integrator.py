@@ -1,16 +1,18 @@
-"""Integrators made from equations: classical Runge-Kutta with a fixed step, counted from each edge of the inputs.
+"""Integrators made from equations: classical Runge-Kutta with a fixed step, counted from each input edge.
 
     input edges      |                    |
     grid points      0    h    2h    3h   0    h    2h    3h    ...
                                   ^
-                                  this state is a step of this length from the preceding grid point
+                                  a state here is one short step from the preceding grid point
 
-Queries and earlier integration have no influence, so a state is bit-identical for any order of queries.  Plain Python
-and Numba agree, since they run the same lines: sums, products, square roots and comparisons, in one order.  Sine and
-cosine are computed from these operations, too, because library functions differ in the last bit between machines.
+Queries and earlier integration have no influence, so a state is bit-identical for any order of queries.
+Plain Python and Numba agree, since they run the same lines: sums, products, square roots and
+comparisons, in one order.  Sine and cosine are computed from these operations, too, because library
+functions differ in the last bit between machines.
 
-The states of drivers and friction are decided at grid points, for a step of full length, however short the step
-becomes.  Once nothing changes any more, the motor is at rest until the next edge, and takes no computing time.
+The states of drivers and friction are decided at grid points, for a step of full length, however short
+the step becomes.  Once nothing changes any more, the motor is at rest until the next edge, and takes no
+computing time.
 """
 
 from __future__ import annotations

@@ -59,13 +59,15 @@ class MotorLaw:
 
     Args:
         motor, driver, load: their data.
-        steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8
-            commands per full step.
-        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid starts again at each edge.
+        steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or
+            "micro 8": 8 commands per full step.
+        step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid starts again at each
+            edge.
         blocked: whether the rotor is blocked.
-        phased: whether the inputs are phases, not steps. The table then has a row for each combination of phases,
-            numbered by the sum of those that are on: 1 for the first phase, 2, then 4 ...; `steps` is "half".
-        origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
+        phased: whether the inputs are phases, not steps.  The table then has a row for each combination of
+            phases, numbered by the sum of those that are on: 1 for the first phase, 2, then 4 ...; `steps`
+            is "half".
+        origin: the command, in half steps of `fields`, that counts as command 0 of a phased motor.
         restless: whether to integrate also at rest, to include the chopper ripple.
 
     Raises:
@@ -312,7 +314,7 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state `span` ps after a grid point, at most up to the next grid point."""
+        """Return the state `span` ps after a grid point, no later than the next grid point."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 

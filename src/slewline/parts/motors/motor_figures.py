@@ -40,7 +40,7 @@ def above_0(unit: str) -> Callable[[float], str]:
 
 
 def in_reach(unit: str) -> Callable[[float], str]:
-    """Return the check that a number is not far beyond any motor with its load, which usually means a wrong unit."""
+    """Return the check that a number is not so far beyond any real motor and load that its unit must be wrong."""
     most, usual = REACH.get(unit, (inf, ""))
     message = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
     return lambda value: "" if abs(value) <= most else message

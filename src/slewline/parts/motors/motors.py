@@ -173,7 +173,7 @@ def _teeth(angle: Any, name: str) -> int:
 def read_motor(value: Any, name: str = "motor") -> MotorData:
     """Return a motor described by its name, by its figures as text, or by a table of figures.
 
-    Text and table may be `like` a named motor; other figures replace those of that motor.
+    Text and table may name a motor with `like`; their other figures replace those of that motor.
 
     Args:
         name: the motor's name in messages.

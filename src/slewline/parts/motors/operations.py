@@ -40,7 +40,9 @@ PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqr
 
 # -------------------------------------------------------------------------------------------------------- machine code
 def module_text(functions: Sequence[str]) -> str:
-    """Return a module of functions for Numba; its hash is the key, so it includes all that affects their machine code.
+    """Return a module of functions for Numba.
+
+    Its hash is the cache key, so it includes everything that affects their machine code.
 
     Raises:
         ImportError: Numba is not installed.

@@ -4,8 +4,8 @@ torque of the load    . . . . . . . /|         the motor turns at a constant rat
                       . . . . /      |         until the motor falls out of step
                       . ./           v
 
-A single rate may mislead: a motor swings at some rates, and a chopper whose clock is a multiple of the step rate
-beats with it at that rate only.  So the neighbours of each rate are measured as well.
+A single rate may mislead: at some rates a motor oscillates, and a chopper whose clock is a multiple of
+the step rate beats with it at that rate only.  So the neighbours of each rate are measured as well.
 """
 
 from __future__ import annotations
@@ -65,11 +65,12 @@ class PullOutPoint(NamedTuple):
 def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
     """Return the maximum torque at some rates, in addition to the load, and which of the rates are isolated.
 
-    Resonances of the law show in the result: at these rates a motor loses steps with little load, or with none.
+    Resonances show in the result as rates at which a motor loses steps with little load, or with none.
 
     Args:
         rates: full steps/s, or text with a unit, such as "600 rpm".
-        neighbours: whether to measure 0.6 % below and above each rate as well, which takes three times as long.
+        neighbours: whether to measure 0.6 % below and above each rate as well, which takes three times as
+            long.
 
     Raises:
         UsageError: a rate is not allowed.

@@ -1,10 +1,12 @@
 """The pulses that a motor follows: a law applied to clock edges, processed on request.
 
-    pulse       |   |   |  | | | |  |   |   |        its rate, from the pulse before, may be `pull_in`, or the rate
-    followed    1   2   3  4         5   6   7        that the motor reaches from its present rate in one step
+    pulse       |   |   |  | | | |  |   |   |        its rate, measured from the pulse before, is at most
+    followed    1   2   3  4         5   6   7        `pull_in`, or the rate reached in one step from
+                                                      the present rate
 
-While every pulse is followed, the pulses are processed in arrays; after a lost pulse they are processed one by one
-until a pulse is followed again.  The runs of followed pulses are kept, so the past of a promise can be queried.
+While every pulse is followed, the pulses are processed in arrays; after a lost pulse they are processed
+one by one until a pulse is followed again.  The runs of followed pulses are kept, so the past of a
+promise can be queried.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ class PulseFollowing:
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further missed pulses."""
+    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and other missed pulses."""
 
     lag_ps: int
     pull_in: float
@@ -121,7 +123,7 @@ class FollowedSteps(Events):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Process the first pulse, and all pulses after it that are likewise followed or lost; return their number."""
+        """Process the first pulse, and, if it is followed, the run of followed pulses; return how many."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW

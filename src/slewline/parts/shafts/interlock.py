@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class InterlockMonitor:
-    """Watches the shaft of a part for steps while a wire's level forbids them."""
+    """A monitor of a part's shaft, which finds steps made while a wire's level forbids them."""
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
         self.part, self.shaft = part, shaft

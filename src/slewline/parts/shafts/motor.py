@@ -315,7 +315,7 @@ class Rotor(Part):
 
     @property
     def field(self) -> int | None:
-        """The direction of the field, 0 to 3; None if not both windings carry current."""
+        """The direction of the field, 0 to 3; None unless both windings carry current."""
         return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.pins))]
 
     def catch_up(self) -> None:
@@ -328,7 +328,7 @@ class Rotor(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps), after which they cannot be queried again."""
+        """Process the inputs up to an instant (ps), because they cannot be queried later."""
         if self._read_ps is not None:
             self._read(self._read_ps, ps)
             self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]

@@ -99,8 +99,8 @@ def _later() -> None:
 class Switch(Part):
     """A switch on a shaft or a carriage, closed between two positions.
 
-    It is a contact or an open collector: when closed, it pulls `out` to its active level; when open, it releases
-    `out`, so several switches may share a wire.
+    It is a contact or an open collector: when closed, it pulls `out` to its active level; when open, it
+    releases `out`, so several switches may share a wire.
 
     Args:
         on: the part on whose shaft the switch is mounted.
@@ -108,12 +108,12 @@ class Switch(Part):
             "end_minus" ...
         axis: the neighbour's axis.
         low: the lowest position at which the switch is closed, in steps; None: no limit in this direction.
-        high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in this
-            direction.
-        hysteresis: the number of steps by which it opens further out.
+        high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in
+            this direction.
+        hysteresis: the number of steps beyond these positions at which the closed switch opens.
         lag: the time from the step that operates the switch to its edge, more than 0.
-        active: the level of `out` while the switch is closed; None: the active level of the input, or 0 if it has
-            none.
+        active: the level of `out` while the switch is closed; None: the active level of the input, or 0 if
+            it has none.
     """
 
     _for_users = ("closed",)
@@ -195,7 +195,10 @@ class Switch(Part):
 def zone(
     low: Fraction | None, high: Fraction | None, hysteresis: Fraction
 ) -> tuple[CountScale, tuple[bool | None, ...]]:
-    """Return a switch's bounds, and its state for each number of bounds below: closed, open, or unchanged (None)."""
+    """Return a switch's bounds, and its state by the number of bounds at or below the position.
+
+    A state is closed (True), open (False), or unchanged (None).
+    """
     bounds: list[tuple[Fraction, bool | None]] = []
     if low is not None:
         bounds += [(low - hysteresis, None)] * bool(hysteresis) + [(low, True)]

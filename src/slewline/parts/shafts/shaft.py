@@ -97,7 +97,7 @@ class Shaft:
         self._slacken(0)
 
     def slip(self, steps: Fraction) -> None:
-        """Do not follow the next steps, in either direction."""
+        """Let the shaft miss the next steps, in either direction."""
         self._prepare(steps)
         self._slacken(self.motion.slack + int(steps * self.motion.unit))
 
@@ -150,7 +150,7 @@ class Shaft:
         return self.motion.steps_at(self.kernel.seen)
 
     def look(self, ps: int) -> None:
-        """Report the steps lost up to an instant (ps), at most up to the last committed instant."""
+        """Report the steps lost up to an instant (ps), or up to the last committed instant if that is earlier."""
         motion, counted = self.motion, self._counted
         new = motion.lost(ps) - counted
         self._lost_at_rest &= not motion.moved(motion.count(ps)) or bool(counted)

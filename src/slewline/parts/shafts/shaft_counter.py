@@ -39,7 +39,7 @@ class CountScale:
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for positions in parts, with `unit` parts in a step: numerator / denominator counts a part, or bounds."""
+    """A scale for positions in parts, `unit` to a step: numerator / denominator counts per part, or bounds."""
 
     unit: int
     numerator: int
@@ -86,13 +86,13 @@ class Counter(Protocol):
         """Return the count shown at an instant (ps)."""
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` occurs."""
+        """Return when the count next changes (ps), or, if no change is under way, has changed `changes` times."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the changes shown at start < t <= stop (ps), at most up to the last committed instant.
+        """Return the changes shown at start < t <= stop (ps), but none after the last committed instant.
 
         Returns:
-            The instants of the changes, in ascending order, and the counts after them: two lists, or two int64 arrays.
+            The instants of the changes, ascending, and the counts after them: two lists, or two int64 arrays.
         """
 
     def onward(self, ps: int) -> Counter:
@@ -136,7 +136,7 @@ class StepCounter:
         return abs(self.marks.count(motion.place + motion.sign * motion.moved(k)) - self.count)
 
     def _parts(self, j: Any) -> Any:
-        """Return the number of parts by which the shaft has moved at change j."""
+        """Return the number of parts of a step by which the shaft has moved at change j."""
         if self.motion.sign > 0:
             return self.marks.place(self.count + j) - self.motion.place
         return self.motion.place - self.marks.place(self.count - j + 1) + 1
@@ -189,7 +189,7 @@ class StepCounter:
         return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` occurs."""
+        """Return when the count next changes (ps), or, if no change is under way, has changed `changes` times."""
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)
@@ -200,10 +200,10 @@ class StepCounter:
         return due if at is not None and at <= times[over] else times[over]
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the changes shown at start < t <= stop (ps), at most up to the last committed instant.
+        """Return the changes shown at start < t <= stop (ps), but none after the last committed instant.
 
         Returns:
-            The instants of the changes, in ascending order, and the counts after them: two lists, or two int64 arrays.
+            The instants of the changes, ascending, and the counts after them: two lists, or two int64 arrays.
         """
         recent = self._recent
         if recent is not None and recent[:2] == (start, stop):

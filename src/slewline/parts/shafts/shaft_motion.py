@@ -1,11 +1,12 @@
 """The motion of a shaft, which is queried rather than stepped.
 
-A `ShaftMotion` returns the position of a shaft at every instant from its first until an unforeseen event.  The shaft
-follows the edges of a clock, promised by a train or made by a machine, and its position is kept in whole parts of a
-step, so that it does not drift, whatever gears are in between.  A motion is a value: its steps are not events.
+A `ShaftMotion` returns the position of a shaft at any instant from its start until an unforeseen event.
+The shaft follows the edges of a clock, which a train promises or a machine makes.  Its position is kept
+in whole parts of a step, so that it does not drift, whatever gears are in between.  A motion is a value:
+its steps are not events.
 
     edges    |    |    |    |    |    |    |    |        clock edges after `since`
-    position 0    0    0    1    2    3    3    3        `slack` is 2 and `room` 5, after which the shaft is at a stop
+    position 0    0    0    1    2    3    3    3        `slack` is 2 and `room` 5; then the shaft is at a stop
 
 A `Counter` (shaft_counter.py) counts a motion on a scale.
 """
@@ -78,7 +79,7 @@ class ShaftMotion:
         return Fraction(self.level(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
-        """Return the number of the edge that completes a move of 1 or more parts; None: there is no such edge."""
+        """Return the number of the edge that completes a move of 1 or more parts; None if there is no such edge."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
@@ -133,7 +134,7 @@ class ShaftMotion:
         return ShaftMotion(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
 
     def within(self, low: Fraction | None, high: Fraction | None) -> ShaftMotion:
-        """Return the motion with hard stops at two positions, in steps; None: there is no stop on that side."""
+        """Return the motion with hard stops at two positions, in steps; None for no stop on that side."""
         stop = high if self.sign > 0 else low
         if stop is None:
             return self if self.room is None else replace(self, room=None)
@@ -147,7 +148,7 @@ class ShaftMotion:
         )
 
     def geared(self, ratio: Fraction) -> ShaftMotion:
-        """Return the motion of a geared shaft: `ratio` times as far; negative: in the opposite direction."""
+        """Return the motion of a geared shaft: `ratio` times as far, in the opposite direction if negative."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(
@@ -156,7 +157,7 @@ class ShaftMotion:
         )  # fmt: skip
 
     def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
-        """Return the motion of a load that is driven with backlash, which is taken up first.
+        """Return the motion of a load that this motion drives with backlash, which must be taken up first.
 
         The load is at the position where `here` begins; initially it was `offset` above this motion.
         """

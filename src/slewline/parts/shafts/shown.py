@@ -61,7 +61,8 @@ class EncoderChannel:
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen.
 
-        The counts of a shaft that turns too fast may jump forever without an edge.
+        If the shaft turns too fast, every jump of the count may end at the same level, so that there is never an
+        edge.
         """
         counter, code, time = self.counter, self.code, ps
         count = counter.level(ps)
@@ -87,15 +88,18 @@ class EncoderChannel:
 
 
 class SwitchZone:
-    """A switch, as a promise: closed between two positions, by the number of bounds below the present position.
+    """A switch, as a promise: closed between two positions.
+
+    Its state depends on the count, which is the number of bounds below the present position:
 
         count     0    1    2    3    4
         bounds      |    |    |    |
         coming   open      closed------>open      forward
                  open<-----closed      open       backwards
 
-    Where `zones` is None, the state is unchanged: this is the hysteresis.  `closed` is the state at `since`, when the
-    counter began; `levels` holds the levels of the open and of the closed switch.
+    `zones` holds the state for each count.  Where it is None, the state is unchanged: this is the
+    hysteresis.  `closed` is the state at `since`, when the counter began; `levels` holds the levels of the
+    open and of the closed switch.
     """
 
     __slots__ = ("_known", "closed", "counter", "levels", "since", "zones")

@@ -1,1 +1,1 @@
-"""A stepper motor on a bench: its inputs, its run (computed on demand), passings of its shaft, and lost steps."""
+"""A stepper motor on a bench: inputs, run (computed on demand), counts that its shaft passes, lost steps."""

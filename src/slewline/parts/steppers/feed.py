@@ -43,12 +43,12 @@ class Piece(NamedTuple):
         return [what.level(ps) if promised(what) else what for what in self.shown]
 
     def look_after(self, ps: int) -> int | None:
-        """Return when to check again for an edge of a pin after an instant (ps); None: none is foreseen."""
+        """Return when to check again for an edge of a pin after an instant (ps), or None if none is foreseen."""
         return earliest([what.after(ps) for what in self.shown if promised(what)])
 
     @property
     def until(self) -> int | None:
-        """The instant before which the whole piece is valid (ps); None: forever."""
+        """The instant before which the whole piece is valid (ps), or None if it is valid forever."""
         return min((what.until for what in self.shown if promised(what) and what.until is not None), default=None)
 
 
@@ -77,7 +77,7 @@ class Feed:
         self.pieces = [Piece(0, ())]  # nothing is wired yet
 
     def show(self, since: int, shown: Sequence[Promise | Level]) -> None:
-        """Use a new state of the pins from an instant (ps)."""
+        """Use a new state of the pins from an instant (ps) on."""
         if len(shown) == len(self.now.shown) and all(map(alike, shown, self.now.shown)):
             return
         if self.now.since >= since or not self.now.shown:
@@ -136,7 +136,7 @@ def changes(values: Any, before: int) -> Any:
 
 
 def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Reading:
-    """Return the levels of the pins at start < t <= stop, and before it; an open pin reads high."""
+    """Return the pin levels at start < t <= stop, preceded by the levels `before`; an open pin reads high."""
     import numpy as np
 
     edges: list[tuple[Any, Any]] = []
@@ -202,7 +202,7 @@ class Pins:
 
 
 def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
-    """Return the function from PULSE and DIRECTION to commands: each step adds 1 to the command or subtracts 1."""
+    """Return a function that converts PULSE and DIRECTION to commands; each step adds or subtracts 1."""
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:
         import numpy as np
@@ -216,11 +216,14 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 
 
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
-    """Return the function from phases to commands: the nearest command with their field; unchanged without a field.
+    """Return a function that converts phases to commands.
+
+    The result is the nearest command whose field is that of the phases.  If the phases have no field, the
+    command is unchanged.
 
     Args:
-        fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command from 0 to
-            `law.cycle - 1`, or None.  These sets are the rows of the table.
+        fields: for each set of phases that are on (the first phase counts 1, then 2, 4 ...), the command
+            from 0 to `law.cycle - 1`, or None.  These sets are the rows of the table.
     """
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:

@@ -12,9 +12,9 @@ from typing import Any
 class Linkage:
     """Mechanical connection of a load to a rotor; positions are in steps of the load.
 
-    `factor` steps of the load correspond to one full step of the motor.  With `play` (backlash) the load stops when
-    the rotor reverses, until these steps are taken up; at the start it was `offset` above the rotor.  `is_lagging`:
-    the position is relative to the command.
+    `factor` steps of the load correspond to one full step of the motor.  With `play` (backlash) the load
+    stops when the rotor reverses, until these steps are taken up; at the start it was `offset` above the
+    rotor.  With `is_lagging`, the position is relative to the command.
     """
 
     factor: float = 1.0
@@ -24,7 +24,7 @@ class Linkage:
     is_lagging: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the positions of all linkages, this linkage last, at the start of a run from a rotor position.
+        """Return the positions of all linkages, this linkage last, for a run that starts at a rotor position.
 
         Positions are in full steps, and may be arrays if no linkage has backlash.
         """

@@ -39,7 +39,7 @@ class Losses:
         self._last = self._done + 1, 0.0  # last grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield the events up to an instant (ps), at most the last committed one: time, code and text."""
+        """Yield the events up to an instant (ps), not after the last committed one: time, code and text."""
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):
@@ -69,7 +69,7 @@ class Losses:
         self._at_stop = bool(at_stop[-1])
 
     def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
-        """Process a run of grid points; if a point is more than a step after the last, the rotor rested until then."""
+        """Process a run of grid points; if two are more than one grid step apart, the rotor rested in between."""
         import numpy as np
 
         rests = np.flatnonzero(np.diff(times, prepend=self._last[0]) > law.step_ps).tolist()

@@ -128,7 +128,7 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Begin again with another law, at a point in the same position, as long as nothing has been shown."""
+        """Restart with another law, at a point in the same position; allowed only if nothing has been shown yet."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
@@ -153,7 +153,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return an instant (ps) up to which the rotor may be at rest, with few edges."""
+        """Return an instant (ps) up to which a rotor at rest may stay at rest; few edges occur until then."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -181,7 +181,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Use the present inputs, and drop the future after an instant (ps) as far as it differs."""
+        """Use the present inputs; drop the future after an instant (ps) from the first difference on."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -198,7 +198,7 @@ class Run:
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop the points at or after an instant (ps); the inputs differ from `since`."""
+        """Drop the points at or after an instant (ps); the inputs differ from `since` on."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
@@ -265,7 +265,7 @@ class Run:
 
     @property
     def known_to_rest(self) -> int:
-        """The instant after which no point follows (ps): losses are counted only then."""
+        """The first instant (ps) more than a grid step after the last point: only then are losses counted."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
@@ -286,7 +286,7 @@ def joined(columns: Any) -> Any:
 
 
 def first_difference(one: Edges, two: Edges) -> int | None:
-    """Return the first instant (ps) at which two sequences of edges differ; None: they are equal."""
+    """Return the first instant (ps) at which two sequences of edges differ; None if they are equal."""
     count = min(len(one.times), len(two.times))
     differ = (
         (one.times[:count] != two.times[:count])

@@ -1,12 +1,13 @@
 """Counts that a rotor passes as it turns, found in the grid points of its run.
 
     grid points    *------*------*------*------*
-    count          3      3      4      4      3         between two different counts, the exact picosecond is searched
+    count          3      3      4      4      3         where it differs, the exact picosecond is searched for
                              ^             ^
 
-A `Linkage` determines the position of a load that the rotor moves: its shaft, a shaft after a gear, a carriage with
-backlash, or the rotor relative to its command.  `Passings` holds the changes of a count along a linkage, which are
-found once and kept; a `RunCounter` shows them on a wire (`parts/shafts/shaft_counter.py`).
+A `Linkage` determines the position of a load that the rotor moves: its shaft, a shaft after a gear, a
+carriage with backlash, or the rotor relative to its command.  `Passings` holds the changes of a count
+along a linkage, which are found once and kept; a `RunCounter` shows them on a wire
+(`parts/shafts/shaft_counter.py`).
 """
 
 from __future__ import annotations
@@ -243,7 +244,7 @@ class Passings:
         return np.searchsorted(np.array(self._bounds), along, "right")
 
     def _step(self, going: Going, point: Point) -> None:
-        """Advance to the next grid point, and use its command after it."""
+        """Advance to the next grid point, and use that point's command from there on."""
         law, before = going.law, going.before
         asked, rotor = before.command / law.micro, point.state[0] / law.motor.step
         places = going.places
@@ -259,7 +260,7 @@ class Passings:
             going.show(point.t, self._count(going.places[-1]))
 
     def _turns(self, law: MotorLaw, before: Point) -> int:
-        """Return when the rotor reverses in the step after a grid point (ps); 0: it does not reverse."""
+        """Return when the rotor reverses in the step after a grid point (ps); 0 if it does not reverse."""
         step, omega = law.step_ps, before.state[1]
         low, high = 0, step
         if omega == 0.0 or law.after(before.t, before.state, before.code, step)[1] * omega > 0.0:
@@ -273,7 +274,10 @@ class Passings:
         return high
 
     def _turned(self, law: MotorLaw, before: Point, span: int, places: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the positions after a reversal of the rotor in the step after a grid point, or unchanged before it."""
+        """Return the positions at the rotor's reversal, if there is one up to `span` ps after a grid point.
+
+        Without a reversal, return `places`.
+        """
         turn = self._turns(law, before)
         if not 0 < turn <= span:
             return places
@@ -322,7 +326,7 @@ class Passings:
         return self.counts[n - 1] if n else self.first
 
     def after(self, ps: int, number: int = 1) -> When:
-        """Return the next change after an instant (ps), or change `number` after it; NotYet; or None: none follows."""
+        """Return the instant of change `number` after an instant (ps), NotYet, or None if there is no such change."""
         self.look(ps)
         n = bisect_right(self.times, ps) + number - 1
         farthest = ps + AHEAD_PS

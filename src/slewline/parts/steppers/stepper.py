@@ -48,24 +48,26 @@ STALLS = (True, False, True)  # state by the number of bounds (at -2 and 2 steps
 class Stepper(Blockable, Part):
     """A stepper motor with driver and load: it follows its pulses as far as its torque allows.
 
-    Its shaft turns according to the equations of motion (`motors/law.py`), and an encoder, switches, a gear or a
-    carriage can be mounted on it as on any other shaft.  `stall` is low while the rotor is within two steps of its
-    command; from further away it does not return by itself.
+    Its shaft turns according to the equations of motion (`motors/law.py`), and an encoder, switches, a gear
+    or a carriage can be mounted on it as on any other shaft.  `stall` is low while the rotor is within two
+    steps of its command; a rotor that is further away does not return by itself.
 
-    Nothing is integrated before it is queried, and a query changes nothing: a state is one integrator step after the
-    last point of a grid, which begins again at each input edge.
+    Nothing is integrated before it is queried, and a query changes nothing: a state is computed by one
+    integrator step from the preceding point of a grid, which restarts at each input edge.
 
     Args:
         axis: the neighbour's axis.
-        motor, driver, load: by name, as text, or as a table of figures; see [Motors](../reference/motors.md).
+        motor, driver, load: by name, as text, or as a table of figures; see
+            [Motors](../reference/motors.md).
         inputs: "step": PULSE and DIRECTION; "phases": the phases of a chip or of a driver module.
         steps: the step mode: "full", "wave", "half" or "micro 8".
         edge: the step edge of PULSE, "fall" or "rise"; by default the step edge of the neighbour's pin.
-        active: the level of a phase that is on; None: the active level of the neighbour's pin, or 1 if it has none.
+        active: the level of a phase that is on; None: the active level of the neighbour's pin, or 1 if it
+            has none.
         step: the step of the integrator; None: 20 µs, or 1 µs with a chopper.
         lag: the delay from the rotor to the edge of `stall`.
-        engine: the engine of the integrator: "python"; "numba", which compiles before time passes; None: Python, then
-            Numba, if it is installed, once that saves time.  The results are bit-identical.
+        engine: the engine of the integrator: "python"; "numba", which compiles before time passes; None:
+            Python, then Numba, if it is installed, once that saves time.  The results are bit-identical.
     """
 
     _for_users = (
@@ -225,7 +227,7 @@ class Stepper(Blockable, Part):
 
     @property
     def lost(self) -> int:
-        """Lost steps, in full steps, in multiples of four; negative: the rotor has made too many steps."""
+        """Number of full steps lost, a multiple of four; negative if the rotor has made too many steps."""
         self.be_caught_up()
         return self._losses.lost
 
@@ -240,7 +242,7 @@ class Stepper(Blockable, Part):
         return RestCondition(self.name, self.kernel, self._run)
 
     def shows(self) -> dict[str, Any]:
-        """Return position and lag in full steps, and the number of steps per turn."""
+        """Return position and lag in full steps, and the number of steps per revolution."""
         return {"angle": self.place, "per_turn": self.shaft.per_turn, "lag": self.lag}
 
     def catch_up(self) -> None:
@@ -349,11 +351,11 @@ class Stepper(Blockable, Part):
         self._show_stall()
 
     def _react(self) -> None:
-        """Process the input levels edge by edge, because the part is in a circle of parts."""
+        """Process the input levels edge by edge, because the part is in a loop of parts."""
         self._promise()
 
     def _show_stall(self) -> None:
-        """Promise `stall`; an existing promise remains valid as long as nothing depends on a change."""
+        """Promise `stall`; an existing promise remains valid as long as nothing watches the wire."""
         driver = self.drivers["stall"]
         if driver.heard or driver.promise is None:
             driver.play(self._stall())

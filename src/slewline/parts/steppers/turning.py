@@ -1,4 +1,4 @@
-"""The shaft of an integrated motor, and its motion: parts that sit on a shaft are used on it unchanged."""
+"""The shaft of a motor whose motion is integrated: parts that sit on a shaft can be used on it unchanged."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class LinkageMotion:
         return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
-        """Return 0, because the rotor's part finds the lost steps."""
+        """Return 0, because the motor itself finds the lost steps."""
         return 0
 
     def moved(self, k: int) -> int:
@@ -97,11 +97,11 @@ class LinkageMotion:
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
-        """Return the motion of a geared shaft: `ratio` times as far; negative: in the opposite direction."""
+        """Return the motion of a geared shaft: `ratio` times as far, in the opposite direction if negative."""
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
-        """Return the motion of a load that is driven with backlash, and began `offset` above this motion."""
+        """Return the motion of a load that is driven with backlash, and was initially `offset` above this motion."""
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
@@ -125,7 +125,7 @@ class RunCounter:
         return self.passings.level(ps - self.lag_ps)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
+        """Return when change number `changes` after an instant (ps) is shown, NotYet, or None if there is none."""
         return later(self.passings.after(ps - self.lag_ps, changes), self.lag_ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
@@ -145,7 +145,7 @@ class RunCounter:
 
 
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
-    """Return the positions (rad) of a shaft turned by hand, and of its loads, no further than a stop."""
+    """Return the positions (rad) of a shaft turned by hand, and of its loads; a hard stop limits the turn."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     last_place = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:
@@ -156,12 +156,12 @@ def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, fl
 
 
 class MotorShaft(Shaft):
-    """The shaft of an integrated motor.
+    """The shaft of a motor whose motion is integrated.
 
     Args:
         run: the rotor's run.
-        alter: a function that changes the law of the run, or its state, at the last committed instant: hard stops, a
-            shaft blocked by hand, or a push (steps).
+        alter: a function that changes the law of the run, or its state, at the last committed instant: hard
+            stops, a shaft blocked by hand, or a push (steps).
     """
 
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:

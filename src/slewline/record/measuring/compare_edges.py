@@ -168,12 +168,14 @@ def compare_edges(
     """Compare the edges of a signal in the model with measured ones.
 
     Args:
-        model, measured: times, (n,) int64 ps, ascending, and levels, (n,), as from `bench.edges` and `Waveforms.edges`.
-        shift: the time that is added to the measured times: a time, which may be negative; "first", to make the first
-            edges to the same level coincide; or "best", to make as many edges as possible coincide.
+        model, measured: times, (n,) int64 ps, ascending, and levels, (n,), as from `bench.edges` and
+            `Waveforms.edges`.
+        shift: the time that is added to the measured times: a time, which may be negative; "first", to make
+            the first edges to the same level coincide; or "best", to make as many edges as possible
+            coincide.
         tolerance: the distance up to which a pair agrees.
         name: the name of the signal, for the text.
-        invert: invert the measured levels first, for a signal after an optocoupler.
+        invert: invert the measured levels first, for a signal measured after an inverting optocoupler.
 
     Raises:
         UsageError: `invert` for a bus, arrays of different lengths, or times that do not ascend.
@@ -321,7 +323,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two equally long edge sequences differ only by a fast or slow clock, as across a long rest."""
+    """Return whether two edge sequences of equal length differ only by clock drift, as across a long rest."""
     import numpy as np
 
     if len(model) < 3:

@@ -128,7 +128,7 @@ def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) ->
 
 
 def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Terms) -> Mapping[str, tuple[str, ...]]:
-    """Return notes on signals with a constant delay from the first, or that only need a greater tolerance."""
+    """Return notes on signals that have a constant delay from the first one, or need only more tolerance."""
     notes: dict[str, tuple[str, ...]] = {}
     for pair, one in zip(pairs, found, strict=True):
         if one.agrees:

@@ -115,7 +115,7 @@ class Edge(NamedTuple):
         return cls(pin, change, int(number))
 
     def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
-        """Return the first such edge after an instant (ps), or, with `include`, at it; None if there is none."""
+        """Return the first such edge after (with `include`, at or after) an instant (ps); None if there is none."""
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
@@ -163,7 +163,7 @@ def rounded(ps: int, digits: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A limit for a chip's crystal: minimum, typical and maximum times in ps."""
+    """A limit at the crystal frequency of a chip: minimum, typical and maximum times in ps."""
 
     limit: Limit
     least: int | None
@@ -172,7 +172,7 @@ class Bound:
 
     @classmethod
     def of(cls, limit: Limit, crystal_hz: int) -> Bound:
-        """Return a limit for a crystal (Hz)."""
+        """Return a limit at a crystal frequency (Hz)."""
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:

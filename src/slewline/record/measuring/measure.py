@@ -78,13 +78,13 @@ def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple
 
 
 def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> NDArray[np.int64]:
-    """Return the width of each pulse at a level: (m,) int64 ps, for the pulses of `pulses`."""
+    """Return the width of each pulse at a level: (m,) int64 ps, for the pulses that `pulses` returns."""
     begins, ends = pulses(times_ps, levels, level)
     return ends - begins
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
-    """Return the indices, (m,), of the edges that the next edge follows too closely."""
+    """Return the indices, (m,), of the edges that are followed by another edge within `shorter_than_ps`."""
     import numpy as np
 
     return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)

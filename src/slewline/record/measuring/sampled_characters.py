@@ -1,4 +1,4 @@
-"""The characters on a serial line, derived from its recorded edges as by a receiver with its rate and format."""
+"""The characters on a serial line, decoded from its recorded edges as a receiver would decode them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
     """Return the characters in a signal, which begins with the line at rest.
 
     Args:
-        stop: the end of the signal (ps); a character that is not complete by then, except its last stop bits, is left
-            out.
-        clock: the clock of sixteen times the baud rate.
+        stop: the end of the signal (ps); a character that is not complete by then, except its last stop
+            bits, is left out.
+        clock: the clock, at sixteen times the baud rate.
         mark: the level of the line at rest.
     """
     import numpy as np

@@ -164,7 +164,7 @@ class FigureLayout:
         return None
 
     def _longest_name(self) -> int:
-        """Return the number of letters in the longest line of these names."""
+        """Return the number of letters in the longest line of the pin names."""
         return max((len(line) for name in self.names or () for line in name.split("\n")), default=0)
 
     def _legend(self) -> list[list[tuple[float, int, str]]]:

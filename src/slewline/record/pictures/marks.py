@@ -40,7 +40,8 @@ class Flag:
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
     """Return the flags of events in the window, leaving out flags that would hide others.
 
-    A command that begins a motion takes precedence over another command, such as a load just before it.
+    A command that begins a motion takes precedence over another command, such as one that loads a register
+    just before it.
 
     Args:
         width: the width of the panels, inches.

@@ -172,7 +172,7 @@ def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple
 
 
 def _mark_outside(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
-    """Mark the value before the first load, if it is outside the panel."""
+    """Mark the value before the register is first loaded, if it is outside the panel."""
     value = float(curve.outline.values[0])
     if curve.rest_before() and not low <= value <= high:
         up = value > high

@@ -1,4 +1,4 @@
-"""Smaller drawings: a picture consists mostly of staircases, each line of which needs one short number."""
+"""Smaller SVG files: a picture consists mostly of staircases, each line of which needs one short number."""
 
 from __future__ import annotations
 

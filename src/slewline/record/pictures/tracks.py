@@ -83,7 +83,7 @@ class TrackCurve:
         return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
 
     def rest_before(self) -> int:
-        """Return the number of points before the first load, if the axis has not moved by then.
+        """Return the number of points before the register is first loaded, if the axis has not moved by then.
 
         Before it is loaded, a register may have any value, which must not flatten the curve of the motion.
         """

@@ -27,8 +27,8 @@ DENSE = 2  # with more edges in a stripe, a trace is a band
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     """Return as many of the recorded edges in start < t <= stop (ps) as a picture needs.
 
-    `logic` returns the same result as for all edges: they are the first edges in a stripe with more than DENSE edges,
-    and the last edge where a band ends.
+    In a stripe with more than DENSE edges, these are only the first ones, and the last one where a band
+    ends; `logic` returns the same result as for all edges.
 
     Raises:
         NotRecorded, TimeError: as for `Recorder.edges`.

@@ -80,14 +80,14 @@ class EdgeLog(list[tuple[int, Any]]):
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop entries older than the time to keep, except the one in force just before: an edge has two sides."""
+        """Drop entries older than the time to keep, except the last, which gives the level before the next edge."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
 
 
 class TextLog:
-    """The texts that a hook reports after this, with their instants; of several at one instant, only the last."""
+    """The texts that a hook reports after the log was created; only the last text of each instant is kept."""
 
     def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
         self.kernel, self.log = kernel, EdgeLog(keep_ps)
@@ -141,9 +141,9 @@ class Recorder:
         return log
 
     def level(self, probe: Probe, ps: int) -> int:
-        """Return the level at an instant (ps), after any edge at that instant; FLOATING where nothing drives the net.
+        """Return the level at an instant (ps), after any edge at that instant; FLOATING if nothing drives the net.
 
-        After the last committed instant, the level is the one at that instant.
+        For an instant after the last committed one, return the level at the last committed instant.
 
         Raises:
             NotRecorded: the net is not recorded, or its past is no longer kept that far back.
@@ -215,13 +215,14 @@ class Recorder:
 
 
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
-    """Yield the changes in start <= t <= stop in consecutive windows: for an hour, one array would be too large.
+    """Yield the changes in start <= t <= stop window by window, since an array for an hour would be too large.
 
-    The length of a window depends on the density in the previous window.  All windows but the last end at a whole
-    `unit` (ps).
+    The length of a window depends on the density in the previous window.  All windows but the last end at a
+    whole `unit` (ps).
 
     Args:
-        expand: functions of a window (start, stop), such as the edges of a net; each returns times and values.
+        expand: functions of a window (start, stop), such as the edges of a net; each returns times and
+            values.
         start, stop: ps, not after the last committed instant.
         unit: ps.
     """

@@ -175,7 +175,10 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Count the rows that have a header next to them, up to column `begin`, and make the table begin with them."""
+    """Return the number of rows that have a header next to them; move the start of the table to the first one.
+
+    `begin` is the column at which that header ends.
+    """
     count = 0
     while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
         head.lines, count = head.lines - 1, count + 1
@@ -215,7 +218,7 @@ def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
 
 
 def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
-    """Read the time between two samples from a separate column, which only has a value in the units line."""
+    """Read the time between two samples from a separate column, whose only value is in the units line."""
     for n, name in enumerate(names):
         if name.lower() == "increment" and n < len(texts[-1]):
             head.rate = head.rate or _inverse(texts[-1][n])

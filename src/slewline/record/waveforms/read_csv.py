@@ -115,7 +115,7 @@ class TableRows:
             raise self._wrong(block, number) from None
 
     def _check_cells(self, block: bytes, number: int) -> None:
-        """Check that no row has more cells than the first row, as a decimal comma would shift them."""
+        """Check that no row has more cells than the first row; a decimal comma would shift the cells."""
         import numpy as np
 
         mark = self.head.delimiter.encode()

@@ -1,10 +1,11 @@
-"""The sampling of a recording, which determines the uncertainty of its times; this is seldom their unit in the file.
+"""The sampling of a recording, which determines the uncertainty of its times; their unit seldom does.
 
     $comment Acquisition with 2/2 channels at 12 MHz $end       the period is 83.3 ns
     $timescale 100 ps $end                                      the unit is finer
 
-The rate is stated in the file, or follows from the instants: they are all whole periods apart.  A few instants fit many
-grids by chance, so a grid counts only if chance can be excluded; of all such grids, the coarsest is used.
+The rate is stated in the file, or follows from the instants: they are all whole periods apart.  A few
+instants fit many grids by chance, so a grid counts only if chance can be excluded; of all such grids,
+the coarsest is used.
 """
 
 from __future__ import annotations

@@ -47,12 +47,13 @@ ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "
 class VcdStream(WholeOrNothing):
     """A VCD file that grows with virtual time: `write_until` appends all changes since the last call.
 
-    The file begins with the values at `start` and is put in place by `close`.  As a context manager it closes, or
-    discards when the block raises.
+    The file begins with the values at `start` and is put in place by `close`.  As a context manager, it
+    closes the file, or discards it if the block raises an exception.
 
     Args:
         path: the file.
-        nets: names of recorded nets or pins; dots separate scopes, so that "x.slew" is variable slew in scope x.
+        nets: names of recorded nets or pins; dots separate scopes, so that "x.slew" is variable slew in
+            scope x.
         recorder: the recorder that recorded them.
         timescale: one of TIMESCALES.
         start: the start of the file, ps; None for now.
@@ -61,8 +62,10 @@ class VcdStream(WholeOrNothing):
         comments: written at the head of the file.
 
     Raises:
-        UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be written.
-        NotRecorded: a net is not recorded, or its past is no longer kept back to `start` or to the last call.
+        UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be
+            written.
+        NotRecorded: a net is not recorded, or its past is no longer kept back to `start` or to the last
+            call.
     """
 
     def __init__(

@@ -1,12 +1,12 @@
-"""Layouts: files next to a waveform with which a viewer shows it in order: one group per chip, and curves as curves.
+"""Layouts: files next to a waveform, with which a viewer shows one group per chip, and curves as curves.
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
     weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
-For Surfer, the layout is a command file that contains documented commands, as state files only suit one version.  A
-Surfer version that does not know a command reports it and continues.  Names are relative, so that the folder can be
-moved.  The same run produces the same bytes.
+For Surfer, the layout is a command file that contains documented commands, because a state file suits
+only one version.  A Surfer version that does not know a command reports it and continues.  Names are
+relative, so that the folder can be moved.  The same run produces the same bytes.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
 
 
 def _whose(scope: str, one_chip: bool) -> str:
-    """Return the prefix for the names of a group that keeps all rows distinct: "axis2", "x", "x axis2" or ""."""
+    """Return a prefix for the names in a group that keeps all rows distinct: "axis2", "x", "x axis2" or ""."""
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 

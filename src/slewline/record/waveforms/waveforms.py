@@ -201,13 +201,15 @@ class Waveforms:
         Args:
             signal: the name of the signal.
             name: the label in the picture; by default the signal name without scopes.
-            shift: a time, possibly negative, that is added to all times to align the trace with another recording.
+            shift: a time, possibly negative, that is added to all times to align the trace with another
+                recording.
             tolerance: the longest difference from the pin below it that is not marked; by default `sampling_ps`.
-            invert: invert the levels, for a signal after an optocoupler.
+            invert: invert the levels, for a signal measured after an inverting optocoupler.
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: the signal is a real or a string, or has more than 63 bits, or is a bus that is to be inverted.
+            UsageError: the signal is a real or a string, or has more than 63 bits, or is a bus that is to be
+                inverted.
             TimeError: `shift` or `tolerance` is not a time.
         """
         import numpy as np

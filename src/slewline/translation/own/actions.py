@@ -110,7 +110,10 @@ class Actions(MotionWriter):
         return [ResultPiece(row, (action.passes, *goal))]
 
     def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
-        """Return the instruction that ends the program, or, if the part needs none, its last instruction."""
+        """Return the instruction that ends the program, or, if the part has none, a jump to the program's end.
+
+        At the end of the program, a part without such an instruction needs nothing.
+        """
         stop = self.rows.get("stop")
         if stop is not None:
             return [ResultPiece(stop)]

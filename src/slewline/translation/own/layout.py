@@ -23,9 +23,9 @@ class Goto:
 class ResultPiece:
     """A line of the result before layout: an instruction, or another text (`row` is None).
 
-    An instruction that has a text is written as this text, since a prefix, a string or "#" is not in its values.
-    `labels` name the instruction; `source` is the source line, `block` the stored program that the instruction
-    belongs to, and `program` the program that it enters, leaves or runs.
+    An instruction that has a text is written as this text, because its values do not include a prefix, a
+    string or "#".  `labels` name the instruction; `source` is the source line, `block` the stored program
+    that the instruction belongs to, and `program` the program that it enters, leaves or runs.
     """
 
     row: Row | None = None

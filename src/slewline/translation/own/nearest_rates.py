@@ -36,7 +36,7 @@ class Group:
 
     @property
     def profile(self) -> Profile | None:
-        """Profile after the settings; None: it is not known."""
+        """Profile after the settings, or None if it is not known."""
         return self.actions[-1].profile
 
 
@@ -222,7 +222,7 @@ class Rates:
         return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 
     def _sister(self, action: SetProfile) -> Row | None:
-        """Return the same setting of a target whose ramps follow the same law; None: they follow another law."""
+        """Return the same setting of a target whose ramps follow the same law, or None if they follow another."""
         if self.source is None or self.target is None or self.source.hz != self.target.hz:
             return None
         if type(self.source.calculator) is not type(self.target.calculator):
@@ -233,7 +233,8 @@ class Rates:
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
         """Return the steps of a motion; if unknown, a variety of lengths: short, and just longer than both ramps.
 
-        A part that does not slew for a few steps only makes the remaining steps at its first rate.
+        The latter are included because a part that would slew for only a few steps may instead make them at its
+        first rate.
         """
         if steps:
             return (steps,)

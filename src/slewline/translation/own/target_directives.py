@@ -33,7 +33,7 @@ class Directives:
         return [waiting(sheet, ("running", "ready"))]
 
     def stop(self) -> list[str] | None:
-        """Return the directives that stop a motion through a pin; None: the part has no such pin."""
+        """Return the directives that stop a motion through a pin, or None if the part has no such pin."""
         pin = self.sheet.role("abort")
         if pin is None or pin.active is None:
             return None
@@ -100,7 +100,7 @@ class Directives:
 
     @staticmethod
     def _level(theirs: Pin, mine: Pin, level: int) -> int:
-        """Return the level of a pin with the same meaning."""
+        """Return the level of the target's pin that means the same as a level of the source's pin."""
         if theirs.role in ALIKE and mine.role != theirs.role:
             return over(mine) if level == over(theirs) else 1 - over(mine)
         if theirs.sense is None or mine.sense is None or theirs.role.startswith(("input", "output")):

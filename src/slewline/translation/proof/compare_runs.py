@@ -28,9 +28,10 @@ class StatedBounds:
         top: the maximum rate of the result, steps/s.
         pause: the allowed relative difference in delays.
         command_ps: an additional allowance for a pause, ps, because parts need time for a command.
-        hosted: the number of events at the start that are caused by host commands, whose pauses are not compared;
-            None: all.
-        runs: how often a host runs a stored program; the pause before each run but the first is the host's.
+        hosted: the number of events at the start that are caused by host commands, whose pauses are not
+            compared; None: all.
+        runs: how often a host runs a stored program; the pause before every run except the first depends on
+            the host.
         long: moves with more steps than this reach the rate between the ramps on both sides.
     """
 
@@ -174,7 +175,10 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
 
 
 def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
-    """Return the events except delays, each with the pause before it, ps; None: the pause is unknown, or a wait."""
+    """Return the events except delays, each with the pause before it, ps.
+
+    The pause is None if it is unknown, or is a wait.
+    """
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
     for each in happened:
@@ -195,7 +199,7 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 
 
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
-    """Return the events without the first change of some outputs, which sets the initial level of the other part."""
+    """Return the events without the first change of some outputs, which sets the other part's initial level."""
     found, left = [], set(outputs)
     for each in happened:
         if each.kind == "output" and each.number in left:

@@ -149,7 +149,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return how many of the first events are caused by host commands; None: possibly all."""
+    """Return the number of events at the start that are caused by host commands; None: possibly all."""
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

@@ -1,4 +1,7 @@
-"""Reading back: parsers that share no code with the writers read the results of the writers, and run them on paper.
+"""Reading back: parsers that share no code with the writers read their results, and run them on paper.
+
+"On paper" means that the statements are followed without the target; only rs274 is a target's own
+interpreter.
 
     surroundings.py     the inputs of such a run, and its events: a trace
     linuxcnc_reader.py  O-words, parameters and expressions      rs274.py   the same text in LinuxCNC's own interpreter
@@ -6,6 +9,6 @@
     tmcl_reader.py      assembler and processor for TMCL         sketch.py  the C++ of a sketch
     script_reader.py    a host script, by Python's own parser
 
-Each parser accepts its target's language, as far as the writers use it, and refuses everything else: a line that the
-target would refuse must be refused here.
+Each parser accepts its target's language, as far as the writers use it, and refuses everything else: a
+line that the target would refuse must be refused here.
 """

@@ -28,7 +28,7 @@ CALL = re.compile(r"\s*\d+\s+N\S*\s+([A-Z_0-9]+)\((.*)\)")
 
 
 def command() -> list[str] | None:
-    """Return the words that call rs274; None: it is not installed."""
+    """Return the words that call rs274, or None if it is not installed."""
     named = os.environ.get("SLEWLINE_RS274")
     if named:
         return shlex.split(named)
@@ -37,7 +37,9 @@ def command() -> list[str] | None:
 
 
 def run(text: str, options: WriterOptions) -> PlayedTrace | None:
-    """Return the events of a program in rs274; None: rs274 is not installed, or does not support the input levels.
+    """Return the events of a program in rs274.
+
+    The result is None if rs274 is not installed, or does not support the input levels.
 
     Raises:
         RefusedLine: rs274 does not accept the program.

@@ -232,7 +232,7 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------- the language
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a variable; the first time, declare it."""
+        """Write the assignment of a number to a variable, as a declaration the first time."""
         self.sheet.add(f"{'' if name in self.declared else 'int '}{name} = {value};", source)
         self.declared.add(name)
 
@@ -259,12 +259,12 @@ class SketchWriter(Structured):
         return "}"
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write do ... while."""
+        """Write a do ... while loop."""
         self.sheet.add("do {", node.head)
         self.inside(node.body, "", node.line)
         self.sheet.add(f"}} while ({self.condition(node.inputs, node.line)});", node.line)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write if."""
+        """Write an if statement."""
         self.sheet.add(f"if ({condition}) {{", source)
         return "} else {", "}"

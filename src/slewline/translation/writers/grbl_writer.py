@@ -79,7 +79,7 @@ def grbl_pins(first: int) -> list[tuple[str, str]]:
 
 
 def rate_of(action: SetProfile) -> float | None:
-    """Return the rate between the ramps after a setting; None: it is not known."""
+    """Return the rate between the ramps after a setting, or None if it is not known."""
     if action.profile is not None:
         return action.profile.top
     return action.value if action.sets == "top rate" else None

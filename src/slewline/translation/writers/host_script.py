@@ -1,6 +1,7 @@
-"""A host script in Python, for loops, waits and branches, which G-code lacks; it sends grbl each command.
+"""A host script in Python, which sends each command to grbl; it adds the loops, waits and branches.
 
-Inputs are the pins that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
+G-code for grbl has none of these.  Inputs are the pins that grbl reports: the probe and the limit
+switches, with hard limits ($21) and homing ($22) off.
 """
 
 from __future__ import annotations
@@ -225,6 +226,6 @@ class ScriptWriter(Structured):
         self.sheet.depth -= 2
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write if."""
+        """Write an if statement."""
         self.sheet.add(f"if {condition}:", source)
         return "else:", ""

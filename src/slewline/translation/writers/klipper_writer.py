@@ -243,7 +243,7 @@ class KlipperWriter(LanguageWriter):
             self.sheet.same(action.line, "included in the moves")
 
     def _rates(self, profile: Profile | None) -> str:
-        """Return the words for rate and acceleration; without a ramp the acceleration is 0, which means none."""
+        """Return the words for rate and acceleration; without a ramp, the acceleration is 0, which turns it off."""
         if profile is None:
             return " SPEED={ns.speed} ACCEL={ns.accel}"
         acceleration = profile.acceleration if profile.ramped else 0.0

@@ -163,7 +163,7 @@ class LanguageWriter(ABC):
         self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run; None: it is not known."""
+        """Return the direction of a run, or None if it is not known."""
         return action.sign
 
     def _run(self, action: LeaveProgram | RunProgram) -> None:

@@ -15,8 +15,9 @@ from .source_sheet import number
 class Library(NamedTuple):
     """A library, and the functions through which a sketch uses it.
 
-    `helpers` are functions of the sketch, which are written only if called.  `fastest` is the maximum rate on an Uno
-    according to the library's documentation, steps/s; `source` is the place in it, and `faster` the remedy.
+    `helpers` are functions of the sketch, which are written only if called.  `fastest` is the maximum rate
+    on an Uno according to the library's documentation, steps/s; `source` is the place in that documentation,
+    and `faster` is advice for a program that needs a higher rate.
     """
 
     title: str

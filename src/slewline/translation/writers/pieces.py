@@ -166,7 +166,7 @@ class Pieces:
         self.decisions = {name: decision for name, decision in self.decisions.items() if name in used}
 
     def _real(self, name: str) -> str:
-        """Return the first piece or decision that is not empty, beginning with a name."""
+        """Return the first piece or decision that is not empty, starting with a given one."""
         seen = set()
         while name in self.pieces and not self.pieces[name].body and name not in seen:
             seen.add(name)
@@ -174,7 +174,7 @@ class Pieces:
         return name
 
     def returns(self, name: str) -> bool:
-        """Return whether a piece is reached again through pieces without a decision between them."""
+        """Return whether a piece leads back to itself through other pieces, without a decision in between."""
         at = self.pieces[name].then
         seen = set()
         while at in self.pieces and at not in seen:

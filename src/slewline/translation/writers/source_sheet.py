@@ -146,7 +146,7 @@ def digits_for(steps_per_mm: float) -> int:
 
 # --------------------------------------------------------------------------------------------------------------- times
 def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
-    """Record the difference in time of a move that starts from standstill."""
+    """Record the difference in the time of a move, which the target starts from standstill."""
     profile, steps = action.profile, action.steps
     if profile is None or not steps:
         sheet.nearly(action.line, f"the steps are the same; {why}")
@@ -187,7 +187,7 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the profile after a change that the program makes in more than one situation."""
+        """Return the profile after a setting whose profile depends on the path, from the profile known here."""
         old = self.profile
         if old is None or action.value is None:
             return None

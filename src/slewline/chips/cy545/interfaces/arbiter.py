@@ -63,7 +63,10 @@ class InputArbiter:
 
     @property
     def answering(self) -> bool:
-        """True during a command from the serial side, or while a character waits that the chip reads unprompted."""
+        """True during a command from the serial side, or while one of its characters waits to be read.
+
+        The chip reads such a character unprompted.
+        """
         if self.owner is self.serial and self.at_work:
             return True
         return bool(self.serial.buffer) and not self.port.host_is_next
@@ -76,8 +79,8 @@ class InputArbiter:
     async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
         """Return the first byte of a command, from the side that begins one.
 
-        An FF on the bus while a program runs is the empty handshake: the program waits for the letter after it.  Any
-        other FF is ignored, and leaves the chip to the next side.
+        An FF on the bus while a program runs is the empty handshake: the program waits for the letter after it.
+        Any other FF is ignored, and either side may then begin a command.
 
         Args:
             others: inputs that end the wait, each with its level.

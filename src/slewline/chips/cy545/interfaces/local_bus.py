@@ -10,7 +10,7 @@ r"""The local bus: cycles on the data bus that reach memory, display and switche
 Only the memory has a high address byte, latched as XMEM_SEL falls; low addresses are latched as ALE falls.  A cycle
 takes `fetch` clocks; a phase is a tenth of them (inferred).  The outputs of a cycle are promised as it begins; the
 byte of a read is sampled just before RD rises.  While no other part watches the bus, a memory read is handled as a
-value.
+single value.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ class BusEnd(End, Protocol):
 
 
 class MemoryRead(Leader[Exchange]):
-    """Memory reads handled as one value each: all bus levels in the last read or in the one in progress."""
+    """Memory reads, each handled as one value: all bus levels in the read in progress, or in the last one."""
 
     def __init__(self, bus: LocalBus) -> None:
         super().__init__(bus.drivers["ale"].net)
@@ -237,7 +237,10 @@ class MemoryRead(Leader[Exchange]):
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return the reads that the parts on the bus allow; None unless the memory there has no other function."""
+        """Return the reads that are possible with the parts on the bus; None if none are.
+
+        They require one memory on the bus, which must have no other function.
+        """
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]
         if len(selected) != 1 or not selected[0].by_address or selected[0].driver.net is not self.chip.bus.root:

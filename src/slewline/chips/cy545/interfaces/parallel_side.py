@@ -10,7 +10,7 @@ A byte from the host (left), and a byte to the host (right), with times at 12 MH
 
 BUSY falls only as an answer to the host: a host that has lowered IO_REQUEST takes any falling edge as the answer.  The
 bus also connects memory, display and switches: the host drives it from its request until BUSY falls, and leaves it open
-in the first handshake of a command that may arrive during a running program; an open bus reads as FF.
+in the first handshake of a command that may arrive while a program runs; an open bus reads as FF.
 """
 
 from __future__ import annotations
@@ -43,7 +43,10 @@ class FlowReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that only become part of a command; -1 if none may arrive as one value."""
+        """Count the bytes from index `at` that are merely stored as part of a command.
+
+        Return -1 if no bytes may arrive as one value.
+        """
 
 
 class ParallelPort:
@@ -238,7 +241,7 @@ class ParallelPort:
         return byte
 
     def kept(self) -> bytes:
-        """Return those bytes that have arrived as one value and only become part of a command."""
+        """Return those of the bytes received as one value that are merely stored as part of a command."""
         return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:
@@ -261,7 +264,7 @@ class ParallelPort:
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:
-        """Send bytes to the host, however long this takes; a handshake in progress ends first.
+        """Send bytes to the host, however long this takes; a handshake in progress is completed first.
 
         Args:
             each: FPL goes high after every byte (binary); otherwise after each carriage return and after the last byte.

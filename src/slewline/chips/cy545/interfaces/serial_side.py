@@ -88,7 +88,7 @@ class SerialSide:
         self.edges.clear()
 
     def rest(self, level: int | None) -> None:
-        """Drive a level on TXD; None releases TXD, for lack of supply."""
+        """Drive a level on TXD; None releases TXD, because the supply is off."""
         self.txd.drive(level)
 
     def listening(self, on: bool) -> None:

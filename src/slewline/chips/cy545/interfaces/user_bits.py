@@ -89,7 +89,7 @@ class UserBits:
 
     @property
     def word(self) -> int:
-        """The answer to ? B: the data bus bits, above the user bits."""
+        """The answer to the query "? B": the data bus bits in the high byte, the user bits in the low byte."""
         return self.chip.bus.byte << 8 | self.user
 
     def act(self, argument: int) -> None:
@@ -107,7 +107,7 @@ class UserBits:
         self.show()
 
     def act_one(self, argument: int) -> None:
-        """B below 40: apply an argument to a single bit, either a user bit or a data bus bit."""
+        """B with an argument below 40: apply an argument to a single bit, either a user bit or a data bus bit."""
         bit, high = 1 << (argument & 7), not argument & sheet.CLEAR_BIT
         if argument & sheet.DATA_BUS:
             self.bus_latch = self.bus_latch | bit if high else self.bus_latch & ~bit

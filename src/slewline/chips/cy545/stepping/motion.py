@@ -175,7 +175,7 @@ class Motion(Stepping):
         return pairs if self.aborted and self.leg == "down" else [*pairs, self.inhibit_abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample the limit and INHIBIT_ABORT before a step; return the rest of the plan, empty for a stop."""
+        """Sample the limit and INHIBIT_ABORT before a step; return the rest of the plan (empty to stop)."""
         if step >= plan.steps:
             return plan  # at the target
         if self.refused():

@@ -2,7 +2,7 @@ r"""The outputs to a motor: PULSE, CCW, STOPPED and SLEW.
 
       begin          begin'
     ‾‾‾|__|‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾    PULSE: low for a fixed time, whatever the rate
-    ‾‾\____________________...   STOPPED: low before the first step, high some 5 ms after the last one has ended
+    ‾‾\____________________...   STOPPED: low before the first step, high about 5 ms after the last one has ended
 
 CCW and SLEW are weak when high, so that other outputs may pull them low.
 """
@@ -99,7 +99,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
-        """End a step at a tick: unless another step follows by then, STOPPED rises later, and the motion is over."""
+        """End a step at a tick; unless another step follows, STOPPED rises some time later, and the motion is over."""
         self.stopped_changes += 1
         changes = self.stopped_changes
 

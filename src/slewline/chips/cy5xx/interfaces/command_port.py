@@ -34,7 +34,7 @@ class BusReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes from index `at` that only become part of a command."""
+        """Count the bytes from index `at` that are merely stored as part of a command."""
 
     def keep(self, data: bytes) -> None:
         """Add bytes that `kept` has counted to the command."""
@@ -172,7 +172,7 @@ class BusPort:
             self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
 
     def accept(self, letter: bool) -> int:
-        """Read the byte on the bus and, with a command letter, the mode pin; READY is due to fall at `busy_ps`."""
+        """Read the byte on the bus and, for a command letter, the mode pin; READY is due to fall at `busy_ps`."""
         chip = self.chip
         self.accepted = self.request.changes
         if letter:
@@ -307,7 +307,10 @@ class BusPort:
         self.unanswered = self.request.changes
 
     def spend(self, handshake: bool) -> None:
-        """Use up a request that ended a wait and carries no byte.  With an open `handshake` READY waits for its end."""
+        """Use up a request that ended a wait and carries no byte.
+
+        If `handshake` is true, READY waits until the request has ended.
+        """
         self.ended_wait = self.request.changes
         if handshake:
             self.accepted = self.ended_wait

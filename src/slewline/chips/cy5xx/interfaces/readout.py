@@ -11,7 +11,7 @@ class ReadOut:
     """The source of read-out bytes.
 
     Args:
-        sizes: how many bytes the manual specifies for each group.
+        sizes: the number of bytes that the manual specifies for each group.
         content: returns the present bytes of a group; its second argument is True if V was sent in ASCII.
     """
 

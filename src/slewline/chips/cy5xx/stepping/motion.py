@@ -7,9 +7,9 @@ Sampling points of a step, from its start b to the start of the next:
     |                                   |
     inputs                              STEP INHIBIT: while it is high here, PULSE stays low
 
-A plan is promised up to the next sample that matters.  When a watched input changes, the promise is withdrawn to the
-first sample strictly after the change; there the firmware reads the levels from before that instant and decides:
-continue, replan from the step that is about to begin, or stop.
+A plan is promised up to the next sample that matters.  When a watched input changes, the promise is
+withdrawn from the first sample strictly after the change; there the firmware reads the levels from
+before that instant and decides: continue, replan from the step that is about to begin, or stop.
 
 A part defines its plans, the inputs that it watches, and its reaction to them at a sample.
 """
@@ -89,8 +89,8 @@ class Motion:
     async def look(self, plan: Plan, step: int) -> Plan:
         """Sample the inputs before a step begins, and wait while one of them delays it.
 
-        Returns the plan for the rest of the motion; a new plan is played from its first step, an empty plan means a
-        stop.
+        Returns the plan for the rest of the motion; a new plan is played from its first step, and an empty plan
+        stops the motion.
         """
         return plan
 
@@ -215,7 +215,7 @@ class Motion:
         self.outputs.promise(self.playing, self.sign)
 
     def settle(self) -> None:
-        """End the train so far, and keep the pattern that it has reached."""
+        """End the train at the steps made so far, and keep the pattern that it has reached."""
         if self.playing is not None:
             steps = self.playing.count(self.kernel.seen)
             if steps:
@@ -269,7 +269,7 @@ class Motion:
         return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """Keep PULSE at its level at the end of a step while STEP INHIBIT is high; then the step ends.
+        """At the end of a step, hold PULSE while STEP INHIBIT is high; then end the step.
 
         Returns whether the step has become longer.
         """

@@ -1,4 +1,4 @@
-"""Common behaviour of the parts with slopes (slope.py): half steps, a factor, a program that runs alone."""
+"""Common behaviour of the parts with slopes (slope.py): half steps, a factor, and commands D and T."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Instructions(instructions.ParameterHandlers):
             self.do_doitnow()
 
     def do_factor(self, factor: int) -> None:
-        """F: load the rate divisor, 1 to 255; with a slope this is a finding."""
+        """F: load the rate divisor, 1 to 255; with a slope, report a finding."""
         if self.registers.slope:
             self.chip.finding("factor-in-slope", f"F {factor} after S: {self.in_slope}")
         self.registers.load("factor", factor)

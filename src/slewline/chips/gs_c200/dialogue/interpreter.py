@@ -1,6 +1,7 @@
 """Work other than the host's lines: the stored program, a homing run, an instruction outside a program.
 
-An instruction takes its time first and then acts, so that a pulse between two instructions is visible.
+An instruction acts at the end of its execution time, so that a pulse between two instructions is
+visible.
 """
 
 from __future__ import annotations
@@ -82,7 +83,10 @@ class Interpreter:
         self._end()
 
     async def come_to_rest(self) -> None:
-        """Z: end the program as soon as its motion has decelerated; immediately without motion, or in a homing run."""
+        """Z: end the program as soon as its motion has decelerated.
+
+        Without a motion, or in a homing run, end it immediately.
+        """
         if self.motion.moving and not self.counter.homing:
             self.counter.log.mark("command", "Z")
             self.counter.log.stop()

@@ -1,4 +1,4 @@
-"""The program memory: the stored instructions, and the location at which a run is."""
+"""The program memory: the stored instructions, and the present location of a run."""
 
 from __future__ import annotations
 

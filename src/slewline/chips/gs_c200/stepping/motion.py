@@ -111,7 +111,7 @@ class Motion:
         self.chip.waits(f"{text} in motion")
 
     def rest(self) -> None:
-        """End a motion with the end of its last pulse."""
+        """End a motion at the end of its last pulse."""
         self.moving = False
         if not self.mov_hold:
             self.lines.rest()
@@ -148,7 +148,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------------------ playing a plan
     async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
-        """Play a plan, and its replacements, until its last pulse is over; return the time of its last interval's end.
+        """Play a plan, and its replacements, until its last pulse is over; return the end of its last interval.
 
         Args:
             switch: an input that ends the motion if it is low just before a step.

@@ -20,7 +20,7 @@ class PositionCounter:
     """The counter of a module, and its present motion.
 
     Args:
-        wraps: True if the counter wraps at its ends; otherwise a motion beyond them is E5.
+        wraps: True if the counter wraps at its ends; otherwise a motion beyond them causes error E5.
     """
 
     def __init__(self, axis: Axis, registers: Registers, law: Law, wraps: bool) -> None:

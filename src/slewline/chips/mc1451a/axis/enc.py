@@ -8,9 +8,10 @@ A level is accepted once it has lasted for three chip clocks: a change at tick t
 change of both channels that leaves the filters at the same tick is not a shaft movement, and is not counted.
 
 The CP chip reads the counter at the start of a cycle.  All changes since the last reading are processed together, one
-by one if there are few, in arrays if there are many.  That takes most of the time of a cycle, however few changes there
-are.  Therefore the counter looks ahead: it processes the promises of A and B for the next cycles in one pass, with the
-same filters and the same decoder, and answers from this window.  The result holds unless a driver of A or B changes.
+by one if there are few, in arrays if there are many.  That takes most of the computing time of a cycle,
+however few changes there are.  Therefore the counter looks ahead: it processes the promises of A and B
+for the next cycles in one pass, with the same filters and the same decoder, and answers from this
+window.  The result holds unless a driver of A or B changes.
 
     promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
     windows    | 4    | 8          | 16            x              cycles: each twice as long as its predecessor
@@ -62,7 +63,7 @@ class Filter:
         self.late: tuple[list[int], list[Any]] = ([], [])
 
     def passed(self, tick: int, edges: Edges) -> Sequence[int] | Any:
-        """Return the ticks at which the filter's output has changed since the last query, before a tick.
+        """Return the ticks at which the filter's output changed, from the last query up to but excluding a tick.
 
         Args:
             edges: the edges at the filter's input since the last query.
@@ -128,7 +129,7 @@ class FilteredInput:
         return self.filter.level or 0
 
     def edges_before(self, tick: int) -> Edges:
-        """Return the edges at the filter's input since the last query, before a tick."""
+        """Return the edges at the filter's input, from the last query up to but excluding a tick."""
         clock = self.clock
         if clock.ps(tick) <= self.begun:
             return [], []  # the first level is not known before the end of its instant
@@ -157,7 +158,7 @@ class QuadratureDecoder:
         return twin
 
     def count(self, tick: int, of_a: Edges, of_b: Edges) -> tuple[Any, Any]:
-        """Count the edges at the filters' inputs since the last query, before a tick.
+        """Count the edges at the filters' inputs, from the last query up to but excluding a tick.
 
         Returns:
             The ticks at which the count changes, and the count starting at each: two lists, or two arrays.

@@ -13,7 +13,10 @@ from .switches import LimitSwitches
 
 
 class ElectronicGear:
-    """Follows encoder counts; `suspended` by a stop, a limit switch or the motor, until an update."""
+    """The gear, which follows encoder counts.
+
+    A stop, a limit switch or the motor can suspend it until an update (`suspended`).
+    """
 
     def __init__(
         self,

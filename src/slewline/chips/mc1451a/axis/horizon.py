@@ -45,7 +45,10 @@ class Horizon:
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
-        """Return the cycle at which a run passes a distance from zero, in its direction, `turns` ranges further."""
+        """Return the cycle at which a run passes a distance from zero, in the direction of the run.
+
+        The distance is increased by `turns` ranges.
+        """
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0
         if missing <= 0:

@@ -73,7 +73,7 @@ class PinEdges:
         return times, levels, levels[-1] if len(levels) else self._level
 
     def skip(self, ps: int, level: Level) -> None:
-        """Count the edges up to an instant (ps) as read: they occurred as promised, with this level at the end."""
+        """Treat the edges up to an instant (ps) as read: they occurred as promised, with this level at the end."""
         self._read, self._level = ps, level
 
     @property

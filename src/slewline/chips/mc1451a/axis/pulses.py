@@ -154,7 +154,10 @@ class Pulses:
             self.soon(lambda: self.play(law))
 
     def soon(self, what: Callable[[], object]) -> None:
-        """Call functions in the next round, in order, when the old pulses of this instant are over."""
+        """Call a function in the next round, when the old pulses of this instant are over.
+
+        Several functions are called in order.
+        """
         if not self.waiting:
             self.kernel.call_at(self.kernel.now, self._do)
         self.waiting.append(what)

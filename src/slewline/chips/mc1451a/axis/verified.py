@@ -2,7 +2,7 @@ r"""The check of every run before its pulses are promised: the conditions that a
 
     speed        ______  limit                          fits on:  from the previous cycle to the first one, the speed
           before/      \                                           changes by no more than the law allows
-           ----/        \____                          keeps:    no cycle is faster than the limit, or than before
+           ----/        \____                          keeps:    no cycle exceeds the limit (or a higher speed before)
                           landing: exactly there        lands:    the last run of a move ends at the destination
 
 A fault is a mistake in a law of motion; the host and the user are never its cause.

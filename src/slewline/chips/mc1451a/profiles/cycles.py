@@ -51,8 +51,8 @@ class ChipsetAxis(AxisOfChip):
     def quantities(self) -> tuple[Quantity, ...]:
         """Return velocity and position, and the derived quantities if cycles are kept.
 
-        The derived ones are acceleration, and jerk if there was an S-curve; for an axis whose encoder has turned, the
-        actual position as well.
+        The derived quantities are the acceleration, the jerk if there was an S-curve, and the actual position if
+        the axis's encoder has turned.
         """
         found, forces = super().quantities(), self._forces()
         if forces is not None:
@@ -71,7 +71,7 @@ class ChipsetAxis(AxisOfChip):
 
 
 def encoder_of(motion: Motion, number: int) -> tuple[Quantity, ...]:
-    """Return the actual position of an axis, from the filtered counts; () if the encoder never turned."""
+    """Return the actual position of an axis, from the filtered counts; () if the encoder has never turned."""
     import numpy as np
 
     motion.catch_up()

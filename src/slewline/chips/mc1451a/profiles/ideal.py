@@ -44,7 +44,7 @@ class RegistersAtStart(NamedTuple):
         return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the active rates, and the other registers that the profile mode uses."""
+        """Return the parameters for a plot: the active rates, and the other registers that the profile mode uses."""
         if self.mode == GEAR:
             return MotionParameters({}, {"RATIO": self.ratio})
         rates = {f"VEL = {self.velocity}": self.velocity / ONE * self.per_s}
@@ -104,13 +104,13 @@ def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) ->
 
 # ------------------------------------------------------------------------------------ profiles, in steps and seconds
 def turned(pieces: Iterable[IdealPiece], direction: float) -> list[IdealPiece]:
-    """Return the same pieces, with the sign of `direction`."""
+    """Return the pieces, with all signs reversed if `direction` is negative."""
     sign = -1 if direction < 0 else 1
     return [IdealPiece(t, sign * v, sign * a, sign * j) for t, v, a, j in pieces]
 
 
 def change(before: float, after: float, acceleration: float) -> list[IdealPiece]:
-    """Return the piece in which a velocity changes evenly."""
+    """Return the piece in which the velocity changes at constant acceleration; [] if it does not change."""
     if before == after:
         return []
     rate = acceleration if after > before else -acceleration
@@ -144,7 +144,7 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
 
 
 def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return the ramp to the maximum velocity in the direction of an acceleration, then that velocity without end."""
+    """Return the ramp to the maximum velocity in the direction of an acceleration, then that velocity forever."""
     if not acceleration:
         return [IdealPiece(FOREVER, speed)]
     a = abs(acceleration)

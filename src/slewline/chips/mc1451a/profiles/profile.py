@@ -1,7 +1,8 @@
 r"""The law of motion of one axis, in the chipset's integers: pure functions, parameters in, runs of cycles out.
 
-In every cycle of 327.68 µs the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in that unit per
-cycle, accelerations in that unit per cycle².  A `CycleRun` is a number of cycles whose displacements follow one law.
+In every cycle of 327.68 µs the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in
+that unit per cycle, accelerations in that unit per cycle².  A `CycleRun` is a series of cycles whose
+displacements follow one law.
 
     speed                                                    V  maximum velocity       a  acceleration
       V          ___________________                         s  starting velocity      r  remaining distance
@@ -11,9 +12,9 @@ cycle, accelerations in that unit per cycle².  A `CycleRun` is a number of cycl
       s  ____|  |                   |  |____
          0  up  |      coast        | down, landing          landing: the last cycle covers the rest
 
-In every cycle the trapezoid takes the highest speed whose B fits into r.  That rule needs no memory: a new
-destination or a new maximum in mid-move means the same rule with other numbers, and every run is the rule applied for
-as long as its result is the same.
+In every cycle the trapezoid takes the highest speed whose B fits into r.  This rule needs no memory:
+after a new destination or a new maximum in mid-move, the same rule applies with other numbers.  A run
+lasts for as long as its law agrees with the rule.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ SIX = 6 << 16 + 2 * PLACES  # six positions, with 16 + 3 * PLACES binary places 
 
 
 class CycleRun(NamedTuple):
-    """Cycles whose displacements are speed, speed + change, speed + 2 change ...; `landing` ends a move."""
+    """Cycles whose displacements are speed, speed + change, speed + 2 change ...; `landing`: they end a move."""
 
     cycles: int
     speed: int
@@ -119,7 +120,10 @@ def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int
 
 
 def holds(same: Callable[[int], bool], guess: int) -> int:
-    """Return the smallest i with same(i) False, by exponential search from a guess; `same` must be monotonic."""
+    """Return the smallest i for which same(i) is False, by exponential search from a guess.
+
+    `same` must be monotonic.
+    """
     if guess > 0 and not same(guess - 1):
         low, high = 0, guess - 1
     else:
@@ -168,9 +172,9 @@ def contour(limits: MoveLimits, speed: int) -> CycleRun:
 class Phases(NamedTuple):
     """An S-curve, defined by the times of its phases, which may end within a cycle.
 
-    Times are in 2^-PLACES cycle.  Up to the end of phase 2, positions are counted from the start, in phases 3 to 5 from
-    the line on which the axis coasts, and in phases 6 and 7 back from the destination.  So the error from rounding the
-    times, less than 2^-30 of 1/65536 step, does not add up.
+    Times are in 2^-PLACES cycle.  Up to the end of phase 2, positions are counted from the start, in phases
+    3 to 5 from the line on which the axis coasts, and in phases 6 and 7 back from the destination.  So the
+    error from rounding the times, less than 2^-30 of 1/65536 step, does not accumulate.
     """
 
     jerked: int  # phases 1, 3, 5, 7
@@ -239,10 +243,10 @@ class Phases(NamedTuple):
         return [*pieces, stays]
 
     def _piece(self, phase: int, cycle: int) -> JerkPiece:
-        """Return the cycles of a phase, beginning with a cycle.
+        """Return the cycles of a phase, starting with the given cycle.
 
-        The piece's numbers, including the positions, are rounded up during acceleration and down after it, so that no
-        cycle displaces by more than a cycle at the maximum velocity.
+        The piece's numbers, including the positions, are rounded up during acceleration and down after it, so
+        that no cycle's displacement exceeds that of a cycle at the maximum velocity.
         """
         x6, v2, a, j = self._state(phase, cycle * UNIT)
         speed, change = 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES), a + (j << PLACES)
@@ -251,7 +255,7 @@ class Phases(NamedTuple):
         return JerkPiece(cycle, phase, position, speed, change, j << PLACES - 16)
 
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.
+        """Return six times the position, twice the velocity, the acceleration, and the jerk at a time in a phase.
 
         They have 16 binary places, plus PLACES for each power of a cycle, so they are exact.
         """

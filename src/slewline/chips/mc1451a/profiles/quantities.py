@@ -1,9 +1,9 @@
-r"""The acceleration and jerk of an axis under its laws, computed on request from the runs that are kept.
+r"""The acceleration and jerk of an axis, computed on request from the laws of the runs that are kept.
 
 acceleration     ____                 trapezoid: the change of velocity in each cycle; a jump (start velocity, an
           ______|    |____      __    abrupt stop, the electronic gear) has no acceleration, and is not drawn
                           |____|
-                  2                   S-curve: of the continuous curve, phase by phase; its jerk is constant for a
+                  2                   S-curve: that of the continuous curve; its jerk is constant for a
               1 /---\ 3   4   7       whole phase, from the instant at which the phase begins, even within a cycle
           ____/      \____    /--
                           5\_/6
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class JerkSegment(NamedTuple):
-    """A span of constant jerk, with the acceleration at its start, steps/s^2, and the phase of an S-curve, or 0."""
+    """A span of constant jerk, with the acceleration at its start (steps/s^2) and its S-curve phase (0: none)."""
 
     begin_ps: int
     acceleration: float
@@ -49,7 +49,7 @@ class Forces:
         self.per_s = self.cycle_clock.per_s
 
     def ps(self, cycle: int, parts: int = 0) -> int:
-        """Return the instant that is a number of parts (2^-PLACES cycle) after the start of a cycle."""
+        """Return the start of a cycle plus `parts` parts (2^-PLACES cycle each), in ps."""
         cycle_clock = self.cycle_clock
         if not parts:
             return cycle_clock.ps(cycle)
@@ -86,7 +86,7 @@ class Forces:
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
-        """Yield constant changes from cycle to cycle; the first is from the previous speed, unless that is a jump."""
+        """Yield segments of constant acceleration; the first starts from the previous speed, unless that is a jump."""
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
         if not entry.acceleration:
@@ -176,7 +176,7 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the outline, with a value at the start of every cycle in segments in which the value grows evenly."""
+        """Return the outline; where the value changes linearly, it has a point at the start of every cycle."""
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)

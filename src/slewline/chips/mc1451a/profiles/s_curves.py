@@ -48,7 +48,7 @@ class JerkPiece(NamedTuple):
 
 
 class SCurve:
-    """The cycles of an S-curve, starting with its cycle `first`; the last piece is its end, where the axis rests.
+    """The cycles of an S-curve, starting with its cycle `first`; the last piece is its end, at rest.
 
     Positions, at most 2^47, and velocities are each rounded down independently.  A piece with jerk has fewer than
     2^21 cycles.
@@ -68,7 +68,7 @@ class SCurve:
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
-        """Return the distance before cycle i, in 1/65536 step, rounded down."""
+        """Return the distance covered before cycle i, in 1/65536 step, rounded down."""
         k = self.first + i
         return (self._piece(k).covered(k) >> PLACES) - self.start
 
@@ -82,7 +82,7 @@ class SCurve:
         return self._piece(self.first + i).phase
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the distances before many cycles, in any order, in 1/65536 step: int64, in the shape of `i`."""
+        """Return the distances covered before many cycles, in any order, in 1/65536 step: int64, shaped like `i`."""
         return self._sums(i, 0) - self.start
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -70,7 +70,7 @@ class Stepwise:
             self.activity.worked()
 
     def attend(self) -> None:
-        """Record a write by a command: switching a motor off ends its motion, even if it is soon on again."""
+        """React to a write by a command: a motion ends if its motor is switched off, even if only briefly."""
         for course in self.courses:
             course.was_off |= not course.state.motor_on
 

@@ -1,4 +1,4 @@
-"""One axis of the slow twin.  `cycle` calls the methods of `TwinAxis` in the order of their work.
+"""One axis of the slow twin; its methods follow the order in which `cycle` calls them.
 
     T_n               T_n+1             T_n+2
      |<-- 8192 clocks->|                 |
@@ -110,7 +110,7 @@ class TwinAxis:
             what()
 
     def finding(self, code: str, text: str) -> None:
-        """Record a host's mistake with this axis."""
+        """Record a mistake that the host has made with this axis."""
         self.chip.finding(code, f"axis {self.state.number}: {text}")
 
     # ------------------------------------------------------------------------------------------------------ 0: arrive
@@ -218,7 +218,7 @@ class TwinAxis:
             self.declared = None
 
     def copy_registers(self, new: Profile) -> None:
-        """Activate registers, except the ones that may not change in motion."""
+        """Activate the new registers, except those that must not change in motion."""
         active = self.state.active
         fixed: tuple[str, ...] = ()
         if self.state.in_motion:
@@ -363,7 +363,7 @@ class TwinAxis:
         return direction * contour(speed, most, acceleration, min(self.start, most))
 
     def ended(self, speed: int) -> int:
-        """Return the speed; complete a stop whose speed has reached 0."""
+        """Return the speed; if it is 0, complete the motion."""
         if speed == 0:
             self.rest(complete=True)
         return speed
@@ -475,7 +475,7 @@ class TwinAxis:
         self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
 
     def cut(self) -> None:
-        """Output no step after this instant; a position declared at this instant counts."""
+        """Output no step after this instant; a position declared at this instant still takes effect."""
         self.deferred.clear()
         self.load()
         if self.playing is not None:

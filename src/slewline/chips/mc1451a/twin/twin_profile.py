@@ -71,20 +71,20 @@ FINE = 1 << 58  # resolution: parts of a cycle, and parts of 1/65536 step
 
 
 def fine(number: Fraction) -> Fraction:
-    """Return a number rounded up to the next part."""
+    """Return a number rounded up to a multiple of 1/FINE."""
     return Fraction(-(-number * FINE // 1), FINE)
 
 
 def finest(holds: Callable[[Fraction], bool]) -> Fraction:
-    """Return the smallest number of parts that meets a condition which also holds for all larger numbers."""
+    """Return the smallest multiple of 1/FINE that meets a condition which also holds for all larger numbers."""
     return Fraction(least(lambda parts: holds(Fraction(parts, FINE))), FINE)
 
 
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
     """Return the durations of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to cycle parts.
 
-    Phase 1 lasts A/J and phases 1 and 2 together V/A, or only sqrt(V/J) if A is not reached; phase 4 is the rest of D
-    at V.  If V is not reached, phase 4 is omitted and V is limited by D.
+    Phase 1 lasts A/J and phases 1 and 2 together V/A, or only sqrt(V/J) if A is not reached; phase 4 covers
+    the rest of D at V.  If V is not reached, phase 4 is omitted and V is limited by D.
     """
     if v * j >= a * a:
         t1, gaining = fine(a / j), fine(Fraction(v, a))

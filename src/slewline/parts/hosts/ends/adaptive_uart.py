@@ -41,7 +41,7 @@ class Found(NamedTuple):
 
 
 class AdaptiveUart(HostUart):
-    """A UART that first sends two carriage returns as long as the chip does not know the rate, and obeys CTS.
+    """A UART that obeys CTS, and sends two carriage returns first while the chip does not know the rate.
 
     Args:
         baud: its rate.
@@ -175,7 +175,7 @@ class AdaptiveUart(HostUart):
 
     # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
-        """Return the bytes of a query, in the format of the chip from now on.
+        """Return the bytes of a query, and use the character format of the chip from now on.
 
         Raises:
             UsageError: the command has no answer.

@@ -1,13 +1,18 @@
-r"""A host's port on a bidirectional bus: commands out, messages in, one handshake per byte; FPL shows the direction.
+r"""A host's port on a bidirectional bus: commands out, messages in, one handshake per byte.
 
-    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high if the part receives; IO_REQUEST high
-                then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low, wait BUSY low, IO_REQUEST high
-    message     FPL low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high, wait BUSY high, while it is low
+FPL shows the direction:
 
-A part whose program may be running needs the empty handshake before a command; otherwise it ignores the handshake.  A
-host that finds FPL low during this handshake reads the message first (ch. 16, Immediate Commands).  A host with its
-letter on the bus does the same: it releases the bus, since the part may be answering its serial side.  The host
-follows FPL while it is in use, according to the mode commands that it has sent itself; `heed` overrides this.
+    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high if the part receives;
+                IO_REQUEST high; then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low,
+                wait BUSY low, IO_REQUEST high
+    message     while FPL is low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high,
+                wait BUSY high
+
+A part whose program may be running needs the empty handshake before a command; if no program is running,
+it ignores this handshake.  A host that finds FPL low during this handshake reads the message first (ch.
+16, Immediate Commands).  A host with its letter on the bus does the same: it releases the bus, since the
+part may be answering its serial side.  The host follows FPL while it is in use, according to the mode
+commands that it has sent itself; `heed` overrides this.
 """
 
 from __future__ import annotations
@@ -36,7 +41,7 @@ class FlowPort:
     """A host's port on the bus of its chip: drivers, the nets that it reads, and a task that reads messages.
 
     Args:
-        host: the host, which reports the findings.
+        host: the host, which reports the port's findings.
         queue: the host's request queue; the port sends within its requests.
         delay_ps: time that the host's program takes before each byte.
     """
@@ -161,7 +166,10 @@ class FlowPort:
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:
-        """Make a request without a byte until the part receives; messages come first; `asked`: IO_REQUEST is low."""
+        """Repeat a request without a byte until the part is receiving; its messages are read first.
+
+        `asked`: IO_REQUEST is low already.
+        """
         while True:
             if not asked:
                 await self._free()
@@ -234,9 +242,10 @@ class FlowPort:
             self.control.news.set()
 
     async def _byte(self, byte: int, begins: bool, asked: bool) -> None:
-        """Offer a byte until the part accepts it; before a letter, an answer to another host may have to be read.
+        """Offer a byte until the part accepts it.
 
-        `asked`: the byte is on the bus, and IO_REQUEST is low.
+        At a command letter, an answer to another host may have to be read first.  `asked`: the byte is on the
+        bus, and IO_REQUEST is low.
         """
         while True:
             if not asked:
@@ -291,7 +300,7 @@ class FlowSender(Leader[Handshakes]):
     Attributes:
         empty: an empty handshake precedes the bytes.
         fed: number of bytes recorded by the host.
-        begins: when the bytes were withdrawn, the next byte was the first of a command.
+        begins: whether the next byte was the first of a command when the bytes were withdrawn.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -305,7 +314,7 @@ class FlowSender(Leader[Handshakes]):
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
-        """Begin to send bytes as a value, from an index on; return whether this is possible."""
+        """Begin to send bytes as a value, starting at an index; return whether this is possible."""
         port, exchange = self.port, self.exchange
         if exchange is None or data[at] == EMPTY or port.offered or exchange.chip.at_letter is not begins:
             return False
@@ -320,7 +329,7 @@ class FlowSender(Leader[Handshakes]):
         return exchange.send(OfferedBytes(sent, port.kernel.now, None, last, chip.byte_times, chip.clock))
 
     def feed(self, number: int) -> int:
-        """Record a number of sent bytes, including an empty handshake; return how many were not recorded before."""
+        """Record that `number` bytes have been sent; return their number without the empty handshake."""
         gone = max(number - self.empty, 0)
         self.port._sent(self.data[self.fed : gone])
         self.fed = gone

@@ -189,7 +189,7 @@ class CommandPort:
             raise UsageError(f"{self.queue.name}: {self.chip} takes no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) per read-out."""
+        """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) for each."""
         self.prog.drive(0)
         await self._between_instructions()
         last, found = commands[-1], []
@@ -262,7 +262,7 @@ class BusSender(Leader[Handshakes]):
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int) -> bool:
-        """Begin to send bytes as a value, from an index on; return whether this is possible."""
+        """Begin to send bytes as a value, starting at an index; return whether this is possible."""
         port, exchange = self.port, self.exchange
         if exchange is None or not (number := exchange.chip.takes(data, at)):
             return False

@@ -262,7 +262,10 @@ def updates(sheet: Sheet, code: int) -> bool:
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the write operations for some bytes, and whether each is a command: the first byte is one; words follow."""
+    """Yield the write operations for the bytes of a packet, each with whether it is a command.
+
+    The first byte is a command; words follow.
+    """
     yield data[:1], True
     for at in range(1, len(data), 2):
         yield data[at : at + 2], False

@@ -26,7 +26,7 @@ MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
 class Shadow:
-    """Follows the bytes sent to a part; `mode` is the part's mode register, as far as the host knows."""
+    """A tracker of the bytes sent to a part; `mode` is the part's mode register, as far as the host knows."""
 
     def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
         self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
@@ -133,10 +133,12 @@ class Query:
 
 
 class FlowControl:
-    """Decides whether a host obeys the flow line of its chip, FPL or CTS: only while the mode register enables it.
+    """The decision whether a host obeys the flow line of its chip (FPL or CTS).
 
-    `gone` processes the bytes being sent; `news` is notified of each byte, and when the host starts or stops obeying
-    the line; `heeding` is the last setting, or None if the host follows its own mode commands.
+    The line is obeyed only while the mode register enables it.
+
+    `gone` processes the bytes being sent; `news` is notified of each byte, and when the host starts or stops
+    obeying the line; `heeding` is the last setting, or None if the host follows its own mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:
@@ -166,7 +168,7 @@ class FlowControl:
         part.kernel.settle()
 
     def why_silent(self) -> str:
-        """Return a possible reason for a missing answer, as far as the host knows it, and the remedy; or empty."""
+        """Return a possible reason for a missing answer, as far as the host knows, and the remedy; or ""."""
         sheet, mode = self.sheet, self.gone.mode
         mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)

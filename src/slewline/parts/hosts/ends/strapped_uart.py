@@ -1,4 +1,4 @@
-"""The UART of a host that sends commands to the modules on a serial line as their straps are set."""
+"""The UART of a host that sends commands to the modules on a serial line, in the form set by their straps."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class StrappedUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- commands and answers
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, as an input, at the rate that the module is strapped for."""
+        """Queue characters, as an input, at the rate set by the module's straps."""
         self.follow_straps()
         super().write(data, fault)
 
@@ -127,7 +127,7 @@ class StrappedUart(HostUart):
         return text
 
     def answered(self, command: str) -> bool:
-        """Return whether a command has been answered: a program listing has several lines."""
+        """Return whether a command has been answered completely: a program listing has several lines."""
         if not self.answers:
             return False
         sheet = self.spoken_to().sheet
