@@ -73,7 +73,7 @@
 #define REFLEX_UPWARDS 16
 #define REFLEX_DOWNWARDS 32
 
-/* Properties of the driver: ENABLE is connected, its active level known; the run is dry, so STEP has no edges. */
+/* Properties of the driver: ENABLE is wired and its active level known; the run is dry (STEP has no edges). */
 #define DRIVER_ENABLE 1
 #define DRIVER_DRY 2
 
