@@ -73,7 +73,15 @@ class ProgramError(SlewlineError, ValueError):
 
 
 class BenchFileError(SlewlineError, ValueError):
-    """A bench file or journal that cannot be used."""
+    """A bench file or journal that cannot be used.
+
+    Attributes:
+        place: the place of the error, such as ("part", 0, "to"); empty: the whole file.
+        reason: the message without the file and the place.
+    """
+
+    place: tuple[str | int, ...] = ()
+    reason: str = ""
 
 
 class JournalWarning(UserWarning):

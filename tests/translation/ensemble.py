@@ -1,7 +1,8 @@
 """Random programs from every part to every target: what became of each, and whether the proof holds.
 
-    python -m tests.translation.ensemble RESULTS.csv [--pairs SOURCE-TO ...] [--seeds FIRST-LAST]
+    python -m tests.translation.ensemble RESULTS.csv [--pairs SOURCE-TO ...] [--seeds FIRST-LAST] [--any]
 
+With --any the programs have any commands, and a host that acts during motions (any_programs.py).
 A row for each program is appended to RESULTS.csv; those that it has are not run again, so that a pass can be stopped
 and resumed.  What is printed at the end is a table of outcomes by pair.
 """
@@ -12,7 +13,7 @@ import argparse
 import csv
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from slewline.translation.reading import read_program
 from slewline.translation.translate import translate_text
 from slewline.translation.translation_report import LineKind
 from slewline.translation.writers import TARGETS
+from tests.translation.any_programs import any_program
 from tests.translation.programs import random_program
 
 NAMED = [("cy512", "cy525"), ("cy525", "gs-c200s"), ("gs-c200", "gs-c200s")]
@@ -34,20 +36,19 @@ PARTLY = "not possible, and different by that"
 
 
 @lru_cache(maxsize=32)
-def run_of(source: str, seed: int) -> Played:
+def run_of(source: str, text: str) -> Played:
     """Return the run of a program by its own part."""
-    text = random_program(source, seed)
     return played(read_program(text, source), text)
 
 
-def outcome(source: str, to: str, seed: int) -> tuple[str, str]:
+def outcome(source: str, to: str, text: str) -> tuple[str, str]:
     """Return what became of a program: proven, not possible in part, or failed; and what that is about."""
-    done = translate_text(random_program(source, seed), source, to)
+    done = translate_text(text, source, to)
     impossible = [line for line in done.report if line.kind is LineKind.IMPOSSIBLE]
     uncited = [each.text for line in impossible for each in line.verdicts if each.kind is line.kind and not each.limit]
     if uncited:
         return FAILED, f"no limit: {uncited[0]}"
-    proof = prove(done, run_of(source, seed))
+    proof = prove(done, run_of(source, text))
     if proof.lint or proof.compared is None:
         return FAILED, "; ".join(proof.lint) or "not run"
     if not impossible:
@@ -56,7 +57,7 @@ def outcome(source: str, to: str, seed: int) -> tuple[str, str]:
     return (PROVEN_BUT if proof.proven else PARTLY), about
 
 
-def run(pairs: Iterable[tuple[str, str]], seeds: range, results: Path) -> None:
+def run(pairs: Iterable[tuple[str, str]], seeds: range, results: Path, made: Callable[[str, int], str]) -> None:
     """Run what a file of results has not yet, and append it."""
     known = {(row[0], row[1], int(row[2])) for row in rows(results)}
     with results.open("a", encoding="utf-8", newline="") as file:
@@ -65,7 +66,7 @@ def run(pairs: Iterable[tuple[str, str]], seeds: range, results: Path) -> None:
         for seed, (source, to) in ((seed, pair) for seed in seeds for pair in wanted):
             if (source, to, seed) not in known:
                 try:
-                    found = outcome(source, to, seed)
+                    found = outcome(source, to, made(source, seed))
                 except Exception as error:  # it is a result, and the others are wanted as well
                     found = (FAILED, repr(error))
                 out.writerow((source, to, seed, *found))
@@ -98,6 +99,7 @@ def main(words: list[str]) -> None:
     parser.add_argument("results", type=Path)
     parser.add_argument("--pairs", nargs="*", default=[], metavar="SOURCE:TO", help="named, others, or pairs")
     parser.add_argument("--seeds", default="0-19", metavar="FIRST-LAST")
+    parser.add_argument("--any", action="store_true", help="any commands, and a host that acts during motions")
     given = parser.parse_args(words)
     named = {"named": NAMED, "others": OTHERS}
     pairs: list[tuple[str, str]] = []
@@ -105,7 +107,7 @@ def main(words: list[str]) -> None:
         source, _, to = word.partition(":")
         pairs += named.get(word) or [(source, to)]
     first, last = map(int, given.seeds.split("-"))
-    run(pairs, range(first, last + 1), given.results)
+    run(pairs, range(first, last + 1), given.results, any_program if given.any else random_program)
     print("\n".join(table(given.results)))
 
 

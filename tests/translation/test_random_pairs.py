@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from tests.ensembles import in_long_runs, members
+from tests.ensembles import few, in_long_runs, members
+from tests.translation.any_programs import any_program
 from tests.translation.ensemble import FAILED, NAMED, OTHERS, outcome
+from tests.translation.programs import random_program
 
 TWENTY = range(20)
+OWN = ("cy525", "gs-c200s", "cy545b", "mc1451a", "cy500")
 EVERY_RUN = ("cy500", "cy545", "gs-c200s")  # whose programs take least
 
 
@@ -15,7 +18,7 @@ EVERY_RUN = ("cy500", "cy545", "gs-c200s")  # whose programs take least
 @members("seeds", 1, 300, at_once=100)
 def test_programs_of_the_pairs_that_people_need(pair: tuple[str, str], seeds: range) -> None:
     for seed in seeds:
-        what, about = outcome(*pair, seed)
+        what, about = outcome(*pair, random_program(pair[0], seed))
         assert what != FAILED, (seed, about)
 
 
@@ -23,5 +26,17 @@ def test_programs_of_the_pairs_that_people_need(pair: tuple[str, str], seeds: ra
 @pytest.mark.timeout(600)
 def test_programs_of_all_other_pairs(pair: tuple[str, str]) -> None:
     for seed in TWENTY:
-        what, about = outcome(*pair, seed)
+        what, about = outcome(*pair, random_program(pair[0], seed))
         assert what != FAILED, (seed, about)
+
+
+@pytest.mark.parametrize("source", few(["cy500", "cy512", "cy525", "cy545b", "gs-c200", "gs-c200s", "mc1451a"], 3))
+@members("seeds", 1, 40, at_once=10)
+@pytest.mark.timeout(600)
+def test_programs_of_any_commands_with_a_host_that_acts_during_motions(source: str, seeds: range) -> None:
+    for seed in seeds:
+        text = any_program(source, seed)
+        for to in OWN:
+            if to != source:
+                what, about = outcome(source, to, text)
+                assert what != FAILED, (seed, to, about)

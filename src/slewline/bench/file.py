@@ -114,9 +114,14 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file in memory: its `tables`, and their positions in the text."""
+    """A bench file in memory: its `tables`, and their positions in the text.
 
-    def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
+    `text`: used instead of the contents of the file; the names in it are still relative to the file's folder.
+    """
+
+    def __init__(
+        self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False, text: str | None = None
+    ) -> None:
         self.path, self.gate = Path(path), FileGate(path, anywhere, allow_code)
         if "\n" in str(path):
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
@@ -125,7 +130,7 @@ class BenchFile:
                 f"{path}: a program, judging by its extension, not a bench file; run it with slewline run, or on a "
                 f'bench with a host: [[host]], file = "{self.path.name}"'
             )
-        self.text = read_text(path)
+        self.text = read_text(path) if text is None else text
         self.data = read_toml(path, self.text)
         try:
             self.tables = convert(self.data, Tables)
@@ -137,7 +142,9 @@ class BenchFile:
         """Return an error that states file, line and key."""
         line = self.line_of(place)
         at = f"{self.path}, line {line}" if line else str(self.path)
-        return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{message}")
+        found = BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{message}")
+        found.place, found.reason = tuple(place), message
+        return found
 
     def line_of(self, place: Place) -> int | None:
         """Return the line of a key, or of its table; None if the text spells it in another form."""
@@ -240,10 +247,15 @@ class BenchFile:
         self.check_times()
         programs = self.programs()
         bench = Bench(seed=self.tables.bench.seed, **options)
+        hosts = self.put_around(bench)
+        return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
+
+    def put_around(self, bench: Bench) -> list[Host]:
+        """Put chips, parts, hosts and wires on a bench; return the hosts."""
         self.put_parts(bench)
         hosts = self.hosts(bench)
         self.wire(bench)
-        return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
+        return hosts
 
     def check_times(self) -> None:
         """Check times that are not used until later."""

@@ -1,4 +1,4 @@
-"""Directives of a script that drive a pin."""
+"""The effect of a script's directives on a motion: what ends it early, and what waits for its end."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from ..core.datasheet.table import Pin, Sheet
 
 DRIVES = re.compile(r"@(drive|release|until|pulse)\s+(\w+\.)?(\w+)(?:\s*=\s*([01]))?\s*(.*)")
+OVER = ("running", "moving", "motion_complete", "ready")  # roles of outputs that show the end of a motion or program
 ENDING = ("abort", "end", "end_plus", "end_minus")  # roles of inputs that end a motion
 
 
@@ -19,6 +20,15 @@ def ends_motion(text: str, sheet: Sheet) -> bool:
         return False
     pin = pin_of(sheet, match[3])
     return pin is not None and pin.role in ENDING and (match[1] == "pulse" or match[4] == str(pin.active))
+
+
+def waits_for_end(text: str, sheet: Sheet) -> bool:
+    """Return whether a directive waits until no motion is in progress."""
+    if text in ("wait motion_complete", "@until ready"):
+        return True
+    match = DRIVES.fullmatch(text)
+    pin = pin_of(sheet, match[3]) if match is not None and match[1] == "until" else None
+    return pin is not None and pin.role in OVER
 
 
 def pin_of(sheet: Sheet, name: str) -> Pin | None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ..chips import sheet_of
 from ..core.datasheet.table import Sheet
+from .host_directives import waits_for_end
 from .meaning import (
     Action,
     EnterProgram,
@@ -25,9 +26,10 @@ from .meaning import (
     SetOutput,
     SetProfile,
     Special,
+    Stop,
     WaitInput,
 )
-from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM
+from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM, STOPS_IT, WHILE_IT_RUNS
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
@@ -77,14 +79,22 @@ def runs(program: Program) -> dict[int, int]:
 def started_plainly(program: Program) -> Program:
     """Return a program whose host only runs stored programs from the text, from their start or from a label.
 
-    These host commands become a `Special`: a loop or branch, a level at a pin that is not a program input, and a run
+    These host commands become a `Special`: a loop or branch, a level at a pin, a stop of a running motion, and a run
     of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
-    pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
+    pins = [pin.name for pin in sheet.pins if pin.in_out in ("in", "both")]
     steering = re.compile(rf"@(?:drive|pulse|release)\s+(?:\w+\.)?({'|'.join(pins)})\b")
+    running = False
 
     def plain(action: Action) -> Action:
+        nonlocal running
+        if isinstance(action, Stop) and running:
+            running = False
+            return Special.of(action, STOPS_IT, WHILE_IT_RUNS)
+        running = isinstance(action, Motion | RunProgram) or getattr(action, "runs", running)
+        if isinstance(action, HostDirective) and waits_for_end(action.text, sheet):
+            running = False
         if action.block < 0 and isinstance(action, Jump | Loop):
             return Special.of(action, BRANCHED, IN_PROGRAM)
         if isinstance(action, HostDirective) and (pin := steering.match(action.text)):

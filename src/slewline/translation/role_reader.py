@@ -40,8 +40,17 @@ from .meaning import (
     WaitInput,
 )
 from .profiles import Profiles
-from .source_registers import STOPS, UNKNOWN, Key, KnownRegisterValues, start_of, takes_part, waits_for_update
-from .special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, REMEDIES
+from .source_registers import (
+    STOPS,
+    UNKNOWN,
+    Key,
+    KnownRegisterValues,
+    overflows,
+    start_of,
+    takes_part,
+    waits_for_update,
+)
+from .special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, OVERFLOW, REMEDIES, SET_DIRECTION
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
 RegisterValues = Mapping[Key, int]
@@ -125,7 +134,10 @@ class RoleReader:
         elif before.get((axis, "endless_next")):
             yield RunEndless(sign=sign, **its)  # type: ignore[arg-type]
         elif (axis, "target") in before:
-            yield MoveTo(position=before[axis, "target"], **its)  # type: ignore[arg-type]
+            if overflows(before, axis):
+                yield Special(description=OVERFLOW, remedy=SET_DIRECTION, **common)  # type: ignore[arg-type]
+            else:
+                yield MoveTo(position=before[axis, "target"], **its)  # type: ignore[arg-type]
         else:
             yield MoveBy(distance=before.get((axis, "distance")), sign=sign, **its)  # type: ignore[arg-type]
 

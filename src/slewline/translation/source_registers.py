@@ -142,7 +142,10 @@ class KnownRegisterValues:
             if endless:
                 state.pop(place, None)
             elif target is not None and row.role != "single":
-                self._reach(target, axis, state)
+                if overflows(state, axis):
+                    state.pop(place, None)
+                else:
+                    state[place] = target
             elif here is not None and steps is not None and sign is not None:
                 state[place] = here + steps * sign
             else:
@@ -163,6 +166,12 @@ class KnownRegisterValues:
 def nowhere(state: Iterable[tuple[Key, int]]) -> State:
     """Return the registers without the positions."""
     return frozenset((key, number) for key, number in state if key[1] != "position")
+
+
+def overflows(state: Mapping[Key, int], axis: int) -> bool:
+    """Return whether the target of a motion is not in the set direction, so that the position register overflows."""
+    here, sign = state.get((axis, "position")), state.get((axis, "sign"))
+    return here is not None and sign is not None and (state[axis, "target"] - here) * sign < 0
 
 
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:

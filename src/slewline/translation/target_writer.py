@@ -69,6 +69,7 @@ class Happened:
         first_ps: for a move, the time of its first step, ps; None: not known.
         lasts_ps: for a move, the time from its first step to its last, ps; None: not known.
         rate: for a move, the maximum rate, steps/s; None: not known.
+        net: for a run, its steps with their sign; None: not known.
     """
 
     kind: Literal["move", "run", "output", "input", "delay"]
@@ -78,6 +79,7 @@ class Happened:
     lasts_ps: int | None = None
     rate: float | None = None
     first_ps: int | None = None
+    net: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,20 +13,26 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..bench import Bench
 from ..bench.file import BenchFile
 from ..chips import sheet_of
 from ..core.datasheet.table import Sheet
 from ..core.messages.calls import answering
-from ..errors import UsageError
+from ..errors import BenchFileError, UsageError
+from .host_directives import ENDING
 from .target_writer import WARNING, WriterOptions
 from .translate import Translation, known, translate_text
 from .writers import TARGETS
 
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+
 HEAD = re.compile(r"^\[{1,2}\s*(\w+)", re.MULTILINE)
 KEY = re.compile(r"^\s*([\w-]+)\s*=")
 RESULT = "bench.toml"
+NOT_POSSIBLE = "# NOT POSSIBLE: "
 SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are set by the program
 
 
@@ -85,10 +91,14 @@ def translate_bench(
 
 @dataclass(slots=True)
 class _OneChip:
-    """A chip of the bench: its data sheet, its program, and its pins on the target."""
+    """A chip of the bench: its data sheet, its program, and its pins on the target.
+
+    `interrupted`: something on the bench may end a motion early.
+    """
 
     sheet: Sheet
     crystal: str | int | None
+    interrupted: bool = False
     done: Translation | None = None
     pins: dict[str, str] = field(default_factory=dict)
 
@@ -101,22 +111,28 @@ class _BenchWriter:
         self.mine = None if to in TARGETS else sheet_of(to)
         self.ending = TARGETS[to].ending if self.mine is None else f".{to}"
         bench, _ = file.staged()  # refuses a bench with errors
+        driven = {drive.pin for drive in file.tables.drive}
         self.chips = {
-            name: _OneChip(chip.sheet, table.crystal)
+            name: _OneChip(chip.sheet, table.crystal, interrupted=may_interrupt(chip, driven))
             for (name, chip), table in zip(bench.chips.items(), file.tables.chip, strict=True)
         }
         self.lines: list[BenchLine] = []
+        self.absent: set[str] = set()  # names of parts that are left out
 
     def written(self) -> BenchTranslation:
         """Return the result."""
         self._programs()
         programs = {name: chip.done for name, chip in self.chips.items() if chip.done is not None}
-        files = {f"{name}{self.ending}": done.text for name, done in programs.items()}
-        if self.mine is not None:
-            files[RESULT] = self._bench()
-        else:
+        files = {RESULT: self._bench()} if self.mine is not None else {}
+        if self.mine is None:
             self._listed()
+        files |= {f"{name}{self.ending}": self._without_absent(done.text) for name, done in programs.items()}
         return BenchTranslation(str(self.file.path), self.to, programs, tuple(self.lines), files)
+
+    def _without_absent(self, text: str) -> str:
+        """Return a program in which the lines for parts that are left out are comments."""
+        names = "|".join(map(re.escape, sorted(self.absent)))
+        return re.sub(rf"^(?=@tell ({names})\b)", "; NOT POSSIBLE: ", text, flags=re.M) if names else text
 
     def _programs(self) -> None:
         """Translate the programs."""
@@ -137,6 +153,7 @@ class _BenchWriter:
                 crystal=chip.crystal,
                 target_crystal=self.target_crystal,
                 options=self.options,
+                interrupted=chip.interrupted,
             )
             chip.pins = {theirs: mine for _, theirs, mine in chip.done.report.wiring}
         if all(chip.done is None for chip in self.chips.values()):
@@ -174,13 +191,36 @@ class _BenchWriter:
         head = text[: starts[0]] if starts else text
         blocks = [text[a:b] for a, b in zip(starts, [*starts[1:], len(text)], strict=True)]
         counts: dict[str, int] = {}
-        out = [*(f"# {line}\n" for line in WARNING), head]
+        kinds, out = ["", ""], ["".join(f"# {line}\n" for line in WARNING), head]
         for block in blocks:
             found = HEAD.match(block)
             kind = found[1] if found else ""
             number = counts[kind] = counts.get(kind, -1) + 1
             out.append(self._block(kind, number, block))
+            kinds.append("" if out[-1].startswith(NOT_POSSIBLE) else kind)
+        self._leave_out(kinds, out)
         return "".join(out)
+
+    def _leave_out(self, kinds: list[str], blocks: list[str]) -> None:
+        """Comment out the tables that cannot be used with the target, and list them."""
+        while True:
+            file = BenchFile(self.file.path, text="".join(blocks))
+            try:
+                file.put_around(Bench())
+            except BenchFileError as error:
+                kind, number = error.place[:2] if len(error.place) > 1 else ("", 0)
+                if kind not in ("part", "wire", "drive", "record"):
+                    raise
+                live = [at for at, each in enumerate(kinds) if each == kind]
+                at = live[int(number)]
+                shown = ", ".join(line for line in blocks[at].splitlines()[1:] if line.strip() and line[0] != "#")
+                self.lines.append(BenchLine(f"[[{kind}]] {shown}", "", f"{error.reason}: connect yours"))
+                if kind == "part":
+                    part = file.tables.part[int(number)]
+                    self.absent.add(part.get("name") or part["kind"])
+                blocks[at], kinds[at] = f"{NOT_POSSIBLE}{error.reason}\n{commented(blocks[at])}", ""
+            else:
+                return
 
     def _block(self, kind: str, number: int, block: str) -> str:
         """Return a table of the result."""
@@ -196,7 +236,7 @@ class _BenchWriter:
         if none:
             limit = f"the {self.to.upper()} has no pin for {' and '.join(none)}"
             self.lines.append(BenchLine(wire_text, "", f"{limit}: let the host do it, or leave it out"))
-            return f"# NOT POSSIBLE: {limit}\n{commented(block)}"
+            return f"{NOT_POSSIBLE}{limit}\n{commented(block)}"
         for chip, pin in places:
             block = re.sub(rf"""(?<=["']){re.escape(chip)}\.{pin}(?=["'])""", f"{chip}.{self.pin(chip, pin)}", block)
         other = [f"{chip}.{pin}" for chip, pin in places if self.inverted(chip, pin)]
@@ -276,6 +316,15 @@ class _BenchWriter:
         else:
             invert = "through an inverter" if table.get("invert") else ""
             self.lines.append(BenchLine(f"[[wire]] {' -> '.join(ends)}", " -> ".join(becomes), invert))
+
+
+def may_interrupt(chip: Chip, driven: set[str]) -> bool:
+    """Return whether something on the bench may end a motion of a chip early: a driver of a pin, or a wire to it."""
+    pins = [chip.pin(pin.name) for pin in chip.sheet.pins if pin.role in ENDING]
+    roots = [pin.net.root for pin in pins]
+    return any(root.drivers or root.joined for root in roots) or not driven.isdisjoint(
+        f"{chip.name}.{pin.name}" for pin in chip.sheet.pins if pin.role in ENDING
+    )
 
 
 def commented(block: str) -> str:

@@ -78,6 +78,7 @@ class Actions(MotionWriter):
     def on_label(self, action: Label) -> list[ResultPiece]:
         """Return a mark, if loops of the target need one; paths meet here, so the registers are no longer known."""
         self.rates.joined()
+        self.replaced = self.replaced or self.may_replace
         self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}
         mark = self.rows.get("mark")
         if mark is not None and (action.block, action.name) in self.loops:

@@ -60,6 +60,8 @@ class ActionWriter:
         self.pointed = False  # whether the memory pointer is at the start of the program
         self.fixed: dict[str, int] = {}  # distance and sign, if they are the same for all relative moves
         self.known_values: dict[str, int] = {}
+        self.replaced = False  # whether a motion has replaced the distance, which the next relative move must restore
+        self.may_replace = False  # whether some motion does
         self.program = 0
         self.cleared: set[int] = set()  # lines whose command was copied for its first action
         self.nothing = ResultPiece()
@@ -123,6 +125,7 @@ class ActionWriter:
                 placed = True
             elif isinstance(action, SetDirection | MoveTo) and action.block not in skipped:
                 relative = True
+            self.may_replace = self.may_replace or isinstance(action, MoveTo) or self.is_single(action)
             if isinstance(action, MoveTo) and not placed:
                 placed = True
                 row = self.rows.get("preset")
@@ -179,7 +182,7 @@ class ActionWriter:
             return None
         if mine.role == "phases" and action.values[0] >= FULL_STEPS:
             return None
-        if isinstance(action, MoveBy) and "targeted" in self.known_values:
+        if isinstance(action, MoveBy) and self.replaced:
             return None
         if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
             return None
@@ -195,11 +198,16 @@ class ActionWriter:
         """Update distance and direction after a command that was copied."""
         if isinstance(action, SetDistance):
             self.known_values["distance"] = action.steps
-            self.known_values.pop("targeted", None)
+            self.replaced = False
         elif isinstance(action, SetDirection):
             self.known_values["sign"] = action.sign
         elif isinstance(action, MoveTo):
             self.known_values.pop("sign", None)
+
+    def is_single(self, action: Action) -> bool:
+        """Return whether an action is a single step, for which the source has a command of its own."""
+        row = self.source.commands.by_form.get(action.command)
+        return row is not None and row.role == "single"
 
     def row(self, role: str) -> Row:
         """Return the command with a role; raise Impossible if the target has no such command."""

@@ -40,7 +40,7 @@ class MotionWriter(ActionWriter):
         if row is None:
             return []
         self.known_values["distance"] = self.fitting(row, row.args[0], action.steps, "split it into several moves")
-        self.known_values.pop("targeted", None)
+        self.replaced = False
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
@@ -105,12 +105,13 @@ class MotionWriter(ActionWriter):
             found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
             self.known_values["sign"] = action.sign
         row = self.row("distance")
-        left = "targeted" in self.known_values or not self.sets(SetDistance)  # the last target replaces the distance
+        single = self.is_single(action)
+        left = self.replaced or single or not self.sets(SetDistance)
         if action.distance is not None and self.known_values.get("distance") != action.distance and left:
             self.fitting(row, row.args[0], action.distance, "split it into several moves")
             found.append(ResultPiece(row, (action.distance,)))
             self.known_values["distance"] = action.distance
-            self.known_values.pop("targeted", None)
+            self.replaced = single
         return found
 
     def sets(self, kind: type[Action]) -> bool:
@@ -149,7 +150,7 @@ class MotionWriter(ActionWriter):
         self.note(self.rates.motion(action))
         if go.role != "update":
             self.known_values.pop("distance", None)
-            self.known_values["targeted"] = 1
+            self.replaced = True
             return [*found, ResultPiece(go)]
         found += [*(ResultPiece(row) for row in self.sheet.acting("clear_events")), ResultPiece(go)]
         wait = ResultPiece(text="wait motion_complete", source=action.line)

@@ -1,13 +1,15 @@
 """Comparison of two traces: events that only one of them contains, and differences in times and rates.
 
 Moves, outputs and inputs are compared in their order: for each move its steps, its time from the first step to the
-last, and its maximum rate; for a stored program, also the pauses from the last step, or from a change of an output or
-input, to the next first step or change.  The duration of a wait for an input is not compared, and neither are pauses
-in which a host sends commands, since they depend on the host.
+last, and its maximum rate; for the first move to a position after a run that was stopped, only its end; for a stored
+program, also the pauses from the last step, or from a change of an output or input, to the next first step or change.
+The duration of a wait for an input is not compared, and neither are pauses in which a host sends commands, since they
+depend on the host.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -131,12 +133,18 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
     counts = {"move": 0, "run": 0, "output": 0, "input": 0}
     before, after = paused(theirs), paused(mine)
     theirs, mine = [each for each, _ in before], [each for each, _ in after]
+    apart: Counter[int] = Counter()  # positions of the axes, result less source, after runs that were stopped
     for at, ((a, one), (b, two)) in enumerate(zip(before, after, strict=False)):
-        if (a.kind, a.number, a.value) != (b.kind, b.number, b.value):
+        if a.kind == b.kind == "run" and a.net is not None and b.net is not None:
+            apart[a.number] += b.net - a.net
+        meets = a.kind == b.kind == "move" and a.number == b.number and a.value == b.value + apart[a.number]
+        if meets and a.value != b.value:  # both move to the same position
+            apart[a.number] = 0
+        elif (a.kind, a.number, a.value) != (b.kind, b.number, b.value):
             differences.append(f"{in_words(a)}, but the result: {in_words(b)}")
             break
         counts[a.kind] += 1
-        if a.lasts_ps and b.lasts_ps is not None and abs(a.value) > 1:
+        if a.lasts_ps and b.lasts_ps is not None and abs(a.value) > 1 and a.value == b.value:
             off = abs(b.lasts_ps - a.lasts_ps) / a.lasts_ps
             time_off = max(time_off, off)
             if off > bounds.time + SLACK and abs(b.lasts_ps - a.lasts_ps) > SLACK_PS:

@@ -175,5 +175,5 @@ def moves(chip: Chip) -> list[Happened]:
             if motion.end.why == "done":
                 found.append(Happened("move", number, net, motion.time_ps, lasts, rate, first))
             else:
-                found.append(Happened("run", number, 1 if net > 0 else -1, motion.time_ps, None, rate))
+                found.append(Happened("run", number, 1 if net > 0 else -1, motion.time_ps, None, rate, net=net))
     return found

@@ -16,6 +16,7 @@ from ..meaning import (
     Profile,
     Program,
     Query,
+    RunEndless,
     SaveProgram,
     SetDirection,
     SetDistance,
@@ -27,7 +28,7 @@ from ..meaning import (
     Stop,
 )
 from ..move_times import measured, standing_time
-from ..special_commands import BY_HAND
+from ..special_commands import BY_HAND, WHILE_IT_RUNS
 from ..translation_report import LineKind, LineVerdict, OutLine
 
 PS = 10**12
@@ -183,6 +184,10 @@ class RegisterCache:
                 if isinstance(action, MoveTo) and steps:
                     self.sign = 1 if steps > 0 else -1
                 self.position = None if steps is None or self.position is None else self.position + steps
+            case Special() if action.remedy in (BY_HAND, WHILE_IT_RUNS):
+                self.position = None
+            case Stop() | RunEndless():
+                self.position = None
             case _:
                 pass
 
@@ -227,7 +232,7 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
         case Stop():
             sheet.nearly(action.line, "nothing is left to stop: each move ends before the next command")
         case Special() if action.remedy == BY_HAND:
-            sheet.nearly(action.line, f"{action.description}: left out, and so is its effect on the motion; {BY_HAND}")
+            sheet.impossible(action.line, action.description, f"{language}: no host drives a pin", BY_HAND)
         case Special() if action.needless:
             sheet.same(action.line, action.needless)
         case Special():
