@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+import slewline
 from tests.rows import rows
 
 WELD = Path(__file__).parents[2] / "examples/programs/weld.cy525"
@@ -129,7 +130,8 @@ def test_features_that_the_target_lacks_are_listed_and_become_comments(call: Any
     assert 'from = "drill_unit.programmable_output"\nto = "bar_unit.dowhile"' in text
     assert "# The drilling machine of the GS-C data sheet" in text
     assert "bench    [[wire]] bar_unit.uo2, drill_unit.ui2 => nothing; the CY525" in found.out
-    assert "does not load" in found.out and "drill_unit (cy525) has none" in found.out
+    assert 'bench    [[part]] kind = "drill", to = "drill_unit" => nothing; drill: ' in found.out
+    assert '# kind = "drill"' in text and slewline.load(tmp_path / "new" / "bench.toml").chips
 
 
 def test_chips_of_a_bench_become_a_controller_each_and_the_wires_are_listed(call: Any, tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def letters(chance: Random, part: str) -> Iterator[str]:
     hosted = [
         *acts,
         lambda: [f"@wait {number()} ms"],
-        lambda: [over],
+        lambda: ["G", over],
         lambda: [chance.choice("+-"), "N 20000", "G", f"@wait {number(20, 900)} ms", *stop],
         lambda: [f"@drive wait={number(0, 1)}"],
     ]
@@ -119,9 +119,7 @@ def bits(chance: Random, part: str) -> Iterator[str]:
         yield from ["Y 0", "E", *some(chance, acts, 1, 4)]
         if chance.random() < 0.3:
             yield chance.choice((f"L {number(2, 4)},0", "T 3,0", "T 19,0"))
-        yield from ["0", "Q", "Y 0", "X"]
-        for _ in range(number(0, 3)):
-            yield from [f"@wait {number(100, 2000)} ms", *some(chance, hosted, 1, 1)]
+        yield from ["0", "Q", "Y 0", "X"]  # no pin shows its end
 
 
 def modules(chance: Random, part: str) -> Iterator[str]:
@@ -143,8 +141,9 @@ def modules(chance: Random, part: str) -> Iterator[str]:
     hosted: list[Callable[[], Lines]] = [
         lambda: ["@until ready", "E", "@until ready"],
         lambda: ["@until ready", "E", f"@wait {number(50, 2000)} ms", chance.choice("KZ"), "@until ready"],
-        lambda: [chance.choice(("I3", "V1", "V2", f"@wait {number()} ms"))],
-        lambda: ["H+", "@wait 300 ms", "@drive home=0", "@until ready", "@release home"],
+        lambda: ["@until ready", chance.choice(("I3", "V1", "V2"))],
+        lambda: [f"@wait {number()} ms"],
+        lambda: ["@until ready", "H+", "@wait 300 ms", "@drive home=0", "@until ready", "@release home"],
         lambda: [f"@drive ui{number(1, 3)}={number(0, 1)}"],
     ]
 

@@ -21,7 +21,7 @@ from slewline.chips import PARTS
 from slewline.translation.proof.play import Played
 from slewline.translation.proof.prove import played, prove
 from slewline.translation.reading import read_program
-from slewline.translation.translate import translate_text
+from slewline.translation.translate import DRIVEN, translate_text
 from slewline.translation.translation_report import LineKind
 from slewline.translation.writers import TARGETS
 from tests.translation.any_programs import any_program
@@ -33,6 +33,8 @@ OTHERS = [(part, to) for part in PARTS for to in (*PARTS, *TARGETS) if part != t
 PROVEN, FAILED = "proven", "FAILED"
 PROVEN_BUT = "proven, but for lines that are not possible"
 PARTLY = "not possible, and different by that"
+ASSUMED = "an assumption of the report does not hold"
+BROKEN = ("wrong-way", "E5")  # findings in the run of the source that break an assumption
 
 
 @lru_cache(maxsize=32)
@@ -51,6 +53,9 @@ def outcome(source: str, to: str, text: str) -> tuple[str, str]:
     proof = prove(done, run_of(source, text))
     if proof.lint or proof.compared is None:
         return FAILED, "; ".join(proof.lint) or "not run"
+    driven = any(each.value == DRIVEN for each in done.report.assumed)
+    if not proof.proven and (driven or any(finding.code in BROKEN for finding in proof.source.bench.findings)):
+        return ASSUMED, proof.compared.text
     if not impossible:
         return (PROVEN if proof.proven else FAILED), proof.compared.text
     about = f"{len(impossible)} of {len(done.report.lines)} lines not possible; {impossible[0].verdicts[0].limit}"

@@ -7,7 +7,7 @@ import pytest
 from slewline.translation.meaning import Delay, Jump, Loop, MoveBy, MoveTo, RunEndless, SetOutput
 from slewline.translation.proof.prove import prove
 from slewline.translation.reading import read_program
-from slewline.translation.translate import translate_text
+from slewline.translation.translate import DRIVEN, translate_text
 from slewline.translation.translation_report import LineKind
 from tests.rows import rows
 
@@ -203,11 +203,14 @@ def test_a_host_drives_no_output_of_the_target(text: str, to: str) -> None:
     assert line.kind is LineKind.IMPOSSIBLE and "is an output" in line.verdicts[0].text
 
 
-@pytest.mark.parametrize(("code", "kind"), [("@drive abort=0", LineKind.NEARLY), ("@drive wait=0", LineKind.SAME)])
+@pytest.mark.parametrize(("code", "kind"), [("@drive abort=0", LineKind.IMPOSSIBLE), ("@drive wait=0", LineKind.SAME)])
 def test_a_level_at_a_pin_that_stops_or_turns_is_not_the_same_where_it_is_left_out(code: str, kind: LineKind) -> None:
     for to in ("grbl", "linuxcnc", "klipper", "tmcl", "arduino", "python"):
         (line,) = translate_text(f"{code}\n", "cy525", to).report.lines
         assert line.kind is kind
+
+    assumed = translate_text("@drive wait=0\n", "cy525", "arduino").report.assumed
+    assert [each.value for each in assumed if each.about == "inputs that the host drives"] == [DRIVEN]
 
 
 def test_commands_of_an_encoder_need_one() -> None:
@@ -255,3 +258,83 @@ def test_an_interrupting_axis_is_not_known() -> None:
         assert lines[4].kind is lines[5].kind is LineKind.IMPOSSIBLE
     done = translate_text(text, "mc1451a", "mc1251a")
     assert done.report.same and "SET_POS 500" in done.text
+
+
+# ------------------------------------------------------------------------------ a host that acts while the motor runs
+MOVES = "A 0\nF 3\nR 40\nS 200\n+\nN 9000\nG\nN 20000\nG\n"
+ABORTED = f"{MOVES}@wait 500 ms\n@drive abort=0\n@until motion_complete=0\n@drive abort=1\nN 30\nG\n"
+STOPPED = (
+    "SET_VEL 90000\nSET_ACC 900\nSET_POS 60000\nCLR_STATUS\nUPDATE\n@wait 500 ms\n{}\nUPDATE\nwait motion_complete\n"
+)
+
+
+def test_the_wait_for_the_end_of_a_motion_follows_what_the_host_does_during_it() -> None:
+    assert result(ABORTED, "cy525", "mc1451a")[-6:] == [
+        *("CLR_STATUS", "UPDATE", "@wait 500 ms", "SMOOTH_STOP", "UPDATE"),
+        "wait motion_complete",
+    ]
+    found = result(ABORTED, "cy525", "gs-c200s")
+    assert found[found.index("+20000") :] == [
+        "+20000",
+        "E",
+        "@wait 500 ms",
+        "Z",
+        "@until ready",
+        "Po",
+        "+30",
+        "E",
+        "@until ready",
+    ]
+    assert found[found.index("+9000") + 1 : found.index("+20000")] == ["E", "@until ready", "Po"]
+
+
+@pytest.mark.parametrize("to", ["cy512", "cy545b", "gs-c200", "gs-c200s", "mc1451a"])
+def test_source_and_result_are_stopped_in_the_same_motion(to: str) -> None:
+    compared = prove(translate_text(ABORTED, "cy525", to)).compared
+    assert compared is not None
+    assert compared.proven or (to == "mc1451a" and compared.differences[0].startswith("the source alone: +30"))
+    assert compared.moves >= 2
+
+
+@rows(("command", "becomes"), [("STOP", "K"), ("SMOOTH_STOP", "Z")])
+def test_a_stop_acts_at_the_update(command: str, becomes: str) -> None:
+    done = translate_text(STOPPED.format(command), "mc1451a", "gs-c200s")
+    assert [(line.code, line.written) for line in done.report][6:8] == [(command, ()), ("UPDATE", (becomes,))]
+    assert prove(done).trace.happened[0].kind == "run"
+
+
+def test_a_relative_move_from_an_unknown_position_is_not_possible_with_positions_alone() -> None:
+    report = translate_text(ABORTED, "cy525", "mc1451a").report
+    assert report.lines[-1].kind is LineKind.IMPOSSIBLE
+    assert report.lines[-1].verdicts[0].description.startswith("the position before it is unknown")
+
+
+def test_a_controller_without_a_host_cannot_be_stopped_by_it() -> None:
+    for to in ("linuxcnc", "grbl", "arduino", "klipper", "tmcl", "python"):
+        kinds = {line.code: line.kind for line in translate_text(ABORTED, "cy525", to).report}
+        assert kinds["@drive abort=0"] is LineKind.IMPOSSIBLE, to
+        stopped = {line.code: line.kind for line in translate_text(STOPPED.format("STOP"), "mc1451a", to).report}
+        assert stopped["UPDATE"] is LineKind.IMPOSSIBLE, to
+
+
+def test_the_end_of_a_program_is_not_waited_for_by_a_pin_that_does_not_show_it() -> None:
+    text = GSC.format("+100") + "@until ready\nE\n"
+    (line,) = [line for line in translate_text(text, "gs-c200s", "cy545b").report if line.code == "@until ready"]
+    assert line.kind is LineKind.IMPOSSIBLE and "no pin of the CY545B shows" in line.verdicts[0].limit
+
+
+def test_a_target_of_the_cy500_replaces_the_distance_until_it_is_set_again() -> None:
+    text = "A\nR 230\nS 3\n+\nN 9000\nG\nP 714\nE\nG\n0\nQ\nD\n"
+    found = result(text, "cy512", "cy500")
+    assert found[found.index("E") + 1 : found.index("Q")] == ["N 9000", "G", "0"]
+    assert prove(translate_text(text, "cy512", "cy500")).proven
+
+
+def test_a_single_step_does_not_change_the_distance() -> None:
+    text = "A\nR 200\nS 3\n+\nN 50\nG\nO\nG\n"
+    assert result(text, "cy500", "cy525")[-6:] == ["N 50", "G", "N 1", "G", "N 50", "G"]
+
+
+def test_a_target_in_the_other_direction_passes_the_overflow() -> None:
+    report = translate_text("A\nR 200\nS 3\n+\nN 500\nG\nP 100\nG\n", "cy500", "cy525").report
+    assert report.lines[-1].kind is LineKind.IMPOSSIBLE and "overflow" in report.lines[-1].verdicts[0].limit

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 
 from ..core.datasheet.table import Pin, Sheet
 
 DRIVES = re.compile(r"@(drive|release|until|pulse)\s+(\w+\.)?(\w+)(?:\s*=\s*([01]))?\s*(.*)")
-OVER = ("running", "moving", "motion_complete", "ready")  # roles of outputs that show the end of a motion or program
+PROGRAM_OVER = ("running",)  # roles of outputs that show the end of a program
+OVER = (*PROGRAM_OVER, "moving", "motion_complete", "ready")  # or of a motion
 ENDING = ("abort", "end", "end_plus", "end_minus")  # roles of inputs that end a motion
 
 
@@ -22,13 +24,20 @@ def ends_motion(text: str, sheet: Sheet) -> bool:
     return pin is not None and pin.role in ENDING and (match[1] == "pulse" or match[4] == str(pin.active))
 
 
-def waits_for_end(text: str, sheet: Sheet) -> bool:
-    """Return whether a directive waits until no motion is in progress."""
-    if text in ("wait motion_complete", "@until ready"):
+def drives_input(text: str, sheet: Sheet) -> bool:
+    """Return whether a directive drives a pin that a program tests: an input, or a bit that may be one."""
+    match = DRIVES.fullmatch(text)
+    pin = pin_of(sheet, match[3]) if match is not None and match[1] != "until" else None
+    return pin is not None and (pin.role.startswith("input") or not pin.role)
+
+
+def waits_for_end(text: str, sheet: Sheet, roles: Collection[str] = OVER) -> bool:
+    """Return whether a directive waits until no motion is in progress, or for a pin with another role."""
+    if text == "@until ready" or (text == "wait motion_complete" and "motion_complete" in roles):
         return True
     match = DRIVES.fullmatch(text)
     pin = pin_of(sheet, match[3]) if match is not None and match[1] == "until" else None
-    return pin is not None and pin.role in OVER
+    return pin is not None and pin.role in roles
 
 
 def pin_of(sheet: Sheet, name: str) -> Pin | None:

@@ -308,6 +308,11 @@ class Special(Action):
 OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, SetEndless, Motion)
 
 
+def acts_during_motion(action: Action) -> bool:
+    """Return whether a host's action does not wait for the end of the motion before it."""
+    return isinstance(action, HostDirective | Stop) or (isinstance(action, Special) and bool(action.needless))
+
+
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)
 class Line:

@@ -13,13 +13,15 @@ from ..language.lint import branches, targets
 from ..language.source import mended, read
 from ..language.statements import Directive, Source
 from .bits import Numbers
+from .host_directives import PROGRAM_OVER, waits_for_end
 from .meaning import OF_AN_AXIS, Action, Assumed, HostDirective, Label, Line, Program, Special
 from .profiles import profiles_of
 from .role_reader import RoleReader
-from .source_registers import UNKNOWN, KnownRegisterValues, from_switches, leads
+from .source_registers import UNKNOWN, KnownRegisterValues, from_switches, leads, rows_by_role
 from .special_commands import ADD_IT, ELSEWHERE, NO_AXIS, SELECT_IT, SWITCHED, WRITE_IT
 
 ASTRAY = ("branch-middle", "branch-outside")  # the part then runs a number as a command; other parts do not
+ACTING = ("delay", "wait_high", "wait_low", "wait_bits", "output_high", "output_low", "bits", "home")  # besides motions
 WIRES = (
     "step",
     "direction",
@@ -123,11 +125,30 @@ class ActionReader:
             yield Assumed(
                 "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"
             )
+        if self.sends_while_running():
+            yield Assumed(
+                "commands after the start of a program", "sent after its end, which the text does not wait for"
+            )
+        roles = {statement.row.role for statement in self.source.statements}
+        if {"target", "plus"} <= {*rows_by_role(self.sheet)} and "target" in roles:
+            yield Assumed("targets whose direction the text does not show", "in the set direction")
         wires = self.wiring()
         for name, wire in wires.items():
             pin = next(pin for pin in self.sheet.pins if pin.name == wire)
             if name.startswith("output") and pin.reset is not None:
                 yield Assumed(f"output {name[-1]} ({wire})", f"{'high' if pin.reset else 'low'} after reset")
+
+    def sends_while_running(self) -> bool:
+        """Return whether the host sends an action after it has started a program, without waiting for its end."""
+        running = False
+        for item in self.source.items:
+            if isinstance(item, Directive):
+                running = running and not waits_for_end(item.text, self.sheet, PROGRAM_OVER)
+            elif item.block < 0 and (item.row.starts or item.row.role == "run"):
+                running = True
+            elif item.block < 0 and running and (item.row.motion or item.row.role in ACTING):
+                return True
+        return False
 
     def wiring(self) -> dict[str, str]:
         """Return the pins by their purpose."""

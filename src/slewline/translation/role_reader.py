@@ -50,7 +50,7 @@ from .source_registers import (
     takes_part,
     waits_for_update,
 )
-from .special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, OVERFLOW, REMEDIES, SET_DIRECTION
+from .special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, NEEDLESS_FORMS, OVERFLOW, REMEDIES, SET_DIRECTION
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
 RegisterValues = Mapping[Key, int]
@@ -339,7 +339,7 @@ class RoleReader:
             yield Query(**common)  # type: ignore[arg-type]
         else:
             remedy = REMEDIES.get(row.form, "")
-            needless = AT_THE_UPDATE if row.at_once else NEEDLESS.get(row.role, "")
+            needless = AT_THE_UPDATE if row.at_once else NEEDLESS.get(row.role, "") or NEEDLESS_FORMS.get(row.form, "")
             yield Special(description=row.description, needless=needless, remedy=remedy, **common)  # type: ignore[arg-type]
             if row.form == "MULTI_UPDATE":
                 yield from self._updates(statement, common)

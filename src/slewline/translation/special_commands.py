@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 # by role
-NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move names its axis"}
+NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move names its axis"}  # by role
+NEEDLESS_FORMS = {
+    **dict.fromkeys(("SET_INTRPT_MASK", "RST_INTRPT"), NEEDLESS["clear_events"]),
+    **dict.fromkeys(("SET_OUTPUT_HIGH", "SET_OUTPUT_STNDRD"), "other parts have one range of pulse rates"),
+}
 
 ALIKE = "use SET_PRFL_TRAP with SET_ACC in the source, prove that, and translate it: such a ramp has a counterpart"
 TOGETHER = "here one axis moves after the other; let a host start separate parts at the same time"

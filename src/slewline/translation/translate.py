@@ -19,7 +19,8 @@ from ..chips import CATALOGUE, sheet_of
 from ..core.messages.calls import answering
 from ..core.messages.near import hint
 from ..errors import UnknownName, UsageError
-from .meaning import Assumed, Program
+from .host_directives import drives_input
+from .meaning import Assumed, HostDirective, Program
 from .own.part_writer import OwnWriter
 from .program_facts import started_plainly
 from .reading import read_program
@@ -27,6 +28,7 @@ from .target_writer import WARNING, Target, WriterOptions, Written
 from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
 from .writers import TARGETS, target
 
+DRIVEN = "change in the same way at the target"
 COLUMN = 13  # column of a comment next to a command
 
 
@@ -126,6 +128,7 @@ def translate_text(
     if name in TARGETS:
         program = with_levels(program, options.values)
         other: Target | None = target(name)
+        program = with_driven_inputs(program)
         written = target(name).write(started_plainly(program), options)
     else:
         other, mine = None, sheet_of(name)
@@ -183,6 +186,14 @@ def with_levels(program: Program, values: Mapping[str, str]) -> Program:
         pin = program.wiring.get(f"output{number}", "a pin")
         assumed.append(Assumed(f"output {number} ({pin})", f"{value} at the start, as set"))
     return replace(program, assumed=tuple(assumed))
+
+
+def with_driven_inputs(program: Program) -> Program:
+    """Return a program with the assumption that the inputs driven by its host change in the same way at the target."""
+    found = [action for action in program.actions if isinstance(action, HostDirective)]
+    if not any(drives_input(action.text, sheet_of(program.part)) for action in found):
+        return program
+    return replace(program, assumed=(*program.assumed, Assumed("inputs that the host drives", DRIVEN)))
 
 
 def reported(program: Program, to: str, written: Written) -> Report:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from ...core.datasheet.table import Arg, Row, Sheet
 from ...language.dialect import dialect_of
+from ..host_directives import waits_for_end
 from ..meaning import (
     Action,
     EnterProgram,
@@ -24,8 +25,10 @@ from ..meaning import (
     SetDistance,
     SetPosition,
     SetProfile,
+    acts_during_motion,
 )
 from ..source_registers import after_reset, rows_by_role, takes_part
+from ..special_commands import OVERFLOW
 from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions
 from .layout import ResultPiece, has_tokens
@@ -85,6 +88,10 @@ class ActionWriter:
             limit = f"the {self.sheet.part.upper()} reads no encoder ({self.sheet.manual})"
             return self.placed(action, self.impossible(action, "", limit, "use a part with an encoder"))
         first = [*self.ended(action), *self.unset_before(action)]
+        if isinstance(action, HostDirective):
+            self.in_motion = self.in_motion and not waits_for_end(action.text, self.source)
+        else:
+            self.in_motion = isinstance(action, Motion | RunProgram) or getattr(action, "runs", False)
         copied = self.copied(action)
         if copied is not None:
             self.values_after(action)
@@ -96,13 +103,11 @@ class ActionWriter:
             found = self.impossible(action, "", cannot.limit, cannot.remedy)
         except Impossible as no:
             found = self.impossible(action, no.description, no.limit, no.remedy)
-        if not isinstance(action, HostDirective):
-            self.in_motion = isinstance(action, Motion | RunProgram) or getattr(action, "runs", False)
         return self.placed(action, self.in_order(action, first, found))
 
     def ended(self, action: Action) -> list[ResultPiece]:
         """Return the wait for the end of a motion during which the host has acted, before its next command."""
-        if self.unended is None or isinstance(action, HostDirective):
+        if self.unended is None or acts_during_motion(action):
             return []
         found, self.unended = [self.unended], None
         return found
@@ -172,6 +177,8 @@ class ActionWriter:
         if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
             return None
         if isinstance(action, RunProgram) and "pointer" in self.rows:
+            return None
+        if getattr(action, "description", "") == OVERFLOW:
             return None
         theirs, mine = self.source.commands.by_form.get(action.command), self.sheet.commands.by_form.get(action.command)
         if theirs is None or mine is None or not alike(theirs, mine) or (action.block >= 0) > mine.stored:

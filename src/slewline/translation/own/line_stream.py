@@ -31,6 +31,7 @@ from ..meaning import (
     SetProfile,
     SetTarget,
     WaitInput,
+    acts_during_motion,
 )
 
 SETTINGS = (SetProfile, SetDistance, SetDirection, SetTarget)
@@ -76,7 +77,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
     at = 0
     while at < len(steps):
         step = steps[at]
-        if not (pending or step.action is None or isinstance(step.action, HostDirective)):
+        if not (pending or step.action is None or acts_during_motion(step.action)):
             found += over
             over = []
         if step.action is None:
@@ -101,7 +102,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
                 number += 1
                 found += [*over, *wrapped(program, number)]
                 over, pending = waits(program), []
-            if not isinstance(step.action, HostDirective):
+            if not acts_during_motion(step.action):
                 found += over
                 over = []
             found.append(step)
@@ -122,7 +123,7 @@ def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep
     if not any(acts(each) for each in steps):
         return
     last = max((n for n, each in enumerate(steps) if isinstance(each.action, Motion)), default=0)
-    if isinstance(after, HostDirective) and any(isinstance(each.action, Motion) for each in steps[:last]):
+    if acts_during_motion(after) and any(isinstance(each.action, Motion) for each in steps[:last]):
         yield steps[:last]
         steps = steps[last:]
     yield steps

@@ -9,7 +9,6 @@ from ...language.lint import lint
 from ..meaning import (
     EndProgram,
     EnterProgram,
-    HostDirective,
     Jump,
     Label,
     LeaveProgram,
@@ -22,6 +21,7 @@ from ..meaning import (
     SetOutput,
     SetProfile,
     WaitInput,
+    acts_during_motion,
 )
 from ..profiles import profiles_of
 from ..program_facts import counter_of, counts_positions
@@ -173,7 +173,7 @@ class OwnWriter:
                 break
         self.actions.start(actions)
         for action, after in pairwise(actions):
-            if isinstance(action, Motion) and action.block < 0 and isinstance(after, HostDirective):
+            if isinstance(action, Motion) and action.block < 0 and acts_during_motion(after):
                 self.actions.left_running.add(id(action))
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
