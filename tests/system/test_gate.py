@@ -87,7 +87,7 @@ def test_a_memory_of_a_journal_is_a_list_of_bytes(tmp_path):
     sheet = sheet_of("gs-c200s")
     add = {"do": "add", "t": 0, "part": sheet.part, "behaviour": sheet.behaviour, "name": "x", "crystal_hz": None}
     add |= {"straps": {}, "bare": False}
-    allowed = "expected a list of at most 65536 bytes, 0 to 255"
+    allowed = "(expected a list of at most 65536 bytes, 0 to 255|allowed 0 to 255|allowed a list$)"
     for store in (10, 3_000_000_000, 10**12, "text", {"a": 1}, [256], [-1], [0.5], [True], ["x"], [0] * 65537):
         path = tmp_path / "j.jsonl"
         path.write_text("".join(json.dumps(each) + "\n" for each in (head, add | {"options": {"store": store}})))
@@ -95,7 +95,7 @@ def test_a_memory_of_a_journal_is_a_list_of_bytes(tmp_path):
             slewline.replay(path)
         fault = {"do": "store", "t": 0, "of": "x", "call": 1, "content": store}
         path.write_text("".join(json.dumps(each) + "\n" for each in (head, add | {"options": {}}, fault)))
-        with pytest.raises(BenchFileError, match=rf"line 3: store: .*found .*; ({allowed}|allowed a list$)"):
+        with pytest.raises(BenchFileError, match=rf"line 3: store: .*found .*; {allowed}"):
             slewline.replay(path)
 
 
