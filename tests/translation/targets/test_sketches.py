@@ -50,7 +50,9 @@ def test_times_are_those_of_the_report(core, tmp_path):
     case = next(each for each in SHORT if each.file == "two_ramps.gs-c200")
     found = seen(case, core, tmp_path)
     stated = [
-        each for each in target("arduino").write(case.program(), case.options).verdicts if "for" in each.description
+        each
+        for each in target("arduino").write(case.program(), case.options).verdicts
+        if "instead of" in each.description
     ]
     out = found.times[2999] - found.times[0]
     shown = re.search(r"([\d.]+) s instead of ([\d.]+) s", stated[0].description)
