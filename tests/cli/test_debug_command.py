@@ -18,7 +18,10 @@ from tests.links.conftest import PATIENCE
     ("arguments", "says"),
     [
         ((), "give exactly one of these: a program, a chip, a bench file, --attach HOST:PORT"),
-        (("cy525", "--attach", "4002"), "give one of"),
+        (
+            ("cy525", "--attach", "4002"),
+            "give exactly one of these: a program, a chip, a bench file, --attach HOST:PORT",
+        ),
         (("--attach", "4002", "--chip", "cy525"), "--attach debugs a running server"),
         (("cell.toml", "--chip", "cy525"), "a bench file names its chips"),
         (("cy525", "--rate", "0"), "--rate 0: allowed 0.001 to 1000"),

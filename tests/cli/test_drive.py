@@ -30,7 +30,7 @@ MOVE = (*SPEEDS, "+400")
 
 # --------------------------------------------------------------------------------------------------------- mistakes
 MISTAKES = [
-    (DRIVE, ["Missing --board; such as:"]),
+    (DRIVE, ["Missing --board; for example:"]),
     (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
     (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
     (

@@ -59,8 +59,8 @@ BAD_PAIRS = {  # what a program is refused for
     "empty": (b"", "is empty"),
     "blank": (b"\xef\xbb\xbf\r\n \n", "is empty"),
     "comments alone": (text("; nothing"), "has no bytes"),
-    "binary": (b"52 01\n\x00\xff\x10", "line 2, column 1: byte 00; allowed text"),
-    "binary from the first byte": (b"\xff\x52", "line 1, column 1: byte FF; allowed text"),
+    "binary": (b"52 01\n\x00\xff\x10", "line 2, column 1: byte 00; allowed: text"),
+    "binary from the first byte": (b"\xff\x52", "line 1, column 1: byte FF; allowed: text"),
 }
 BAD_IMAGES = {
     "a wrong digit": (text(IMAGE[0], ":01000400G2B9", IMAGE[2]), "line 2: ':01000400G2B9' is not a record"),
@@ -70,7 +70,7 @@ BAD_IMAGES = {
     "truncated": (text(*IMAGE[:2]), "no end record"),
     "empty": BAD_PAIRS["empty"],
     "blank": BAD_PAIRS["blank"],
-    "binary": (b":01\x00\xff", "line 1, column 4: byte 00; allowed text"),
+    "binary": (b":01\x00\xff", "line 1, column 4: byte 00; allowed: text"),
 }
 
 
@@ -160,7 +160,7 @@ def test_no_reader_takes_a_damaged_program(call, write, wrong: str, case: tuple[
     data, says = case
     Path("a.hex").write_bytes(data)
     for reader, read in programs(call, write).items():
-        if reader.startswith("the panel") and says not in ("is empty",) and "allowed text" not in says:
+        if reader.startswith("the panel") and says not in ("is empty",) and "allowed: text" not in says:
             continue  # its text is read once, the pairs when the script is made
         good, found = read("a.hex")
         assert not good and f"FILE{'' if says.startswith(('is', 'has')) else ','}" in found, (reader, found)

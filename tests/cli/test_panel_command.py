@@ -140,8 +140,11 @@ def when_the_panel_runs(*row):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "give one of a chip"),
-        (["cy525", "--attach", "127.0.0.1:1"], "give one of a chip"),
+        ([], "give exactly one of these: a chip, a bench file, a program, --attach HOST:PORT"),
+        (
+            ["cy525", "--attach", "127.0.0.1:1"],
+            "give exactly one of these: a chip, a bench file, a program, --attach HOST:PORT",
+        ),
         (["--attach", "127.0.0.1:1", "--rate", "2"], "leave out --rate"),
         (["--attach", "127.0.0.1:1"], "--attach 127.0.0.1:1: Connection refused; give the control port of a running"),
         when_the_panel_runs(["cy526"], "cy525"),

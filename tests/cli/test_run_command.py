@@ -441,7 +441,7 @@ def test_a_journal_of_other_laws_is_replayed_only_on_demand(call, five):
     Path("j").write_text(Path("j").read_text().replace('"behaviour":2', '"behaviour":1'))
     refused = call("run", "--replay", "j")
     assert (refused.status, refused.out) == (2, "")
-    assert "cy525 had behaviour 1 and has 2; the run would differ" in refused.err
+    assert "cy525 had behaviour 1 and now has 2; the run would differ" in refused.err
     played = call("run", "--replay", "j", "--other-laws")
     assert played.status == 0 and "MOTION COMPLETE at 5" in played.out
     assert played.err.startswith("slewline: journal j: made by slewline")

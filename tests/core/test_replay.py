@@ -312,7 +312,7 @@ def test_a_journal_of_other_laws_is_replayed_only_on_demand(tmp_path):
     entries[1]["behaviour"] = 3
     entries[0]["slewline"] = "7.0"
     path = rewritten(tmp_path / "other", entries)
-    says = f"made by slewline 7.0, this is {slewline.__version__}: cy525 had behaviour 3 and has 2; the run"
+    says = f"made by slewline 7.0, this is {slewline.__version__}: cy525 had behaviour 3 and now has 2; the run"
     with pytest.raises(BenchFileError, match=says + r" would differ: replay it .*other_laws=True \(--other-laws\)"):
         slewline.replay(path)
     with pytest.warns(OtherLaws, match=says + " may differ"):
@@ -325,7 +325,8 @@ def test_a_journal_from_before_there_were_laws_counts_as_behaviour_1(tmp_path):
     for entry in entries:
         entry.pop("behaviour", None)
     path = rewritten(tmp_path / "old", entries)
-    both = "made by slewline up to 0.1.0, .*: cy525 had behaviour 1 and has 2, gs-c200s had behaviour 1 and has 2"
+    parts = "cy525 had behaviour 1 and now has 2, gs-c200s had behaviour 1 and now has 2"
+    both = f"made by slewline up to 0.1.0, .*: {parts}"
     with pytest.raises(BenchFileError, match=both):
         slewline.replay(path)
     with pytest.warns(OtherLaws, match=both):

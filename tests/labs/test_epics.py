@@ -214,8 +214,13 @@ def test_refusals_are_reported(run):
             await record.fields["VELO"].write(1e6)
         with pytest.raises(UsageError):
             await record.fields["JAR"].write(-1.0)
-        for key, value in (("TWV", float("inf")), ("VAL", float("nan")), ("DIR", 2), ("DIR", "Up")):
-            with pytest.raises(UsageError, match=f"{key} .*; allowed "):
+        for key, value, says in (
+            ("TWV", float("inf"), "expected a number"),
+            ("VAL", float("nan"), "expected a number"),
+            ("DIR", 2, "allowed "),
+            ("DIR", "Up", "allowed "),
+        ):
+            with pytest.raises(UsageError, match=f"{key} .*; {says}"):
                 await record.fields[key].write(value)
         assert record.get("SEVR") == "NO_ALARM"
 

@@ -499,9 +499,11 @@ def test_deadband_and_settling(run):
         await record.put("DLY", 0.01)
         await record.put("VAL", 5)
         assert record.of("MOVN", "DMOV")[-2:] == [("MOVN", 0), ("DMOV", 1)]
-        for field, value in (("DLY", -1), ("PREC", 16), ("IGSET", 2), ("DISP", 2), ("TWV", float("nan"))):
+        for field, value in (("DLY", -1), ("PREC", 16), ("IGSET", 2), ("DISP", 2)):
             with pytest.raises(UsageError, match="allowed"):
                 await record.put(field, value)
+        with pytest.raises(UsageError, match="TWV nan; expected a number"):
+            await record.put("TWV", float("nan"))
 
     run(play, resolution=0.5)
 

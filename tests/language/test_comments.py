@@ -44,7 +44,7 @@ def test_commands_after_a_semicolon_are_pointed_out_by_lint_and_by_the_host_that
     host = bench.host(bench.add(part, straps={"chs": 0} if part.startswith("gs-c") else {}))
     run_script(bench, host, line)
     (found,) = host.findings
-    assert (found.code, found.text) == ("comment", f"script, line 1: {problem.found}; write one command a line")
+    assert (found.code, found.text) == ("comment", f"script, line 1: {problem.found}; write one command per line")
 
 
 @pytest.mark.parametrize("line", COMMENTS)

@@ -117,9 +117,9 @@ def test_the_mistake_lists_the_allowed_values():
     ("line", "code", "at", "end", "allowed", "remedy"),
     [
         ("SET_POS", "missing-argument", 7, 8, "-1073741824..1073741823 (steps)", ""),
-        ("SET_POS 1 2", "extra-argument", 10, 11, "", "leave out 2; one command a line"),
-        ("SET_POS 11 1", "extra-argument", 11, 12, "", "leave out 1; one command a line"),
-        ("STOP  now", "extra-argument", 6, 9, "", "leave out now; one command a line"),
+        ("SET_POS 1 2", "extra-argument", 10, 11, "", "leave out 2; write one command per line"),
+        ("SET_POS 11 1", "extra-argument", 11, 12, "", "leave out 1; write one command per line"),
+        ("STOP  now", "extra-argument", 6, 9, "", "leave out now; write one command per line"),
         ("SET_VEL -1", "range", 8, 10, "0..1073741823 (2^-16 steps/cycle)", "the nearest is 0"),
         ("SET_MAX_ACC 0x8000", "range", 12, 18, "0..32767 (2^-16 steps/cycle^2)", "the nearest is 32767"),
         ("SET_POS 0x40000000", "range", 8, 18, "-1073741824..1073741823 (steps)", "the nearest is 1073741823"),
@@ -303,7 +303,7 @@ def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
             "SET_POS 5 steps/s",
             "extra-argument",
             "steps/s after SET_POS, which takes position",
-            "leave out steps/s; one command a line",
+            "leave out steps/s; write one command per line",
         ),
     ],
 )
@@ -423,7 +423,7 @@ def test_a_script_with_mistakes_is_refused_whole():
         "a.txt, line 2, column 3: set_accel is not a command of the MC1451A-E (MC1451A-E manual, command reference)\n"
         "      set_accel 7\n      ^^^^^^^^^\n    write SET_ACC",
         "a.txt, line 4, column 8: now after UPDATE, which takes no argument (MC1451A-E manual, command reference)\n"
-        "    UPDATE now\n           ^^^\n    leave out now; one command a line",
+        "    UPDATE now\n           ^^^\n    leave out now; write one command per line",
     ]
 
 

@@ -157,7 +157,7 @@ BAD = [
         "[0].chip: a list of 1; expected text",
     ),
     ({"do": "breakpoints", "breakpoints": [{"chip": "x", "register": "nonsense"}]}, "nonsense"),
-    ({"do": "breakpoints", "breakpoints": [{"finding": ""}] * 257}, "allowed 256"),
+    ({"do": "breakpoints", "breakpoints": [{"finding": ""}] * 257}, "allowed up to 256"),
     ({"do": "find", "on": {"finding": [1]}}, "find: on.finding: a list of 1; expected text"),
     ({"do": "find", "on": {"pin": "x.mov", "level": 2}}, "allowed 0, 1"),
     ({"do": "find", "on": "x"}, "expected an object"),

@@ -222,7 +222,7 @@ def test_a_wrong_token_of_the_control_port_is_reported(panels):
     panel = panels(token="quite another one")
     with panel.connect(panel.token) as page, pytest.raises(ConnectionClosed) as closed:
         page.recv(PATIENCE)
-    assert "another token" in closed.value.rcvd.reason
+    assert "needs a different token" in closed.value.rcvd.reason
 
 
 def test_all_that_reads_is_a_request_of_the_control_port(panel):

@@ -635,7 +635,9 @@ def test_mistakes_are_refused_with_the_allowed_values():
     enc, master = bench.part("encoder", name="enc"), bench.part("quadrature", name="master")
     with pytest.raises(slewline.UsageError, match=r"enc: 0.5 counts; expected a whole number"):
         enc.push(0.5)
-    with pytest.raises(slewline.UsageError, match=r"enc: slips -1 counts; allowed 0 or more \(push turns the shaft\)"):
+    with pytest.raises(
+        slewline.UsageError, match=r"enc: slips -1 counts; allowed 0 or more \(use push to turn the shaft\)"
+    ):
         enc.slip(-1)
     with pytest.raises(slewline.UsageError, match=r"master: True counts"):
         master.run(True)

@@ -331,7 +331,7 @@ def test_a_plug_in_whose_behaviour_has_changed_is_not_replayed(lab):
     bench.add(NAME, "x")
     module = sys.modules["my_lab.mx10"]
     module.Mx10.sheet = __import__("dataclasses").replace(module.MX10, behaviour=9)
-    with pytest.raises(BenchFileError, match=rf"{NAME} had behaviour \d and has 9"):
+    with pytest.raises(BenchFileError, match=rf"{NAME} had behaviour \d and now has 9"):
         slewline.replay("j.jsonl", allow_code=True)
 
 

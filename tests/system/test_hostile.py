@@ -353,7 +353,7 @@ def test_an_entry_is_reported_with_its_needs(subtests):
 
 
 def test_a_journal_entry_of_the_past_is_reported():
-    with pytest.raises(BenchFileError, match="line 4: run: t 3 is before 5, that of the entry above"):
+    with pytest.raises(BenchFileError, match="line 4: run: t 3 is before 5, the t of the entry above"):
         replayed(ADD, DRIVE, RUN | {"t": 3})
 
 

@@ -163,7 +163,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "the hook is called with a listener, <built-in function print>; write .add(...)",
     ),
     ("x.on_finding(lambda found: 0)", "UsageError", "the hook is called with a listener, <function"),
-    ("b.on_finding += print", "UsageError", "a hook += <built-in function print>; write .add(...)"),
+    ("b.on_finding += print", "UsageError", "hook += <built-in function print>; write .add(...)"),
     ("b.on_finding.remove(print)", "UsageError", "it is not a listener; pass the function that was passed to add()"),
     (
         'b.on_finding.add(lambda: 0); h.send("R 300\\r"); b.run_until_idle()',

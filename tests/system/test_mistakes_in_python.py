@@ -190,7 +190,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (

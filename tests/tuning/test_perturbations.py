@@ -60,7 +60,7 @@ def test_rows_may_be_given() -> None:
     ("load", UsageError, "perturbation 'load'; expected a quantity and a percentage, such as"),
     ("laod 20%", UnknownName, "known: load, inertia, supply, current, friction, drag; did you mean load?"),
     ("supply -100%", UsageError, "allowed less than 100 % downwards"),
-    ("load 20%,", UsageError, "perturbation ''; allowed"),
+    ("load 20%,", UsageError, "perturbation ''; expected a quantity and a percentage, such as"),
 ])  # fmt: skip
 def test_mistakes(text: str, error: type[Exception], says: str) -> None:
     with pytest.raises(error) as caught:

@@ -63,9 +63,8 @@ class Circuit:
         command line, slewline:// and the pytest plugin strap it for 9600 baud (see the table in docs/reference/api.md).
 
         Args:
-            part: the part number in lower case, such as "cy525"; for a chip of your own, the name of its entry
-                point (in the group slewline.chips), or "my_lab.mx10:Mx10", which imports the module, or the
-                class itself.
+            part: the part number in lower case, such as "cy525"; for a chip of your own, the name of its entry point
+                (in the group slewline.chips), or "my_lab.mx10:Mx10", which imports the module, or the class itself.
             name: the name on the bench; by default the part number, with a number if there are several.
             crystal: "11 MHz", or a number of hertz; by default the usual crystal of the data sheet.
             straps: fixed levels, 0 or 1, of input pins, by name.
@@ -126,8 +125,8 @@ class Circuit:
 
         Args:
             kind: the kind of part, such as "uart"; `slewline.parts.KINDS` lists the built-in ones.  For a part of your
-                own, the name of its entry point (in the group slewline.parts), or "my_lab.lamp:Lamp", which
-                imports the module, or the class itself.
+                own, the name of its entry point (in the group slewline.parts), or "my_lab.lamp:Lamp", which imports the
+                module, or the class itself.
             name: the name on the bench; by default the kind, or the name of the class in lower case, with a number if
                 there are several.
             to: a chip or part; the pins of the new part are wired to its pins with the matching roles.

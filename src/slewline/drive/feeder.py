@@ -4,14 +4,12 @@
     board     | START ... base: end of the queue .....|..... H ....|
                                [open record, kept back]
 
-Each turn fits records to the steps that the model has made since the previous turn.  The last record is
-kept back as long as the board has three quarters of the horizon queued before it, so that steps of later
-turns may join it.  While the model is at rest, pauses fill the queue up to the model's current time, so
-an underrun always means trouble.  The end of a motion is followed by a pause after which the motor may
-stop (REST).
+Each turn fits records to the steps that the model has made since the previous turn.  The last record is kept back as
+long as the board has three quarters of the horizon queued before it, so that steps of later turns may join it.  While
+the model is at rest, pauses fill the queue up to the model's current time, so an underrun always means trouble.  The
+end of a motion is followed by a pause after which the motor may stop (REST).
 
-Ticks with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board: errors do not
-accumulate.
+Ticks with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board: errors do not accumulate.
 """
 
 from __future__ import annotations
@@ -54,10 +52,7 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction: ticks, in 1/65536 tick; the stop ramp from the first step, and its slope.
-
-    `ramp_left`: the number of steps of that ramp; -1: unknown.
-    """
+    """Steps in one direction, in 1/65536 tick; length of the stop ramp from the first one (-1: unknown), its slope."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -83,11 +78,9 @@ class Feeder:
         ticks: converts instants into ticks.
         horizon: ticks from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with outputs that change while the motor is at rest, or between steps that are too close
-            together for a pause.
+        put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
-        ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per
-            step.
+        ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per step.
         wake: called before a motion is started.
     """
 

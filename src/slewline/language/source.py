@@ -146,7 +146,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
         if all(_is_command(part, sheet) for part in parts):
             place = number, len(code) + 1, len(line.rstrip()) - len(code)
             message = f"{'; '.join(parts)} after a semicolon is a comment, and is not sent"
-            found.append(Problem(*place, COMMENT, "warning", message, remedy="write one command a line"))
+            found.append(Problem(*place, COMMENT, "warning", message, remedy="write one command per line"))
     return found
 
 

@@ -106,9 +106,9 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
 @rows(
     ("value", "says"),
     [
-        (5, f"m 5; allowed {ALLOWED}"),
+        (5, f"m 5; expected {ALLOWED}"),
         ({"like": 5}, "m: like 5; expected the name of a motor, such as QSH4218-35-10-027"),
-        ({}, f"m: needs {NEEDS}; write '{EXAMPLE}', or like and the name of a motor"),
+        ({}, f"m: needs {NEEDS}; write, for example, '{EXAMPLE}', or like and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
         (SMALL | {"resistance": 0}, "m: resistance 0; allowed more than 0 ohm"),
@@ -140,8 +140,8 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
         (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have one: leave it out"),
         (
             VR,
-            "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); write "
-            f"'{EXAMPLE}', or like and the name of a motor",
+            "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "
+            f"write, for example, '{EXAMPLE}', or like and the name of a motor",
         ),
         (
             VR | {"swing": "8 mH"},
@@ -175,7 +175,7 @@ def test_an_unknown_motor_is_refused_with_the_known_ones(value, says):
     [
         ("AS101", f"p: motor 'AS101'; known: {NAMES}{OTHER}"),
         ({"like": "AS1010", "inertia": 0}, "inertia': 0}; inertia 0; allowed more than 0 kg m2"),
-        (5, f"p: motor 5; allowed {ALLOWED}"),
+        (5, f"p: motor 5; expected {ALLOWED}"),
     ],
 )
 def test_a_motor_is_an_option_of_a_part(value, says):

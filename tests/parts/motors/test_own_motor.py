@@ -86,7 +86,7 @@ def test_all_that_is_missing_is_named_with_its_unit_and_an_example():
                 with pytest.raises(UsageError) as error:
                     read_motor(motor, "--motor")
                 says = str(error.value)
-                assert says.startswith(f"--motor: needs {one} ({units[one]}: ") and says.count("such as") == 1
+                assert says.startswith(f"--motor: needs {one} ({units[one]}: ") and says.count("for example") == 1
                 assert f"{other} ({units[other]}: " in says and EXAMPLE in says
                 assert not any(f"{name} ({units[name]}: " in says for name in left)
 

@@ -166,8 +166,7 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window of a picture, in ps of the picture: that of the motion, unless `start` or `stop` is given.
 
-        If only `start` is given and is after the motion, the window extends to the end of the run; if only
-        `stop` is given and is before the motion, it extends back to the start of the run.
+        A lone `start` after the motion extends the window to the end of the run, a lone `stop` before it to the start.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -302,10 +301,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield the measured steps among the runs, shifted to the first step of this bench.
-
-        `zero` is the instant (ps) that the picture shows as 0.
-        """
+        """Yield the measured steps of the runs, shifted to the first step of this bench; `zero` (ps) is shown as 0."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}

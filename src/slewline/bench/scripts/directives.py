@@ -141,10 +141,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register has a given value, however it came about.
-
-    Steps on the way take no computing time.
-    """
+    """Wait until the position register has a value, however it came about; steps on the way take no computing time."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:

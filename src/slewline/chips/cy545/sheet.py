@@ -161,7 +161,7 @@ def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
 
     Args:
         by_25: the number of rates, from 20 steps/s up, that are 25 steps/s above their predecessor.
-        by_50: the number of rates after those that are 50 steps/s above their predecessor.
+        by_50: the number of next higher rates that are 50 steps/s above their predecessor.
         top: machine cycles of a step at index 255; with each lower index, a step takes one cycle more.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]

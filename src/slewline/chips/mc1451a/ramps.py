@@ -149,7 +149,6 @@ class Trapezoid(ChipsetRamp):
         return Accelerations(*(self.acceleration,) * 3)
 
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move over a distance of at least 1 step."""
         parts: list[tuple[Law, int]] = []
         legs = dict.fromkeys(("up", "slew", "down"), 0)
         remaining, speed, top, landing = distance * ONE, 0, 0, False
@@ -194,7 +193,6 @@ class SCurvePhases(ChipsetRamp):
         return Accelerations(first, self.acceleration, greatest)
 
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move over a distance of at least 1 step."""
         phases = profile.s_curve(distance * ONE, *self.limits)
         up, slew = risen(phases) >> 17 + 3 * PLACES, phases.peak * phases.coasting >> 16 + 3 * PLACES
         legs = {"up": up, "slew": slew, "down": distance * ONE - up - slew}

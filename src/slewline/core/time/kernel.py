@@ -36,8 +36,7 @@ class Shuffler(Protocol):
 class Task:
     """A coroutine on the kernel; `value` is the result of its wait: the net that woke it, or None after a timed wait.
 
-    The coroutine is only created when it starts to run, because Python warns about coroutines that are never
-    run.
+    The coroutine is only created when it starts to run, because Python warns about coroutines that are never run.
     """
 
     __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
@@ -110,9 +109,8 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.
-            Everything before it is final; at the instant itself, an external input may follow, after which
-            the hook is called again.
+        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.  Earlier
+            instants are final; at this one, an external input may follow, after which the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -309,10 +307,7 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet.
-
-        If a task advances time, this continues with the later instant.
-        """
+        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet: this one, or a later instant."""
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1

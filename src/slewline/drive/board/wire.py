@@ -133,9 +133,8 @@ class ResetFlag(IntFlag):
 class PowerFlag(IntFlag):
     """Flags of ANSWER that describe the driver.
 
-    UNSURE: the position of the motor may differ from the count, after steps without current, a stop without
-    a ramp, or a driver that the board has switched off.  LOCKED: the board has switched the driver off by
-    itself, and only RESET unlocks it.
+    UNSURE: the position of the motor may differ from the count, after steps without current, a stop without a ramp,
+    or a driver that the board has switched off.  LOCKED: the board did that by itself, and only RESET unlocks it.
     """
 
     ENERGISED = 1
@@ -228,13 +227,12 @@ MOST = {  # of the numbers of CONFIG
 class BoardConfig:
     """The configuration of a board; times are in its ticks.
 
-    `polarity`: the sum of 1 if DIR high is up, and 2 if ENABLE is active low.  `active`: bit n is set if
-    input n is active when high.  `report`: bit n is set if each edge of input n is reported.  `driver`:
-    DriverFlag.  `enable_off`: EnableOff, after `enable_hold` times 65,536 ticks.  `filter`: number of
-    samples, 4 us apart, for which an input must be unchanged before it counts; an emergency stop is not
-    filtered.  `fault_output`, `power_output`: number + 1 of the output that shows a halt, and of the output
-    that shows the driver current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits
-    0 to 3, by half-step index, all zero without phases; `phase`: the present index.
+    `polarity`: the sum of 1 if DIR high is up, and 2 if ENABLE is active low.  `active`: bit n is set if input n is
+    active when high.  `report`: bit n is set if each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`:
+    EnableOff, after `enable_hold` times 65,536 ticks.  `filter`: number of samples, 4 us apart, for which an input must
+    be unchanged before it counts; an emergency stop is not filtered.  `fault_output`, `power_output`: number + 1 of the
+    output that shows a halt, and of the output that shows the driver current; 0: none.  `reflex`: one for each input.
+    `pattern`: phases A to D in bits 0 to 3, by half-step index, all zero without phases; `phase`: the present index.
     """
 
     start_stop: int

@@ -88,7 +88,7 @@ class BoardInput(NamedTuple):
 
 
 def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
-    """Return the inputs of a board as they are wired: each to a pin of the chip, or "estop".
+    """Return the inputs of a board with their wiring: each to a pin of the chip, or "estop".
 
     Args:
         wiring: pins of the chip, or "estop", keyed by the printed names of inputs, or their numbers: {"A0":

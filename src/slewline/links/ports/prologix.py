@@ -86,7 +86,7 @@ COMMANDS: Mapping[str, str] = {
 
 
 class Selection:
-    """The data selected for reading from a chip, as far as it is known from the commands sent to the chip."""
+    """The data selected for reading from a chip, as far as known from the commands sent to the chip."""
 
     def __init__(self, chip: Chip) -> None:
         self.decoder = dialect_of(chip.sheet).decoder(chip.sheet)

@@ -224,7 +224,9 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
     missing = [each for each in needed if given.get(each) is None]
     if missing and all(each in rows for each in given):
         missing_figures = ", ".join(f"{each} ({rows[each].unit}: {rows[each].description})" for each in missing)
-        raise UsageError(f"{name}: needs {missing_figures}; write '{EXAMPLE}', or like and the name of a motor")
+        raise UsageError(
+            f"{name}: needs {missing_figures}; write, for example, '{EXAMPLE}', or like and the name of a motor"
+        )
 
 
 def _named_like(like: object, name: str) -> MotorData:

@@ -218,7 +218,7 @@ class TwinAxis:
             self.declared = None
 
     def copy_registers(self, new: Profile) -> None:
-        """Activate the new registers, except those that must not change in motion."""
+        """Activate the new registers, except the ones fixed during a motion."""
         active = self.state.active
         fixed: tuple[str, ...] = ()
         if self.state.in_motion:
