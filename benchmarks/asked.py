@@ -1,6 +1,6 @@
 """Goals of work that uses pins, as ratios to the reference.
 
-They were set in virtual seconds per processor second, on one machine: an AMD EPYC (Zen 5).  On another machine such a
+They were set in virtual seconds per CPU second, on one machine: an AMD EPYC (Zen 5).  On another machine such a
 figure depends more on the machine than on the work.  So a goal is divided by the figure of one commit, the reference,
 for the same work on that machine; the quotient is the goal of a ratio, for which both trees run alternately.
 
@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 
 from rows import REAL, Measured, Row
-from trees import ABSENT, SHORT, Found, Workload, turns_of
+from trees import ABSENT, FORMER, SHORT, Found, Workload, turns_of
 
 TURNS = 5
 
@@ -29,7 +29,6 @@ class Asked:
     goal: float
     made: float
     then: float | None = None
-    was: str = ""  # the name of the row in the reference, if it was different
 
     @property
     def ratio(self) -> float:
@@ -45,8 +44,8 @@ ASKED = {
     "gear, one axis follows 40,000 counts/s": Asked(9, 12.47),
     "gear, four axes follow 40,000 counts/s": Asked(2.5, 4.11),
     "1,000 times GET_STATUS, one by one": Asked(4, 4.40),
-    "1,000 times GET_STATUS, queued": Asked(5, 6.74, was="the same, queued"),
-    "100 random moves of a script, asking for the status": Asked(25, 30.97),
+    "1,000 times GET_STATUS, queued": Asked(5, 6.74),
+    "100 random moves of a script, polling the status": Asked(25, 30.97),
     "CY545: a program that polls": Asked(5, 7.18),
     "CY545: 2,000 commands over the bus": Asked(6, 3.00),
     "CY545: a program into an EEPROM": Asked(6, 22.1),
@@ -62,7 +61,7 @@ def judged(workload: Workload, other: Path | None) -> list[Row]:
     for key in turns[0][1]:
         ours = [mine[key] for _, mine in turns]
         name = ours[0].name
-        was = ASKED[name].was or name if name in ASKED else name
+        was = FORMER.get(name, name)
         pairs = [(theirs[was, key[1]], mine[key]) for theirs, mine in turns] if name in ASKED else []
         figure = median(found.figure for found in ours if found.figure is not None)
         row = Row(name, figure, ours[0].unit, ours[0].goal, ours[0].more_is_better, ours[0].bound)
@@ -79,7 +78,7 @@ def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     bound = row.bound
     row.bound = ""
     yield row
-    # processor seconds per virtual second, of both
+    # CPU seconds per virtual second, of both
     sides = [(Measured(1 / theirs.figure), Measured(1 / ours.figure)) for theirs, ours in pairs]
     absent = "" if sides else ABSENT
     name, unit = f"{row.name}: compared with {SHORT}", f"x {SHORT}"

@@ -25,7 +25,7 @@ from statistics import median
 
 import run
 from rows import shown
-from trees import ABSENT, Found, reference, turns_of
+from trees import ABSENT, FORMER, Found, reference, turns_of
 
 WORSE = 1.10
 MATTER = ("exchanging", "serving", "packets", "moves", "scripts", "registers", "dialogue")
@@ -36,8 +36,9 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
     pairs: dict[tuple[str, int], list[tuple[Found, Found]]] = defaultdict(list)
     for theirs, ours in turns_of(other, run.workload(name), turns, core):
         for row in ours:
-            if row in theirs:
-                pairs[row].append((theirs[row], ours[row]))
+            former = (FORMER.get(row[0], row[0]), row[1])
+            if found := theirs.get(row) or theirs.get(former):
+                pairs[row].append((found, ours[row]))
     fine = True
     for (row, _), both in pairs.items():
         if any(tree.figure is None for pair in both for tree in pair):

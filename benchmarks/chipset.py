@@ -135,10 +135,11 @@ def curves() -> Callable[[], Ran]:
     return run
 
 
+PROMISED = "a few events; pulses are promised, not simulated"
 CASES = (
-    ("at 1.5625 Mpulses/s", contour(TOP, TOP), "a few events; pulses are promised, not simulated"),
-    ("at 61 % of that", contour(TOP * 61 // 100, TOP), "the same"),
-    ("in ramps throughout", contour(TOP, TOP // 30_518), "the same"),
+    ("at 1.5625 Mpulses/s", contour(TOP, TOP), PROMISED),
+    ("at 61 % of 1.5625 Mpulses/s", contour(TOP * 61 // 100, TOP), PROMISED),
+    ("in ramps throughout", contour(TOP, TOP // 30_518), PROMISED),
     ("in ten S-curves each", curves, "90 packets in between"),
 )
 
@@ -163,7 +164,7 @@ def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> 
     yield Row("the same: all cycles", ran.seconds / wall, REAL, 1000, True, bound)
     times, steps = windows(ran)
     bound = f"{times:.2g} ms to find and expand the instants; directions and positions"
-    yield Row("the same: any 10 ms of the steps of an axis", steps, "ms", 1, False, bound)
+    yield Row("the same: the steps of an axis in any window of 10 ms", steps, "ms", 1, False, bound)
 
 
 def windows(ran: Ran) -> tuple[float, float]:
@@ -336,7 +337,7 @@ def scripts() -> list[Row]:
     rows = []
     for number, waits, how in (
         (1000, ("@until hostintrpt=0", "RST_INTRPT 0"), "waiting for the interrupt"),
-        (100, ("wait motion_complete", "CLR_STATUS"), "asking for the status"),
+        (100, ("wait motion_complete", "CLR_STATUS"), "polling the status"),
     ):
         prepare, name = partial(scripted, number, waits), f"{number:,} random moves of a script, {how}"
         wall, virtual = best_of(prepare, 3)

@@ -3,7 +3,7 @@
     make compiled
     python benchmarks/compiled.py [--turns 5] [--plain FOLDER] [--compiled FOLDER] [NAME ...]
 
-Figures are processor seconds, the median of the turns.  Both builds stay loaded, in separate processes on one core;
+Figures are CPU seconds, the median of the turns.  Both builds stay loaded, in separate processes on one core;
 each reports at the start which build it is, and is used only if it is the requested one.
 """
 
@@ -162,7 +162,7 @@ class Build:
         return line
 
     def seconds(self, name: str) -> float:
-        """Run a workload; return the processor seconds."""
+        """Run a workload; return the CPU seconds."""
         assert self.process.stdin is not None
         self.process.stdin.write(f"{name}\n")
         self.process.stdin.flush()

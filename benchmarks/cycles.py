@@ -27,10 +27,11 @@ STRETCH = 4096  # cycles
 EVEN = "multiply, add, round, convert"
 UNEVEN = f"{EVEN}; before that, scale and remainder of each cycle are repeated"
 CURVE = SCurve(s_curve(TOP * 2 * QUARTER, TOP, TOP, TOP * ONE // QUARTER**2 + 1).pieces())
+SECOND = "a second-degree polynomial"
 CASES: tuple[tuple[str, Law, str, str], ...] = (
-    ("top speed", Linear(TOP), EVEN, "a second-degree polynomial"),
-    ("61 % of it", Linear(TOP * 61 // 100), EVEN, "the same"),
-    ("ramp", Linear(0, TOP // CYCLES), UNEVEN, "the same"),
+    ("top speed", Linear(TOP), EVEN, SECOND),
+    ("61 % of top speed", Linear(TOP * 61 // 100), EVEN, SECOND),
+    ("ramp", Linear(0, TOP // CYCLES), UNEVEN, SECOND),
     ("S-curve", CURVE, UNEVEN, "look-up of the phases, then a cubic, in floats and in integers"),
 )
 

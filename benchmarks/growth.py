@@ -123,6 +123,6 @@ def rows() -> list[Row]:
         bound = "each takes the same time as the first"
         if power > GOAL:
             without = exponent(lambda n, prepare=prepare: uncollected(prepare(n)), number)
-            bound = f"Python's garbage collector, {without:.2f} without it, and the processor caches"
-        found.append(Row(f"{name}: exponent", power, "", GOAL, False, bound))
+            bound = f"Python's garbage collector ({without:.2f} without it), and the processor caches"
+        found.append(Row(f"{name}: growth exponent", power, "", GOAL, False, bound))
     return found

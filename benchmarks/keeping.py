@@ -88,7 +88,9 @@ def kept(case: str, seconds: int, what: str) -> list[Row]:
     bound = f"Python and slewline {bare:.0f} MB, plus ten seconds of moves; {moves:,.0f} moves"
     return [
         Row(f"{case}, {CASES[case]}, keep {KEEP}, {what}: memory", most, "MB", 40, False, bound),
-        Row("the same: what a move adds", slope, "B", 20, False, "not objects, but freed memory that Python keeps"),
+        Row(
+            "the same: memory added per move", slope, "B", 20, False, "not objects, but freed memory that Python keeps"
+        ),
     ]
 
 

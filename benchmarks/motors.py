@@ -1,4 +1,4 @@
-"""Integrated motors: speed relative to real time, in virtual seconds per processor second.
+"""Integrated motors: speed relative to real time, in virtual seconds per CPU second.
 
     python benchmarks/run.py motors
 
@@ -129,7 +129,7 @@ def rows() -> Iterator[Row]:
     for name, act, goal, bound in (
         ("one motor, 20 µs, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
         ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations per step"),
-        ("CY525, asked once, at rest", cy525(), None, "the integrator"),
+        ("CY525, queried once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
         ("GS-C200S homes on its switches", homing, 30.0, "cut blocks: each switch stops or reverses the module"),
         ("MC1151A-E with encoder", encoder, 5.0, "an event per count, and the chip computes each cycle"),

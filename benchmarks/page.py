@@ -20,13 +20,15 @@ PAGE = """# Performance
 
 One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
 
-Computing is timed in processor seconds, with caches emptied between runs; serving is timed by the wall clock. Both
-sides of a ratio are measured alternately in this run: the figure is the median, and half of the turns are in the range
-after it. Bottlenecks of work in Python are from a profile of this run. A goal that is met by less than 5 % is *at the
-limit*.
+Computing is timed in CPU seconds, with caches emptied between runs; serving is timed by the wall clock. Both sides of a
+ratio are measured alternately in this run: the figure is the median, and the range after it contains half of the turns.
+Bottlenecks of work in Python are from a profile of this run. A goal that is met by less than 5 % is *at the limit*. A
+*bare line* is a picture of one line of 900 points, drawn by matplotlib; *p99* is the 99th percentile; a *growth
+exponent* of 1 means that the time is proportional to the number; *keep* is
+[a limit of the past](api.md#a-limited-past).
 
-Some goals were set in virtual seconds per processor second on one machine, an AMD EPYC (Zen 5). On another machine the
-ratio to commit {short} is used: each goal is divided by the figure of that commit on that machine, which is its figure
+Some goals were set in virtual seconds per CPU second on one machine, an AMD EPYC (Zen 5). On other machines they are
+replaced by ratios to commit {short}: each goal is divided by the figure of that commit on the EPYC, which is its figure
 on an Intel Xeon divided by 0.62, the ratio of the two machines. {example}.
 `python benchmarks/beside.py reference` prints the other ratios to that commit.
 

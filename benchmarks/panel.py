@@ -162,7 +162,14 @@ def views() -> Iterator[Row]:
         page.terminate()
         page.wait()
     late = after[len(after) * 99 // 100] - before[len(before) * 99 // 100]
-    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "the comparison in each turn")
+    yield Row(
+        "answers while a page shows 8 chips: added delay, p99",
+        late,
+        "ms",
+        1,
+        False,
+        "the comparisons for the page in each iteration",
+    )
 
 
 def windows() -> Iterator[Row]:

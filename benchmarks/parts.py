@@ -92,7 +92,7 @@ def gs_d200() -> Callable[[], None]:
 
 
 def spent(prepare: Callable[[], Callable[[], None]]) -> float:
-    """Return the milliseconds of processor time."""
+    """Return the milliseconds of CPU time."""
     prepare()()  # which loads what it needs
     return best_of(prepare, ROUNDS)[0] * 1e3
 

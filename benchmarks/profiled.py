@@ -41,7 +41,7 @@ def sentence(stats: dict[tuple[str, int, str], tuple], items: int, item: str) ->
     total = sum(times.values())
     largest = sorted(times, key=times.__getitem__, reverse=True)[:MOST]
     shares = ", ".join(f"{name} {times[name] / total:.0%}" for name in largest)
-    return f"{shown(calls / items)} calls {item}; of the time {shares}"
+    return f"{shown(calls / items)} calls {item}; share of the time: {shares}"
 
 
 def module(file: str) -> str:

@@ -97,7 +97,7 @@ class Row:
 
 
 def timed(action: Callable[[], T]) -> tuple[Measured, T]:
-    """Return the processor seconds of an action, and its result.
+    """Return the CPU seconds of an action, and its result.
 
     The time of other programs is not included; their effect on the caches is.
     """
@@ -158,9 +158,9 @@ def shown(number: float) -> str:
 def table(rows: Iterable[Row]) -> str:
     """Return the rows as a Markdown table."""
     out = io.StringIO()
-    out.write("| workload | figure | goal | | bottleneck |\n|---|---:|---:|---|---|\n")
-    for row in rows:
-        out.write(f"| {row.name} | {row.shown} | {row.wanted} | {row.verdict} | {row.bound} |\n")
+    out.write("| workload | figure | goal | met | bottleneck |\n|---|---:|---:|---|---|\n")
+    for name, bound, row in spelled_out(rows):
+        out.write(f"| {name} | {row.shown} | {row.wanted} | {row.verdict} | {bound} |\n")
     return out.getvalue()
 
 

@@ -3,7 +3,7 @@
     python benchmarks/run.py [--long] [--page docs/reference/performance.md] [NAME ...]
 
 Figures are ratios to a time measured in the same run, or virtual seconds per second (real time).  Each workload checks
-its own result before its figure is accepted.  Computing is timed in processor seconds, serving by the wall clock.
+its own result before its figure is accepted.  Computing is timed in CPU seconds, serving by the wall clock.
 `--long` adds the runs of a virtual hour.
 """
 
@@ -127,9 +127,13 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
         ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
         ("a first plan", planned, "the runs, in Python; the C code gets its runs ready"),
         ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
-        ("a whole bench, to its steps", whole, profiled.bound("a whole bench", lambda: whole, 1, "per bench")),
+        (
+            "a whole bench, up to the arrays of its steps",
+            whole,
+            profiled.bound("a whole bench", lambda: whole, 1, "per bench"),
+        ),
     )
-    name, unit = "move of 65,535 steps: {}, beside a step generator in C", "x C"
+    name, unit = "move of 65,535 steps: {}, compared with a step generator in C", "x C"
     if compiling.COMPILER is None:
         for what, _, bound in cases:
             yield Row(name.format(what), None, unit, None, True, bound, absent=compiling.ABSENT)
@@ -170,7 +174,7 @@ def endless() -> list[Row]:
             "a few events, for any number of steps",
         ),
         Row(
-            "the same with 1,000 read-outs, 1,000 rate changes, 100,000 position_at",
+            "the same with 1,000 read-outs, 1,000 rate changes, 100,000 calls of position_at",
             chip.kernel.now / 1e12 / wall,
             REAL,
             500,

@@ -39,7 +39,7 @@ SERVE = [sys.executable, "-c", "from slewline.cli.main import main; main()", "se
 MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
-SERVER = "an exchange, processor of the server"
+SERVER = "an exchange, CPU time of the server"
 WARM = 20  # exchanges before the timed ones
 BATCHES = 5
 HERE = Path(__file__).parent
@@ -118,7 +118,7 @@ def opened(link: str) -> int:
 
 
 def exchanges(ask: Ask, count: int, server: Ports) -> tuple[list[Measured], float]:
-    """Return the milliseconds of `count` queries for readiness, and the server's processor milliseconds for each."""
+    """Return the milliseconds of `count` queries for readiness, and the server's CPU milliseconds for each."""
 
     def exchange() -> None:
         assert ask(b"F\r") == b"R\r"
@@ -127,7 +127,7 @@ def exchanges(ask: Ask, count: int, server: Ports) -> tuple[list[Measured], floa
 
 
 def served_by(server: Ports, exchange: Callable[[], object], count: int) -> tuple[list[Measured], float]:
-    """Return the milliseconds of `count` exchanges, and the server's processor milliseconds for each."""
+    """Return the milliseconds of `count` exchanges, and the server's CPU milliseconds for each."""
     exchange()  # the loading by the first one is not counted
     begun = server.processor_s
     times = timed(exchange, count)
@@ -135,13 +135,13 @@ def served_by(server: Ports, exchange: Callable[[], object], count: int) -> tupl
 
 
 def single(count: int) -> Iterator[tuple[str, list[float]]]:
-    """Yield the times of one module with one host; in lockstep also the server's processor time, as one time."""
+    """Yield the times of one module with one host; in lockstep also the server's CPU time, as one time."""
     module = ("gs-c200s", "--strap", "chs=0")
     wire = 5 * CHARACTER_MS + TURNROUND_MS  # F, CR, R, CR and one more
     with tempfile.TemporaryDirectory() as folder:
         for pace, arguments in (("lockstep", ["--lockstep"]), ("paced", [])):
             beyond = 0.0 if pace == "lockstep" else wire
-            what = "an exchange" if pace == "lockstep" else "beyond the wire"
+            what = "an exchange" if pace == "lockstep" else "answer time beyond the time on the wire"
             with served(*module, "--tcp", "127.0.0.1:0", *arguments) as server, connected(server[0]) as connection:
                 times, each = exchanges(asking(connection.fileno()), count, server)
                 yield f"{pace}, TCP: {what}", [ms - beyond for ms in times]
@@ -191,7 +191,7 @@ def packed(port: ChipsetPort) -> None:
 
 
 def packet_of_server(count: int) -> float:
-    """Return the server's processor milliseconds for a packet as one message."""
+    """Return the server's CPU milliseconds for a packet as one message."""
     with served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as server, port_of(server) as port:
         return served_by(server, partial(packed, port), count)[1]
 
@@ -215,7 +215,7 @@ def in_c(count: int) -> Sides:
 
 
 def processor(count: int) -> tuple[float, float]:
-    """Return the processor milliseconds of a packet as one message: in a server, and in the simulation alone."""
+    """Return the CPU milliseconds of a packet as one message: in a server, and in the simulation alone."""
     from slewline import Bench
     from slewline.links.lines.pace import Lockstep
     from slewline.links.server import Server
@@ -375,16 +375,23 @@ def module_rows() -> list[Row]:
             (f"lockstep, TCP: {SERVER}", "", 0, 0.15, loop),
             ("lockstep, pty: an exchange", ", median", 0.5, 0.3, switch),
             (f"lockstep, pty: {SERVER}", "", 0, 0.15, loop),
-            ("paced, TCP: beyond the wire", ", median", 0.5, 1, timer),
-            ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "other work of the machine"),
-            ("paced, pty: beyond the wire", ", median", 0.5, 1, timer),
-            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "other work of the machine"),
+            ("paced, TCP: answer time beyond the time on the wire", ", median", 0.5, 1, timer),
+            ("paced, TCP: answer time beyond the time on the wire", ", p99", 0.99, 5, "other work of the machine"),
+            ("paced, pty: answer time beyond the time on the wire", ", median", 0.5, 1, timer),
+            ("paced, pty: answer time beyond the time on the wire", ", p99", 0.99, 5, "other work of the machine"),
         )
     ]
     alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
     bound = f"{MODULES * POLLS_PER_S:,} exchanges per second in one thread"
     found.append(
-        Row("100 served modules, 20 moving: answers later than of one, p99", busy - alone, "ms", 10, False, bound)
+        Row(
+            "100 served modules, 20 of them moving: added delay compared with one module, p99",
+            busy - alone,
+            "ms",
+            10,
+            False,
+            bound,
+        )
     )
     return found
 
@@ -397,7 +404,7 @@ def register_rows() -> list[Row]:
         for name, bound in (
             ("lockstep, registers: an access", "a bus cycle in virtual time"),
             ("lockstep, registers: a packet", "the packet itself, through the pins, as one message"),
-            ("lockstep, the same byte by byte", "the packet, polls, and two awaited messages"),
+            ("lockstep, registers: a packet byte by byte", "the packet, polls, and two awaited messages"),
         )
     ]
     name, unit = "lockstep, byte by byte through the C header, median", "x an echo in C"
@@ -409,8 +416,8 @@ def register_rows() -> list[Row]:
         rows.append(Row(name, None, unit, None, False, bound, sides))
     total, simulation = processor(100)
     bound = f"the simulation, {simulation:.3f} ms with both ends in one process; the loop and its system calls"
-    rows.append(Row("lockstep, a packet: processor of the server", packet_of_server(1000), "ms", 0.2, False, bound))
-    rows.append(Row("lockstep, a packet: processor of both ends", total, "ms", None, False, "the same"))
+    rows.append(Row("lockstep, a packet: CPU time of the server", packet_of_server(1000), "ms", 0.2, False, bound))
+    rows.append(Row("lockstep, a packet: CPU time of both ends", total, "ms", None, False, "the same"))
     bound = "a turn of the loop, with the system calls of both ends"
     rows.append(Row("the same without the simulation", total - simulation, "ms", None, False, bound))
     return rows

@@ -20,6 +20,26 @@ HERE = Path(__file__).resolve().parent.parent
 REFERENCE = "df29ad1ce7894d387f1fb76bd113b1aeb730468f"
 SHORT = REFERENCE[:8]
 ABSENT = f"commit {SHORT} is not in this repository"
+FORMER = {  # names of rows in the reference, by their present names
+    "1,000 times GET_STATUS, queued": "the same, queued",
+    "100 random moves of a script, polling the status": "100 random moves of a script, asking for the status",
+    "answers while a page shows 8 chips: added delay, p99": "answers with a page on 8 chips, later at p99",
+    "100 served modules, 20 of them moving: added delay compared with one module, p99": (
+        "100 served modules, 20 moving: answers later than of one, p99"
+    ),
+    "CY525, queried once, at rest": "CY525, asked once, at rest",
+    "lockstep, a packet: CPU time of the server": "lockstep, a packet: processor",
+    "lockstep, registers: a packet byte by byte": "lockstep, the same byte by byte",
+    **{
+        f"paced, {line}: answer time beyond the time on the wire{each}": f"paced, {line}: beyond the wire{each}"
+        for line in ("TCP", "pty")
+        for each in (", median", ", p99")
+    },
+    "the same: memory added per move": "the same: what a move adds",
+    "the same: the steps of an axis in any window of 10 ms": "the same: any 10 ms of the steps of an axis",
+    "four axes at 61 % of 1.5625 Mpulses/s, 10 s": "four axes at 61 % of that, 10 s",
+    "train of cycles, 61 % of top speed: expand": "train of cycles, 61 % of it: expand",
+}
 CHILD = """
 import json, os, sys
 from dataclasses import asdict

@@ -270,7 +270,7 @@ def test_a_profile_lists_calls_and_time(load):
         ("/a/kernel.py", 1, "g"): (7, 7, 1.0, 9.0, {}),
         ("~", 0, "<len>"): (1, 1, 6.0, 6.0, {("/a/kernel.py", 1, "g"): (1, 1, 6.0, 6.0)}),
     }
-    assert profiled.sentence(stats, 5, "a packet") == "2 calls a packet; of the time kernel 70%, net 30%"
+    assert profiled.sentence(stats, 5, "per packet") == "2 calls per packet; share of the time: kernel 70%, net 30%"
 
 
 def test_initial_loading_does_not_count_in_a_profile(load):
