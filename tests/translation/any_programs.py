@@ -147,18 +147,17 @@ def modules(chance: Random, part: str) -> Iterator[str]:
         lambda: [f"@drive ui{number(1, 3)}={number(0, 1)}"],
     ]
 
-    def program() -> Iterator[str]:
+    def program(last: bool) -> Iterator[str]:
         yield from [enter, f"S{number(10, 40)}", f"T{number(60, 500)}", f"R{number(5)}", "+9000"]
         yield from some(chance, acts, 1, 5)
-        if chance.random() < 0.4:
+        if last and chance.random() < 0.4:
             yield chance.choice((f"{endless}{chance.choice('+-')}", f"U{number(1, 3)}"))
         yield "E"
 
-    yield from ["I3", *program(), *some(chance, hosted, 0, 4)]
-    if chance.random() < 0.3:
-        yield from ["@until ready", *program()]
-    if chance.random() < 0.5:
-        yield "@until ready"
+    again = chance.random() < 0.5
+    yield from ["I3", *program(not again)]
+    if again:
+        yield from [*some(chance, hosted, 0, 4), "@until ready", *program(True)]
 
 
 def packets(chance: Random, part: str) -> Iterator[str]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 SLICE_PS = PS_PER_S // 2
 MOST_PS = 3600 * PS_PER_S  # virtual time
+ENDLESS_PS = 100 * PS_PER_S
 MOST_CHANGES = 16  # maximum number of input changes
 MOST_MOVES = 200
 MOST_STEPS = 3_000_000
@@ -41,12 +42,14 @@ class Scene:
         start: the levels of inputs at the start, by number; other inputs are open.
         quiet_ps: the time without an event after which a part counts as waiting, ps.
         moves: the number of moves after which a run ends.
+        endless: whether the program has a motion without an end; such a run is cut off when only steps follow.
     """
 
     inputs: tuple[int, ...] = ()
     start: tuple[tuple[int, int], ...] = ()
     quiet_ps: int = 2 * PS_PER_S
     moves: int = MOST_MOVES
+    endless: bool = False
 
 
 @dataclass(slots=True)
@@ -125,6 +128,7 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
     active, after = bench.now_ps, made(chip)
+    began, seen = bench.now_ps, (len(chip.motions()), *after[1:])  # the last event besides steps
     while bench.now_ps < MOST_PS:
         before = after
         try:
@@ -134,6 +138,10 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
             after = made(chip)
         if after != before or chip.axis(1).motor.moving:
             active = bench.now_ps
+        if seen != (seen := (len(chip.motions()), *after[1:])):
+            began = bench.now_ps
+        if scene.endless and bench.now_ps - began > ENDLESS_PS:
+            return changes, True
         if after[0] > MOST_STEPS or len(chip.motions()) > scene.moves:
             return changes, True
         if bench.now_ps - active <= scene.quiet_ps:

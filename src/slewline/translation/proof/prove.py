@@ -14,6 +14,7 @@ from ..meaning import (
     LeaveProgram,
     Motion,
     Program,
+    RunEndless,
     RunProgram,
     SetOutput,
     SetProfile,
@@ -114,14 +115,15 @@ def scene_of(program: Program) -> Scene:
     driven = any(
         isinstance(action, HostDirective) and action.text.startswith(("@drive", "@pulse")) for action in program.actions
     )
+    endless = any(isinstance(action, RunEndless) for action in program.actions)
     longest = max((action.time_ps for action in program.actions if isinstance(action, Delay)), default=0)
     if driven:
-        return Scene(quiet_ps=2 * longest + EXTRA_PS)
+        return Scene(quiet_ps=2 * longest + EXTRA_PS, endless=endless)
     start: dict[int, int] = {}
     for action in program.actions:
         if isinstance(action, WaitInput):
             start.setdefault(action.input.number, 1 - action.input.level)
-    return Scene(tuple(sorted(inputs)), tuple(start.items()), 2 * longest + EXTRA_PS)
+    return Scene(tuple(sorted(inputs)), tuple(start.items()), 2 * longest + EXTRA_PS, endless=endless)
 
 
 def bounds_of(program: Program, report: Report) -> StatedBounds:
