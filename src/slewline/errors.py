@@ -65,7 +65,7 @@ class SheetError(SlewlineError, ValueError):
 
 
 class PlanError(SlewlineError, AssertionError):
-    """A planned motion that is inconsistent: an error in the motion law of a chip, never of the user or the host."""
+    """A planned motion that is inconsistent: an error in a chip's planner, never of the user or the host."""
 
 
 class ProgramError(SlewlineError, ValueError):
@@ -97,7 +97,7 @@ class TornJournal(JournalWarning):
 
 
 class LongPast(UserWarning):
-    """A past of a bench that uses much memory; `Bench(keep=)` limits it."""
+    """A bench whose recorded past uses a lot of memory; `Bench(keep=)` limits it."""
 
 
 class WaveformError(SlewlineError, ValueError):

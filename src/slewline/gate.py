@@ -1,6 +1,6 @@
 """The gate: all user files are read here, and the names in them are allowed or refused here.
 
-A bench file, journal, dialogue, log, black box, backup or memory image may come from anybody.  The names
+A bench file, journal, dialogue, log, black box, backup or memory image may come from anyone.  The names
 in it belong to one of three classes, and the code that reads the file checks them with a `FileGate`:
 
     of the folder    a file that is, once all links are followed, in the folder of the naming file or
@@ -134,7 +134,7 @@ class FileGate:
         """Return the name of a serial port of this machine.
 
         Raises:
-            SlewlineError: it is not a serial device: opening another device can have any effect.
+            SlewlineError: it is not a serial device: opening any other device may have side effects.
         """
         device = self._text(name)
         if not self.anywhere and not SERIAL.fullmatch(device if os.name == "nt" else os.path.realpath(device)):
@@ -211,7 +211,7 @@ def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
 
 
 def opened(path: str | PathLike[str]) -> BinaryIO:
-    """Open a regular file to read its bytes; opening a FIFO would block, and opening a device can have any effect.
+    """Open a regular file to read its bytes; a FIFO would block, and a device may have side effects.
 
     Raises:
         BenchFileError: the file does not exist, or is not a regular file.

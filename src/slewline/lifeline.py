@@ -23,11 +23,11 @@ SENT_TO_ALL = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has th
 def start(
     command: Sequence[str], environment: Mapping[str, str], errors: IO[bytes] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Start a program whose standard input is the pipe that ends it; its standard output is a pipe to read.
+    """Start a program with pipes as its standard input and output; closing the input ends the program.
 
     Args:
         environment: the environment of the program.
-        errors: the file for its standard error; None for that of this process.
+        errors: the file for its standard error; None: that of this process.
     """
     import subprocess
 
@@ -40,7 +40,10 @@ def start(
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Block, while processes are started, signals sent to all of them; later only this process obeys them."""
+    """Block signals that are sent to all processes of a command, while processes are started.
+
+    The started processes inherit the block, so only this process obeys the signals.
+    """
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is None:  # on Windows
         yield

@@ -181,9 +181,10 @@ class Circuit:
         return part
 
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
-        """Return a function that reads the content of a store found among the options, for input listeners.
+        """Return a function that returns {"store": content} for input listeners; {} without a store or listeners.
 
-        Faults of the store are recorded in the journal.  Call the function when the owner of the store is ready.
+        Call the function when the owner of the store is ready; it then reads the content.  Faults of the store
+        are recorded in the journal.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):

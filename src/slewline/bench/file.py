@@ -2,7 +2,7 @@
 
     [bench]                         # optional, like all its keys
     seed = 0
-    until = "2 s"                   # how long `slewline run` runs; else until everything is idle ...
+    until = "2 s"                   # how long a run lasts; by default until everything is idle ...
     timeout = "60 s"                # ... but no longer than this
 
     [[chip]]
@@ -25,7 +25,7 @@
 
     [[host]]                        # a host computer; script: a run script (slewline run --help), text or list of lines
     chips = ["x"]                   # by default the only chip; several share a bus or a serial line
-    delay = "100 us"                # before each byte on a bus; on a serial line use baud = 300, or nothing
+    delay = "100 us"                # before each byte on a bus; or, on a serial line, baud = 300
     file = "weld.cy525"             # the script from a file in this folder or below; or: script = "A 0"
 
     [[serve]]                       # for slewline serve: chips on a port; several modules share a line
@@ -194,7 +194,7 @@ class BenchFile:
         return ALLOWED.get(key, "")
 
     def as_option(self, place: Place, key: str) -> str:
-        """Return the remedy for a key of a [[chip]] that is an option of its part; "" if it is not."""
+        """Return a hint for a key of a [[chip]] that belongs in its options; "" for any other key."""
         part = self.value(place).get("part") if len(place) == 2 and place[0] == "chip" else ""
         known = [row.name for row in sheet_of(part).options] if part in CHIPS.ours else []
         found = f"options = {{ {key} = {self.value(place)[key]!r} }}"

@@ -66,7 +66,7 @@ class HostRequest(NamedTuple):
             raise WiringError(f"host: {taken} has a host on this channel already; use bench[{name!r}]")
 
     def refuse_several(self, kind: type[Host]) -> None:
-        """Refuse a host for several chips, or a second host, on a channel that takes one host per chip."""
+        """Refuse a host for several chips, or a second host, on a channel that allows one host per chip."""
         if len(self.chips) > 1:
             names = ", ".join(chip.name for chip in self.chips)
             raise UsageError(f"host: {names} over one {kind.__name__}; give each chip a host of its own")
@@ -309,6 +309,6 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 
 
 def _else_over(chip: Chip) -> str:
-    """Return the remedy for a chip with a serial line among its other channels."""
+    """Return a hint that names the serial line among a chip's other channels; "" if there is none."""
     others = [channel.name for channel in chip.sheet.channels if isinstance(channel, SerialLine | AdaptiveLine)]
     return f" here; over={others[0]!r} is one" if others else ""

@@ -1,14 +1,14 @@
 """The past of a bench that writes a journal: `Past.at(t)` restores an instant of it, in the same process.
 
-    past.at(t).rerun(inputs, now)   another bench at the present, the same before t, with other inputs from t on
-    past.go_on(bench, t)            use it instead of the present one
+    past.at(t).rerun(inputs, now)   another bench, run up to now, with other inputs from t on
+    past.go_on(bench, t)            use it instead of the bench so far
 
     journal   ....G....................R..........m.............. now         as recorded
     shadow    ....G....................R                                      plays the journal, with a delay
     rerun                              R..........m..............now          the same bench, with the input at m
 
-A running bench cannot be copied.  So a second bench, the shadow, plays its journal, delayed so that no
-inputs can be added before the instant that it has reached (`Past.follow`).  To go back, the shadow plays
+A running bench cannot be copied.  So a second bench, the shadow, plays its journal with a delay, so that
+no input is inserted before the instant already reached (`Past.follow`).  To go back, the shadow plays
 on, with the new inputs inserted among the old ones.  The cost is that of the run since that instant,
 regardless of how long the bench ran before.  Each new run needs a shadow of its own.
 
@@ -121,7 +121,7 @@ class Past:
     """The past of a bench with a journal, from which other runs can start.
 
     Args:
-        bench: the present bench; later the bench passed to `go_on`.
+        bench: the bench in use; later the bench passed to `go_on`.
         shadows: the number of times one can go back before a shadow has to be started again.
     """
 
@@ -187,7 +187,7 @@ class Past:
                 at += len(line)
 
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
-        """Continue with another bench, which is identical to the present one before an instant (ps).
+        """Continue with another bench, which is identical to the one in use before an instant (ps).
 
         It takes over the external memories, and the name of the journal if the operating system can rename it.
 
@@ -216,16 +216,16 @@ class Instant:
         without: Collection[int] = (),
         allowed_s: float | None = None,
     ) -> Bench:
-        """Return another bench at the present, as if the inputs after this instant had been different.
+        """Return another bench, run up to `to_ps`, as if the inputs after this instant had been different.
 
-        Everything follows the journal, with these inputs at their instants: inputs in the first round of an instant
-        come before inputs recorded after that round.  The present bench is unchanged, and so are memories in
-        files.
+        It repeats the journal, with these inputs inserted at their instants: inputs in the first round of an
+        instant come before inputs recorded after that round.  The bench in use is unchanged, and so are
+        memories in files.
 
         Args:
             inputs: entries of a journal, as `driven` and `given` make them.
-            to_ps: the present.
-            copy: the journal of the new bench, by default next to the present one.
+            to_ps: the present instant, ps.
+            copy: the journal of the new bench, by default next to the present journal.
             without: entries of the journal that are left out, each given by the byte offset of its line.
             allowed_s: the time that this may take on a typical machine, in seconds.
 

@@ -168,7 +168,9 @@ class Companion(Protocol):
 
 
 class Player:
-    """Executes the entries of a journal on a bench, each at its instant; entries for a first round wait in the kernel.
+    """A player of a journal, which executes each entry on a bench at its instant.
+
+    Entries for a first round wait in the kernel.
 
     Args:
         prepare: called with the bench before time passes; may return a `Companion`.

@@ -98,7 +98,7 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return, for each chip and part that is not idle, a line of text on the event that it waits for."""
+    """Return, for each chip and part that is not idle, a line of text that states the event it waits for."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 

@@ -50,7 +50,7 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
 
 
 def _elsewhere(role: str) -> str:
-    """Return which chips have a pin in a role, for a message; "" if none has."""
+    """Return text that names the chips with a pin in a role, for a message; "" if there are none."""
     found = [part for part in CATALOGUE.ours if any(row.plays(role, 1) for row in sheet_of(part).pins)]
     return f"; {', '.join(found)} {'has' if len(found) == 1 else 'have'} one" if found else ""
 

@@ -276,7 +276,7 @@ class InLines:
 
     @property
     def _how_to_end(self) -> str:
-        """The remedy for a line that has not ended, with a remark if its characters are unprintable."""
+        """A hint on ending an unfinished line, with a remark if its characters are unprintable."""
         return f"{super()._how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
 
     @property

@@ -356,8 +356,8 @@ def demo_command(output: str) -> int:
 def examples_command(**options: Any) -> int:
     """List the examples and lessons that come with the package, or copy one out.
 
-    NAME is a file, without its folder and extension if you like, or a folder such as drill, which is copied whole.  A
-    bench file is copied with its folder.  The lessons are notebooks: open the folder in Jupyter.
+    NAME is a file, whose folder and extension may be omitted, or a folder such as drill, which is copied
+    whole.  A bench file is copied with its folder.  The lessons are notebooks: open the folder in Jupyter.
     """
     from .examples import examples
 

@@ -22,7 +22,7 @@ FEW = 4  # a program may be for a chip if the chip knows at least three of every
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
-    """Return a message that a program is not for a chip, and for which chip it may be; empty if it is for this chip.
+    """Return a message if a program is not for this chip, with the chips that it may be for; otherwise "".
 
     Args:
         text: the text that a host sends, one command per line.

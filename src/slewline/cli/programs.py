@@ -160,7 +160,7 @@ def line_object(line: Instruction) -> dict[str, Any]:
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the bytes of a hex or binary file, or of an image; without `form`, the content selects the format.
+    """Return the bytes of a hex or binary file, or of an image; without `form`, the content determines it.
 
     Raises:
         BenchFileError: the file cannot be read, is empty, has incomplete hex digits, or is a program text.
@@ -190,7 +190,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 
 def no_bytes(file: str, raw: bytes) -> str:
-    """Return the kind of a file that contains no program bytes, by its name or its first line; empty if unknown."""
+    """Return the kind of a file without program bytes, judging by its name or first line; empty if unknown."""
     extension = Path(file).suffix[1:].lower()
     if LISTING.match(raw.decode("latin-1")):
         return NO_PROGRAMS["listing"]
@@ -198,7 +198,7 @@ def no_bytes(file: str, raw: bytes) -> str:
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
-    """Return whether a file is text of which most lines are commands of this part."""
+    """Return whether a file is text in which most lines are commands of this part."""
     from ..language.source import host_lines, read
 
     try:
@@ -279,7 +279,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
 
 
 def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
-    """Return the problems of a script, and whether it is for its chip."""
+    """Return the problems of a script, with a message if it is for another chip."""
     from .dialects import foreign
 
     chip = bench.chips[host.chip.name]

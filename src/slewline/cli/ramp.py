@@ -126,7 +126,7 @@ def nearest(
 
 
 def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str, str]]:
-    """Return the parameters of every requested ramp; there are several ramps if a parameter has a list, S=1,100,200.
+    """Return the parameters of every requested ramp; a list of values, such as S=1,100,200, requests several.
 
     Raises:
         UnknownName: there is no such parameter.
@@ -246,7 +246,7 @@ def crystal_hz(calculator: Calculator, ramp: Ramp) -> int | None:
 
 
 def number(value: float) -> str:
-    """Return a number as text: a whole number for 100 or more, else up to four significant digits."""
+    """Return a number as text: a whole number from 100 upwards, else up to four significant digits."""
     return f"{value:.0f}" if abs(value) >= 100 or value == int(value) else f"{value:.4g}"
 
 

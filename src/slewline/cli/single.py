@@ -46,8 +46,9 @@ def single(
     """Return a bench with a chip and a host; a program, if given, is queued on the host.
 
     Args:
-        program: the text, and the name of its file; None: the host is idle.
-        strap: levels of inputs; by default, the other inputs suit a program without address and checksum.
+        program: the text, and the name of its file; None leaves the host idle.
+        strap: levels of inputs; all other inputs get levels that suit a program without address and
+            checksum.
         options: the options of the chip.
         memory: an image of the memory of the chip.
         over: the channel, for a chip with several channels.

@@ -99,7 +99,7 @@ class Transcript:
 
 
 class DisplayReports:
-    """The text of a display, written character by character: it is reported after it has been unchanged for a while."""
+    """Reports of the text of a display, each made when no character has been written for a while."""
 
     def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
         self.transcript, self.display, self.kernel = transcript, display, display.kernel
@@ -126,8 +126,8 @@ class DisplayReports:
 class MotionReports:
     """The motions of an axis: the start and the end of each are reported.
 
-    If the part has a pin that indicates motion, its edge marks the start, else the first step does.  If another motion
-    replaces one without a stop in between, the two are reported as one.
+    If the part has a pin that indicates motion, its edge marks the start, else the first step does.  If one
+    motion replaces another without a stop in between, the two are reported as one.
     """
 
     def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:
@@ -160,7 +160,7 @@ class MotionReports:
             )
 
     async def first_step(self, motion: MotionStart, net: Net, begins: int) -> None:
-        """Wait for the first step, which begins with a given level."""
+        """Wait for the first step, which begins when a net takes a given level, and print that the axis is moving."""
         await level(net, begins)
         self.moves("steps", motion)
 

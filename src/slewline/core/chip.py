@@ -194,7 +194,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return a read-only view of registers for users, one axis's registers if there are several axes."""
+        """Return a read-only view of the registers for users; if there are several axes, of one axis's registers."""
         found = Known(registers)
         found.name_help = partial(self._register_help, axis=axis) if axis else self._register_help
         return found
@@ -266,7 +266,7 @@ class Chip(Component, OneAxis):
 
     @property
     def armed(self) -> bool:
-        """True while the chip is at rest and waits for an input to continue."""
+        """True while the chip is at rest, but an input may make it continue."""
         return False
 
     @property
@@ -464,7 +464,7 @@ class Chip(Component, OneAxis):
         """Sample a net every `every` clocks, starting now, until it or one of `others` has its level; return that net.
 
         `others` are further (net, level) pairs that end the wait.  The sampling instants are computed, not stepped
-        through; a level that ends before the next one is missed.
+        through; a level that ends before the next sampling instant is missed.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick

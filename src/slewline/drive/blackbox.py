@@ -205,7 +205,7 @@ class BlackBox:
 def recorded(
     port: BoardPort, folder: str | PathLike[str] | bool, clock: Callable[[], int], tick: Callable[[int], int]
 ) -> BoardPort:
-    """Return a port that records the bytes of another port in a folder; True: a new folder; False: no record."""
+    """Return a port that records the bytes of another port in a folder (True: a new folder; False: no record)."""
     if folder is False:
         return port
     place = new_folder() if folder is True else Path(folder)

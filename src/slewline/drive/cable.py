@@ -29,7 +29,7 @@ class Cable:
 
     @property
     def in_progress(self) -> bool:
-        """Whether motor steps or calls are pending."""
+        """True while motor steps or calls are pending."""
         return bool(self._calls) or self._moving()
 
     def __len__(self) -> int:

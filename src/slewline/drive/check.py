@@ -49,7 +49,7 @@ def measured(
     nap: Callable[[float], object] = sleep,
     each: Callable[[], object] = lambda: None,
 ) -> WakingDelays:
-    """Sleep for two milliseconds, over and over, and measure the delay of each wake-up.
+    """Repeatedly sleep for two milliseconds, and measure the delay of each wake-up.
 
     Args:
         seconds: the duration by the wall clock.
@@ -80,7 +80,7 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 
 
 class Checkup(NamedTuple):
-    """The results: round trips and delays in ms, crystal error in ppm, pulses that came back; None: no answer.
+    """The results of a check (None: no answer): round trips and delays in ms, crystal error in ppm, pulses.
 
     `load_ms`: the worst transfer time of all frames before the first step of a motion; `horizon_ms`: the horizon
     needed; None: no horizon is long enough.  `counted`: pulses; None: no answer, or the driver is on.  `jogged`:
@@ -101,7 +101,7 @@ class Checkup(NamedTuple):
 
     @property
     def good(self) -> bool:
-        """Whether all results are within limits."""
+        """True if all results are within limits."""
         moves = self.counted == PULSES if self.jogged is None else self.jogged
         return moves and self.estop is not False and not self.damaged and self.horizon_ms is not None
 

@@ -142,7 +142,7 @@ class DrivePath:
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that belongs to an instant of the model (ps); while output is pending, one horizon later."""
+        """Make a call that belongs to an instant of the model (ps), one horizon later while output is pending."""
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
     def _put(self, output: PlannedOutput) -> None:
@@ -157,7 +157,7 @@ class DrivePath:
             self.link.tail(entries)
 
     def move(self) -> None:
-        """Take the steps of the bench in the state from now on."""
+        """Switch to the steps of the bench that `state` now refers to."""
         self.feeder.axis, self.feeder.kernel = self.state.axis, self.state.kernel
 
 
@@ -169,7 +169,7 @@ class Stopping(Protocol):
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip, by its own law, also stops the motor there; the event is then no trouble."""
+        """Return whether the chip itself also stops the motor there, in which case nothing is wrong."""
 
     def stopped(self, event: BoardEvent) -> None:
         """Record that the board makes no further steps of the model; a stop ramp may follow."""
@@ -182,7 +182,7 @@ class Stopping(Protocol):
 
     @property
     def settled(self) -> bool:
-        """Whether the chip is at rest at the position of the motor."""
+        """True while the chip is at rest at the position of the motor."""
 
     def clear(self) -> None:
         """Release the chip."""
@@ -202,9 +202,10 @@ class Movable(Protocol):
 
 
 class FoundBoard(NamedTuple):
-    """The state of a board when it was opened.
+    """The condition of a board when it was opened.
 
-    Its state, its count, whether it was in motion, and whether the position of the motor may differ from the count.
+    This is the board's state, its count, whether it was in motion, and whether the position of the motor may
+    differ from the count.
     """
 
     state: int

@@ -52,7 +52,7 @@ class RecordSink(Protocol):
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction, in 1/65536 tick; length of the stop ramp from the first one (-1: unknown), its slope."""
+    """Steps in one direction, in 1/65536 tick; length (-1: unknown) and slope of the stop ramp from the first."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -128,7 +128,7 @@ class Feeder:
     # ----------------------------------------------------------------------------------------------------- interface
     @property
     def busy(self) -> bool:
-        """Whether there are steps, queued or made by the model, after which the board has not yet come to rest."""
+        """True while there are steps, queued or made by the model, after which the board has not yet come to rest."""
         if self.stopped:
             return False
         now = self.kernel.now
@@ -198,7 +198,7 @@ class Feeder:
             self.link.restart(tick)
 
     def counted(self) -> None:
-        """Start counting lost steps: the model has the position of the motor."""
+        """Restart the count of lost steps at 0, because the model now has the position of the motor."""
         self._take()
         self.lost = 0
 
@@ -213,7 +213,7 @@ class Feeder:
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the steps that the model makes after an instant (ps), which is past if another run took over."""
+        """Queue the steps that the model makes after an instant (ps), a past one if another run took over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 

@@ -50,7 +50,7 @@ class Alignment:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align the model if, at rest, its time is frozen, or off by a steady amount.
+        """Align the model if it is at rest and its time is frozen, or off by a constant amount.
 
         This happens when a server was paused, or has skipped a lag.
         """

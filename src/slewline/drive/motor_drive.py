@@ -266,7 +266,7 @@ class Drive:
         self._live.open(homed=self._homed)
 
     def go_back_by(self, past: Past) -> None:
-        """Make the drive go back in time when the board stops the motor: the chip stops then too, by its own law.
+        """Make the drive go back in time when the board stops the motor, so that the chip stops by itself as well.
 
         Without this, the chip is stopped at the present instant, and its position register takes the board's
         count.
@@ -284,8 +284,9 @@ class Drive:
     def close(self) -> None:
         """Bring the motor to rest, take over its count, switch the driver off (see `enable_off`), close the port.
 
-        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if it does
-        not come to rest, or this is interrupted, the board stops it, and switches the driver off by itself.
+        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if the motor
+        does not come to rest, or `close` is interrupted, the board stops the motor, and switches the driver off
+        by itself.
         """
         try:
             self._live.close()
@@ -313,7 +314,7 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that belongs to an instant of the model (ps): one horizon later while output is pending."""
+        """Make a call that belongs to an instant of the model (ps), one horizon later while output is pending."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:

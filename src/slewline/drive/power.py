@@ -32,7 +32,7 @@ class Power:
 
     @property
     def known(self) -> bool:
-        """Whether the position register holds the position of the motor, as far as can be known."""
+        """True while the position register holds the position of the motor, as far as can be known."""
         return self.state.known
 
     @property
@@ -43,12 +43,12 @@ class Power:
 
     @property
     def on(self) -> bool:
-        """Whether the driver is enabled, according to the last answer of the board."""
+        """True while the driver is enabled, according to the last answer of the board."""
         return bool(self.flags & PowerFlag.ENERGISED)
 
     @property
     def bears_silence(self) -> bool:
-        """Whether the board would leave the driver on even if its host sends no message for a second."""
+        """True if the board would leave the driver on even if its host sends no message for a second."""
         state, off = self.state, self.off
         hold = state.config.enable_hold * HOLD_TICKS
         return not self.on or off == EnableOff.NEVER or (off == EnableOff.HALT and hold > state.board.hz)

@@ -170,7 +170,7 @@ class Talk:
         return found
 
     def _shake_hands(self, known: bool) -> FoundBoard:
-        """Send the configuration to a board, and return its former state; stop a motion of an earlier host."""
+        """Send the configuration to a board, and return its former state; stop a motion that an earlier host began."""
         link = self.link
         self._open()
         if link.ident is not None:

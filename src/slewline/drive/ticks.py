@@ -32,7 +32,7 @@ class TickMap:
         return self.origin16 + ps * self._n // self._d
 
     def many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the ticks of many instants (int64 ps), in 1/65536 tick: int64, shape as `ps`."""
+        """Return the ticks of many instants (int64 ps), in 1/65536 tick: int64, same shape as `ps`."""
         whole, part = ps // self._d, ps % self._d
         ticks: NDArray[np.int64] = whole * self._n + part * self._n // self._d + self.origin16
         return ticks

@@ -1,8 +1,9 @@
 """The fields of a motor record: name, type, access, meaning.  The record, its page and the tests read only this table.
 
-A row with a `put` can be written by clients: the `Effects` method of that name handles the put, and refuses a value
-without effect.  A row without a `put` is read-only, unless it is `fixed`: then clients may put its present value, as
-programs that restore a whole list of fields do, and any other value is refused.
+A row with a `put` can be written by clients: the `Effects` method of that name handles the put, and
+refuses a value that would have no effect.  A row without a `put` is read-only, unless it is `fixed`:
+then clients may put its present value, as programs that restore a whole list of fields do, and any other
+value is refused.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A motor on a real module: moves to positions, homing runs and stops, by the commands of the part's sheet.
+"""A motor on a real module: it is moved, homed and stopped with the commands of the part's sheet.
 
     motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
     motor.move(1200)                     # or, with another ramp, motor.move(1200, motor.fitted(100, 2000, 0.05))
@@ -7,9 +7,8 @@
     motor.position
 
 If a part moves only in a program, each move is a program, which is entered, run, and kept until the next
-move.  If a part reports whether it is busy, its state is queried; otherwise the position is queried
-when, by the law of motion, the move should be over, because the part may not be able to receive before
-then.
+move.  If a part reports whether it is busy, its state is queried; otherwise the position is queried only
+at the calculated end of the move, because the part may not be able to receive before then.
 """
 
 from __future__ import annotations
@@ -100,7 +99,7 @@ class ModuleMotor:
         """Return the ramp nearest to two rates (steps/s) and a time (s).
 
         Raises:
-            UsageError: the part cannot have one of the rates.
+            UsageError: the part does not support one of the rates.
         """
         rates = zip(self.rates, (start, top), strict=True)
         values = {**self.values}

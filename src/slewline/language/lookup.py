@@ -1,4 +1,4 @@
-"""Looks up a part's commands by letter, name, line or code."""
+"""The lookup of a part's commands by letter, name, line or code."""
 
 from __future__ import annotations
 

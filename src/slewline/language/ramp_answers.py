@@ -6,8 +6,9 @@ r"""The ramp calculator's queries to a part, and the part's answers.  No time pa
      start  _/            \_                            the free parameters whose ramp is nearest
             |<->| time, steps
 
-A part provides a `Calculator` (in its `ramps.py`): its parameters, named after the commands that set them, the `Ramp`
-of a set of values, and a search for free parameters.  The numbers always follow its law of motion (`profile.py`).
+A part provides a `Calculator` (in its `ramps.py`): its parameters, named after the commands that set
+them, the `Ramp` of a set of values, and a search for free parameters.  The numbers always follow from
+its equations of motion (`profile.py`).
 """
 
 from __future__ import annotations
@@ -247,7 +248,7 @@ missing(
 
 
 class Search(NamedTuple):
-    """A search for values of the `free` parameters: `best` is the number of ramps nearest to `wanted` to find."""
+    """A search for values of the `free` parameters; `best` is the number of ramps to find, nearest to `wanted`."""
 
     wanted: Wanted
     fixed: Values
@@ -257,7 +258,7 @@ class Search(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """Values of free parameters, and bounds that enclose the searched quantity of their ramp."""
+    """Values of free parameters, and bounds that enclose the goal quantity of their ramp."""
 
     values: dict[str, int]
     bounds: tuple[float, float] = ANYTHING
@@ -284,7 +285,7 @@ class Calculator(ABC):
         raise UnknownName(message + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
-        """Return why a ramp has no steps: its rate is not above its first rate; empty if the ramp has steps."""
+        """Return the reason why a ramp has no steps: its rate is not above the first one; empty if it has steps."""
         if ramp.time_ps or ramp.top > ramp.start:
             return ""
         rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]

@@ -1,12 +1,13 @@
 """Rates in common units, and in the registers of a chip that counts in cycles.
 
-For a register with `fraction` binary places, whose unit is per cycle to the power `cycles`:
+For a register with `fraction` binary places and the unit steps/cycle^n, where n is `cycles`:
 
-    register = rate * 2^fraction / (cycles per second)^cycles           12,345 steps/s: 4.04521 steps/cycle: 265107
+    register = rate * 2^fraction / (cycles per second)^cycles
 
-Here, a second has 25 MHz / 8192 = 3051.7578125 cycles.  A manual may use a round number in its worked examples, 3030
-(330 µs), and truncate steps per cycle to six digits before scaling them: 4.07425 steps/cycle, 267010.  `manual`
-does the same; a motor then runs 0.72 % too fast.
+For example, 12,345 steps/s are 4.04521 steps/cycle, or 265107 in the register, since a second has
+25 MHz / 8192 = 3051.7578125 cycles.  A manual may use a round number in its worked examples, 3030
+(330 µs), and truncate steps per cycle to six digits before scaling them: 4.07425 steps/cycle, or 267010.
+`manual` does the same; the motor then runs 0.72 % too fast.
 
 Scripts and hosts may write a rate with its unit, which `spoken` reads: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
 """
@@ -46,7 +47,9 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
 
 
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
-    """Return the register value nearest to a rate given as text (a half is rounded up); None if not a rate.
+    """Return the register value nearest to a rate given as text, or None if the text is not a rate.
+
+    A half is rounded up.
 
     Args:
         text: a decimal number followed by steps/s or steps/cycle, to the right power for an acceleration or

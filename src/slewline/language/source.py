@@ -91,7 +91,7 @@ def _arrange(source: Source, bare: bool) -> None:
 
 
 def _outside(source: Source, item: Statement, block: Block | None) -> None:
-    """Report a command outside a program that is not allowed where it is."""
+    """Report a command that is not part of a program, if it is not allowed at that place."""
     row, sheet = item.row, source.sheet
     enter, ends = sheet.enter, " or ".join(row.form for row in sheet.leave)
     if item.labels:
@@ -126,11 +126,10 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
 
 
 def commented(text: str, sheet: Sheet) -> list[Problem]:
-    """Return a warning for each line with a command whose comment consists only of commands of the part.
+    """Return a warning for each command whose comment consists only of commands of the part.
 
-    Return a further warning for each line with a comment in the style of another language.
-
-    A line that is nothing but a comment is assumed to be intended: a disabled command.
+    A line with a comment in the style of another language gets a warning, too.  A line that consists only of
+    a comment gets none: it is assumed to be a command that was disabled on purpose.
     """
     found = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -151,7 +150,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return the problems, adding a remedy on lines with a comment in the style of another language."""
+    """Return the problems, with a remedy for errors on lines with a comment in another language's style."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)
@@ -162,7 +161,10 @@ def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
 
 
 def _mark(code: str) -> re.Match[str] | None:
-    """Return the start of a comment in the style of another language; None within a part's string, and after @."""
+    """Return the mark that starts a comment in the style of another language, or None if there is none.
+
+    A line that contains a string of the part, or begins with @, has no such mark.
+    """
     return None if '"' in code or code.lstrip().startswith("@") else MARK.search(code)
 
 

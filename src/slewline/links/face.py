@@ -60,7 +60,7 @@ class ClientFace(Protocol):
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
     ) -> None:
-        """Reply when a condition is met, or at an instant (ps); with `pushes`, time that is paused runs until then."""
+        """Reply when a condition is met, at `limit_ps` at the latest; with `pushes`, paused time runs until then."""
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
         """Register a later reply; return the function that sends it."""

@@ -169,7 +169,7 @@ class Server(Closing):
         return self._on_tcp(kind, line, address)
 
     def rfc2217(self, line: HostLine, address: str) -> OpenPort:
-        """Serve a line on a TCP port, HOST:PORT, that also takes the line settings (RFC 2217)."""
+        """Serve a line on a TCP port, HOST:PORT, that also accepts the line settings (RFC 2217)."""
         from .ports.rfc2217 import NetPort
 
         self._check(line, "rfc2217")

@@ -1,7 +1,8 @@
-"""The protocol of a part on a bus, through an adapter that does the handshake and takes lines of text.
+"""The protocol of a part on a bus, through an adapter that does the handshake and accepts lines of text.
 
-It is the framing of `slewline serve --framing` (links/lines/framing.py): commands in text form, `?0` to `?3` for the
-verify groups, `?` to query whether the part takes commands.  Commands are not answered.
+The lines are those of `slewline serve --framing` (links/lines/framing.py): commands in text form, `?0`
+to `?3` for the verify groups, `?` to query whether the part accepts commands.  Commands are not
+answered.
 """
 
 from __future__ import annotations
@@ -140,7 +141,10 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return why the adapter has not sent a line, or why the part accepts none; empty if not a refusal."""
+        """Return the reason why the adapter has not sent a line, or why the part accepts none.
+
+        The text is empty if the line is not a refusal.
+        """
         if line == self.busy:
             return "the part is busy, or lines are waiting for it"
         return line[2:] if self.is_garbled(line) else ""
@@ -156,6 +160,6 @@ def _bytes(number: int, byte: str = BYTE) -> str:
 
 
 def _part(group: int, size: int, at: int, number: int) -> str:
-    """Return the pattern of an answer with a group of `size` bytes; it captures `number` bytes, from `at` on."""
+    """Return the pattern of an answer with a group of `size` bytes; it captures `number` of them, from `at`."""
     before, after = (_bytes(count) for count in (at, size - at - number))
     return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

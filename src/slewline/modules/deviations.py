@@ -30,7 +30,7 @@ class ModuleQuery(NamedTuple):
 
     @property
     def lists(self) -> bool:
-        """Whether the query requests a program listing, which has an end."""
+        """True if the query requests a program listing, which has an end."""
         row = self.speech.row(self.command)
         return row is not None and row.role == "list"
 

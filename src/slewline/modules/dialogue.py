@@ -42,7 +42,7 @@ class DialogueHeader:
     Args:
         part: the name of the part, such as "gs-c200s".
         markings: the text printed on the module.
-        crystal_hz: its clock, if known.
+        crystal_hz: the clock of the module, if known.
         baud: the rate of the line.
         checksum: whether lines ended in their checksums; None: unknown.
         address: the address of the module on a shared line; 0: none is sent.
@@ -207,7 +207,7 @@ class DialogueFile(Closing):
 
 @dataclass(frozen=True)
 class RecordedDialogue:
-    """A recorded dialogue; `torn`: the last line of the file was truncated, and is left out."""
+    """A recorded dialogue; `torn` is True if its file ends in a truncated line, which is left out."""
 
     header: DialogueHeader
     entries: tuple[DialogueEntry, ...] = ()

@@ -21,7 +21,8 @@ class EchoFilter:
     """A filter that separates the echo on a line from the answers.
 
     Args:
-        drops: the line echoes: drop the echo from the received data.  Otherwise, only detect an apparent echo.
+        drops: True if the line echoes; the echo is then dropped from the received data.  Otherwise,
+            an apparent echo is only detected.
 
     Attributes:
         seen: the number of received lines equal to sent ones.
@@ -34,12 +35,12 @@ class EchoFilter:
 
     @property
     def shows(self) -> bool:
-        """Whether the line echoes although `drops` is False."""
+        """True if the line echoes although `drops` is False."""
         return not self.drops and self.seen >= ENOUGH
 
     @property
     def keeps(self) -> bool:
-        """Whether characters are being held back."""
+        """True while characters are being held back."""
         return bool(self._kept)
 
     def sent(self, data: bytes, now: float, seconds: float) -> None:

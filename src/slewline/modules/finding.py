@@ -1,7 +1,7 @@
 """Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
-The search sends a query that changes nothing.  At a wrong rate a module may receive other characters: at none of the
-part's other rates do they form a command (tests/modules/test_finding.py).
+The search sends a query that changes nothing.  At a wrong rate, a module may receive different
+characters, but they form no command at any other rate of the part (tests/modules/test_finding.py).
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ def find(
     """Return the module at a port, after it has answered a query.
 
     Args:
-        where: the port, as pySerial takes it.
+        where: the port, a device or URL that pySerial accepts.
         sheet: the sheet of the part.
         baud: the rate; None: search for it, if straps set it.
-        checked: lines have checksums; None: find out.
+        checked: whether lines have checksums; None: detect this.
         address: the address of the module on a shared line; None: no address.
         transcript, may_move, report: as for `Module`.
-        echo: the line echoes all sent characters.
+        echo: whether the line echoes all sent characters.
         raw: records all characters on the line.
 
     Raises:
@@ -173,7 +173,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer without a checksum refuses, as not a command, a line that had one."""
+    """Return whether an answer without a checksum rejects, as not a command, a line with a checksum."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))

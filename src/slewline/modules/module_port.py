@@ -40,10 +40,10 @@ class ModulePort(Closing):
     """An open serial port, for exclusive use if the system supports that.
 
     Args:
-        where: the port, as pySerial takes it.
+        where: the port, a device or URL that pySerial accepts.
         setting: the rate and format.
         raw: records all characters on the line.
-        echo: the line echoes: drop the echo.
+        echo: whether the line echoes; the echo is then dropped.
 
     Raises:
         UsageError: there is no such port, it is in use, or it does not support the setting.

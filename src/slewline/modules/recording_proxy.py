@@ -220,12 +220,12 @@ class Proxy:
     """A proxy between a host program and a module on a serial port.
 
     Args:
-        device: the serial port, as pySerial takes it.
+        device: the serial port, a device or URL that pySerial accepts.
         setting: the rate and format of the line.
         recorder: records all characters.
         open_host: opens the port for the host, given the loop and the line.
         report: called with messages for the user.
-        echo: the line of the module echoes: the echo goes neither to the host nor into the record.
+        echo: whether the line of the module echoes; the echo goes neither to the host nor into the record.
 
     Raises:
         UsageError: a port cannot be opened.

@@ -24,7 +24,7 @@ FETCH_S = 50e-6  # per byte of memory, at most: the end of an endless line is se
 class LineSpeech(Speech):
     """The protocol of a part that answers every line with one or more lines.
 
-    `kept` contains the bits that are set in all its checksums; some old modules set none of them.
+    `kept` contains the bits that are set in every checksum of the part; some old modules set none of them.
     """
 
     kept = KEPT
@@ -52,7 +52,7 @@ class LineSpeech(Speech):
 
     @property
     def probe(self) -> str:
-        """The last of its queries."""
+        """The last of the part's queries."""
         if not self.questions:
             raise UsageError(f"{self.sheet.part}: its sheet has no queries; add `questions` to its dialect")
         return [*self.questions.values()][-1][0]
@@ -135,7 +135,7 @@ class QuerySpeech(Speech):
 
     @property
     def probe(self) -> str:
-        """The first of its queries."""
+        """The first of the part's queries."""
         return next(iter(self.questions.values()))[0]
 
     @property

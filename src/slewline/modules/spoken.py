@@ -137,7 +137,7 @@ class Speech:
 
     @property
     def shows_faults(self) -> bool:
-        """Whether characters have a parity bit, which reveals damage."""
+        """True if characters have a parity bit, which reveals damage."""
         return self.word.parity != "none"
 
     def answers(self, command: str) -> bool:

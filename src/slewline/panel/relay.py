@@ -144,7 +144,8 @@ class Relay:
         """Pass messages in both directions until one side has disconnected.
 
         Args:
-            admit: called with whether the page has the token; it raises `Hangup` if there are too many such pages.
+            admit: called with True if the page has the token, else False; it raises `Hangup` if there are
+                too many such pages.
         """
         try:
             await self.page.accept()

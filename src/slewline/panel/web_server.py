@@ -55,7 +55,7 @@ class HttpConnection(H11Protocol):
 
     @property
     def is_idle(self) -> bool:
-        """Whether no request is being answered on this connection."""
+        """True while no request is being answered on this connection."""
         return hasattr(self, "deadline") and self.cycle is None
 
     def connection_lost(self, exc: Exception | None) -> None:

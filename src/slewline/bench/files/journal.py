@@ -123,7 +123,7 @@ def _plain(value: Any) -> Any:
 
 
 def closed(file: TextIO) -> None:
-    """Close a file after every line has been written or has failed to be written."""
+    """Close a file; ignore an error in writing its last lines."""
     with suppress(OSError):
         file.close()
 

@@ -52,7 +52,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Return the replacement of a string (a single name, as in a key) or a comment (blanks).
+    """Return the replacement for a string (one name, as in a key) or for a comment (blanks).
 
     Line numbers do not change.
     """
@@ -60,7 +60,7 @@ def _masked(found: re.Match[str]) -> str:
 
 
 def unquoted(text: str, error: Exception) -> str:
-    """Return the remedy for a value that is not TOML and looks like text without quotes; "" for other values."""
+    """Return a hint for a value that is not TOML and looks like text without quotes; "" for other values."""
     at = re.search(r"at line (\d+)", str(error))
     lines = text.splitlines()
     line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""

@@ -203,9 +203,9 @@ class Pictures:
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
-        """Return when a position register was last loaded before an instant (ps); earlier values are not shown.
+        """Return the instant of the last load of a position register before another instant (ps).
 
-        Values that are no longer kept are not shown, either.
+        Values from before that load are not shown; nor are values that are no longer kept.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]

@@ -66,7 +66,7 @@ class Signals:
             self._record_commands(name.split(".")[0], keep_ps)
 
     def _record_commands(self, owner: str, keep_ps: int | None) -> None:
-        """Record the commands in progress of a chip together with its pins."""
+        """Record a chip's commands in progress together with its pins."""
         from ...record.recording.recorder import TextLog
 
         if owner in self.commands:

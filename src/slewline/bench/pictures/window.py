@@ -90,7 +90,7 @@ class Window:
         return Interval(f"{first.pin} {first.change}", f"{second.pin} {second.change}", begin, end, tuple(bounds))
 
     def _named(self, symbol: str) -> Iterator[Interval]:
-        """Yield, for each recorded time with this symbol, the interval that is closest to its limit."""
+        """Yield, for each data sheet time with this symbol, the recorded interval that is closest to its limit."""
         limits = [(chip, limit) for chip in self.signals.circuit.chips.values() for limit in chip.sheet.limits]
         named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
         if not named:
@@ -176,7 +176,7 @@ class Window:
 
 
 def _strobes(chip: Chip) -> tuple[str, str]:
-    """Return the pin that shows that a command is on the bus, and the pin that shows that it is written."""
+    """Return the pin that is active for a command byte, and the write strobe."""
     return chip.sheet.in_role("command").name, chip.sheet.in_role("write").name
 
 

@@ -141,7 +141,10 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register has a value, however it came about; steps on the way take no computing time."""
+    """Wait until the position register contains a value, however it is set.
+
+    Intermediate steps need no computing time.
+    """
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 class BusProtocol(ScriptProtocol):
-    """The rules for a bus: a command is sent when the chip is READY, as text or in binary, as it then requires."""
+    """The rules for a bus: a command is sent when the chip is READY.
+
+    It is sent as text or in binary, as the chip requires at that time.
+    """
 
     def command(self, body: str) -> Queue:
         """Return a function that queues a command, as text or in binary form, as the chip requires when it is sent."""

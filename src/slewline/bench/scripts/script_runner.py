@@ -117,11 +117,11 @@ class ScriptRunner:
         host.queue.post(text, action)
 
     def port(self, chip: Chip) -> CommandPort:
-        """Return the port of the host on the bus of a chip."""
+        """Return the `CommandPort` of the host on the bus of a chip."""
         return self.bus_host.ports[chip.name]
 
     def packet_port(self, chip: Chip) -> PacketPort:
-        """Return the port of the host on the host port of a chip."""
+        """Return the `PacketPort` of the host for a chip."""
         return self.packet_host.ports[chip.name]
 
     def axis(self, chip: Chip) -> Axis:

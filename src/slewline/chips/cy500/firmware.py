@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Interpreter(interpreter.Interpreter):
-    """Executes commands and the stored program; in jog mode, XSS low has priority over the next command."""
+    """The executor of host commands and programs; in jog mode, XSS low has priority over the next command."""
 
     lasting = frozenset(("GOSTEP", "POSITION", "ONESTEP", "UNTIL"))
     announces = False

@@ -26,7 +26,10 @@ def rest(of: Plan, step: int) -> Plan:
 
 
 class Motion(sloped.Motion):
-    """Plays the plans of profile.py.  A motion's text is its command: G and P, one step of O, or a jog run (J)."""
+    """The player of the plans of profile.py.
+
+    The text of a motion is the command that began it: G, P, O (one step), or J for a jog run.
+    """
 
     registers: Registers
     holder = "trigger"

@@ -15,7 +15,7 @@ from .instructions import Registers
 
 
 class Stepwise(SlopeStepwise):
-    """Plays every motion step by step."""
+    """The slow twin, which plays every motion step by step."""
 
     registers: Registers
 

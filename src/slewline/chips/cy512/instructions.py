@@ -25,7 +25,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
             self.registers.load("factor", 1)
 
     def do_offset(self, offset: int) -> None:
-        """O: output a phase pattern: 0 to 3 are full steps, 4 to 7 the half step after each of them."""
+        """O: output a phase pattern: 0 to 3 are full steps, 4 to 7 the half steps that follow them."""
         if offset > sheet.OFFSET.high:
             self.chip.finding("offset", f"O {offset} is ignored; allowed patterns 0 to {sheet.OFFSET.high}")
             return

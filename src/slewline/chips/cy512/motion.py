@@ -22,7 +22,7 @@ from . import profile
 
 
 class Motion(sloped.Motion):
-    """Plays the plans of profile.py."""
+    """The player of the plans of profile.py."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)

@@ -10,7 +10,7 @@ from ..cy5xx.stepping.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):
-    """Plays every motion step by step."""
+    """The slow twin, which plays every motion step by step."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)

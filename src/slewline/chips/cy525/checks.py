@@ -1,8 +1,8 @@
-"""Lint rules for the CY525 only: whether a ramp reaches its rate in the distance, and whether H has an effect.
+"""Lint rules for the CY525 only: whether each move reaches its rate, and whether H has an effect.
 
 The text is followed as a chip would run it, with registers whose values are known or unknown (None), and both outcomes
 of every branch; each motion is then checked with its registers.  Step counts are exact, since the ramp is the chip's
-own (profile.py); times hold at the reference crystal.
+own (profile.py); times apply at the reference crystal.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class Walk:
 
 
 def motions(source: Source) -> None:
-    """Check every motion, and every H without a motion after it."""
+    """Check every motion, and every H that no motion follows."""
     walk = Walk(source)
     unset(source, walk.motions)
     short: list[Unreached] = []
@@ -166,7 +166,10 @@ def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
 
 
 def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> bool:
-    """Report an H without effect: two ramps and 256 steps must fit (s.7, s.8); return whether H makes it endless."""
+    """Report an H without effect: two ramps and 256 steps must fit (s.7, s.8).
+
+    Return whether H makes the motion endless.
+    """
     distance, needed = motion.distance, 2 * full + SHORT_SLEW_STEPS
     if full > RAMP_TOP:
         found = f"H has no effect: the ramp {span} takes {full} steps, too many to slew in any distance"
@@ -208,7 +211,7 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Report the rate that the first such motion reaches, and the lines of the others.
+    """Report the first motion that does not reach its rate, and list the lines of the others.
 
     Such motions are seldom mistakes.
     """
@@ -226,7 +229,7 @@ def unreached(source: Source, short: list[Unreached]) -> None:
 
 
 class Flight:
-    """Follows the effects of the host's directives on a continuous motion: rates on the fly, then an abort."""
+    """A tracker of the effects of host directives on a continuous motion: rates on the fly, then an abort."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -252,7 +255,10 @@ class Flight:
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:
-        """Follow a rate on the fly, 0 to 127; report a rate without a motion, out of range, or causing a dead stop."""
+        """Follow a rate on the fly, 0 to 127.
+
+        Report a rate that has no motion to change, is out of range, or causes a dead stop.
+        """
         if self.current is None:
             found, remedy = "a rate on the fly needs a continuous motion", "send H before the G or P"
             self.source.report(item, "rate-without-halt", "warning", found, section="s.7", remedy=remedy)

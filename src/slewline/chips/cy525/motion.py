@@ -41,7 +41,7 @@ class Motion(motion.Motion):
         return self.at_start.parameters
 
     async def ordered(self) -> None:
-        """Wait until I/O REQUEST has been high; if ABORT is low then, it is disabled for this motion."""
+        """Wait until I/O REQUEST is high; if ABORT is low at that time, disable it for this motion."""
         if self.request.is_active:
             self.chip.waits(f"waiting for io_request=1 before the first step ({self.text})")
             await self.chip.polled(*self.request.when_inactive, 1)
@@ -122,7 +122,10 @@ class Motion(motion.Motion):
         return await self.rate_request(plan, step)
 
     def stop_ramp(self, plan: Plan, step: int) -> Plan:
-        """Return an abort's plan: a ramp from the present rate down to the first rate; it may include the target."""
+        """Return the plan after ABORT: a ramp down to the first rate, then steps at that rate up to the target.
+
+        If the target is within the ramp, the motion ends there.
+        """
         chip = self.chip
         self.aborted = True
         self.mark_deviation("command", "ABORT")
@@ -216,7 +219,7 @@ class Motion(motion.Motion):
         return rate
 
     async def zero_rate(self, old: int) -> Plan:
-        """Handle rate 0 on the fly: no further step until a higher rate continues or ABORT ends the motion (s.7)."""
+        """Handle rate 0 on the fly: make no step until a higher rate resumes the motion or ABORT ends it (s.7)."""
         chip = self.chip
         slew = self.outputs.slew
         blinks = chip.clock.ps(chip.tick + self.ticks["slew_blink"])

@@ -12,8 +12,8 @@ r"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, 
 The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a step takes longer
 than a unit, units fall due faster than they are taken, and each step is one unit faster than its predecessor; a late
 unit does not delay the units after it.  The ramp down is the mirror of the ramp up.  If fewer than 256 steps would be
-left for slewing, there is no slewing: the motor decelerates immediately and makes the rest at F (s.8, special case).
-If the travel is too short to reach R, each ramp takes half of it.
+left for slewing, there is no slewing: the motor decelerates immediately and makes the remaining steps
+at F (s.8, special case).  If the travel is too short to reach R, each ramp takes half of it.
 """
 
 from __future__ import annotations
@@ -77,9 +77,9 @@ def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law 
 
     Args:
         number: steps, 1 to 65535.
-        first, rate: rate parameters F and R, 0 to 127; R below F runs at F.
+        first, rate: rate parameters F and R, 0 to 127; if R is below F, the whole move is made at F.
         slope, divisor: S and Z, 0 to 255.
-        law: how fast the rate parameter changes.
+        law: the law by which the rate parameter changes.
     """
     up = ramp(first, rate, slope, divisor, law)
     full = steps(up)

@@ -1,6 +1,7 @@
 """Cases where the CY525 manual is silent or contradicts itself: the model's choice, its reason, and its test.
 
-Data only.  UND-...: the manual leaves it open.  CON-...: two passages of the manual disagree.  Times hold at 11 MHz.
+Data only.  UND-...: the manual leaves it open.  CON-...: two passages of the manual disagree.
+Times apply at 11 MHz.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ def step_of(kind: str, rate: int) -> TwinStep:
 
 
 class Stepwise(twin.Stepwise):
-    """Plays every motion step by step."""
+    """The slow twin, which plays every motion step by step."""
 
     registers: Registers
     law: Law
@@ -53,7 +53,7 @@ class Stepwise(twin.Stepwise):
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
-        """Wait until I/O REQUEST has been high; if ABORT is low then, it is disabled for this motion."""
+        """Wait until I/O REQUEST is high; if ABORT is low at that time, disable it for this motion."""
         await self.chip.polled(self.request, 1, 1)
         self.abort_enabled = self.abort.level == 1
         if not self.ordered_steps and self.by_command:
@@ -238,7 +238,7 @@ class Stepwise(twin.Stepwise):
         return True
 
     async def zero_rate(self) -> bool:
-        """Slew at zero steps per second until a rate higher than before arrives (True) or ABORT goes low (False)."""
+        """Slew at 0 steps/s until a rate above the former one arrives (True) or ABORT goes low (False)."""
         chip, ps, every = self.chip, self.chip.clock.ps, self.ticks["wait_poll"]
         self.outputs.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + self.ticks["slew_blink"])), (1, 0)))
         self.port.motion_complete.drive(0)

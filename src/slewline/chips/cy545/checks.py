@@ -29,7 +29,7 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return the value that a command writes into the mode register; None if none, or if switches supply it."""
+    """Return the value that a command writes into the mode register; None if it writes none or reads switches."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 

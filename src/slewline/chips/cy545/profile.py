@@ -47,7 +47,7 @@ class Law(NamedTuple):
 
 
 def law_of(sheet: Sheet) -> Law:
-    """Return a sheet's law: its rates, which hold at its crystal, and its ramp options."""
+    """Return a sheet's law: its rates, which apply at its crystal frequency, and its ramp options."""
     options = defaults(sheet.options)
     periods = tuple((2 * sheet.crystal_hz + rate) // (2 * rate) for rate in sheet.rates)
     return Law(periods, options["inferred.ramp_unit"], options["ramp_jumps"])

@@ -1,6 +1,6 @@
 """Gaps in our knowledge of the CY545, most of whose manual is illegible: the model's choices and their reasons.
 
-UND-...: no legible page states it.  CON-...: two passages disagree.  Times hold at 12 MHz.  Data only.
+UND-...: no legible page states it.  CON-...: two passages disagree.  Times apply at 12 MHz.  Data only.
 """
 
 from __future__ import annotations

@@ -157,7 +157,10 @@ RATES = 256
 
 
 def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
-    """Return the steps/s at 12 MHz by rate index, 0 to 255, as whole numbers; rates counted in cycles remain exact.
+    """Return the rates by rate index, 0 to 255, in whole steps/s at 12 MHz.
+
+    The first rates are 25 or 50 steps/s apart.  The others are rounded, but still determine exactly the
+    whole number of machine cycles that a step takes.
 
     Args:
         by_25: the number of rates, from 20 steps/s up, that are 25 steps/s above their predecessor.

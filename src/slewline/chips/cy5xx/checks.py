@@ -93,7 +93,7 @@ def judged(
 
 
 def written_for(source: Source) -> None:
-    """If commands have a sister part's form, report, once, all letters that have another meaning in that part.
+    """Report, once, all letters that have another meaning in a sister part, if commands have that part's form.
 
     If several sister parts match, choose the one whose forms occur most often; among equals, the one that differs
     least.

@@ -49,7 +49,7 @@ class Interpreter:
             )
 
     def lead(self, row: Row) -> int:
-        """Return how many clocks early a command begins: motions set READY and DIRECTION ahead of the first step."""
+        """Return the clocks by which a command begins early: motions set READY and DIRECTION before the first step."""
         return self.ticks["step_lead"] if row.motion else 0
 
     async def run(self) -> None:

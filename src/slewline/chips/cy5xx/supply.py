@@ -103,7 +103,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """End RESET, unless it is being driven active by then."""
+        """End RESET, unless the pin is driven active at this time."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.is_active:
                 self.reset_valid = True
@@ -132,7 +132,10 @@ class Supply:
             self.chip.finding("reset-short", f"RESET was {self.active} for less than {least}: it was ignored")
 
     def _reset_seen(self, fell: int) -> None:
-        """Stop the firmware once RESET has been active long enough, through an internal net: last at its instant."""
+        """Stop the firmware once RESET has been active for long enough.
+
+        This acts through an internal net, so that it is the last event at its instant.
+        """
         if self.powered and self.pin.is_active and self.reset_fell == fell:
             self.reset_valid = True
             if self.cold:

@@ -136,7 +136,7 @@ def counter(source: Source, motion: MotionCommand, position: int) -> None:
 
 
 def unset(source: Source) -> None:
-    """Report a motion listed before S, T and R if these are not already known, because E is then refused."""
+    """Report a motion listed before S, T and R, unless these are already known: command E would be refused."""
     known: set[str] = set()
     for block in source.blocks:
         for statement in block.statements:

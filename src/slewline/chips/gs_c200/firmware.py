@@ -118,7 +118,7 @@ class GsC(InLines, Chip):
         return times | {name: picoseconds(time) for name, time in given.items()}
 
     def _strapped(self, port: SerialLine) -> Straps:
-        """Return the strap reader; raise UsageError for old firmware on a GS-C200S, which has none."""
+        """Return the strap reader; raise UsageError if a GS-C200S is given an early firmware version."""
         options = self.options
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
         if early and self.sheet is not GS_C200:

@@ -1,9 +1,9 @@
 """The parameters of a GS-C module's motion, and the ideal motion.
 
-steps/s                                  at whole steps of a ramp the rate of the law; between two of them the square
-  T ..............._______________       of the rate grows evenly (constant acceleration).  With the law of that name
-                 .'               '.     position over time is a parabola, from S to T in R steps
-               .'                   '.
+steps/s                                  the rate at each whole step of a ramp is that of the law;
+  T ..............._______________       between two steps, the square of the rate changes linearly
+                 .'               '.     (constant acceleration).  With the law of that name, position
+               .'                   '.   over time is a parabola, from S to T in R steps
   S ........ .'                       '.__
              |<-R->|             |<-R->|1|      the last step, the start-stop interval, is made at S
 """

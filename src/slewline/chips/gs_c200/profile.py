@@ -93,7 +93,7 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
 
 
 def down(up: Runs, intervals: int) -> Runs:
-    """Return the ramp down after `intervals` of the ramp up have passed, with the start-stop interval at the end."""
+    """Return the ramp down after a number of intervals of the ramp up, with the start-stop interval at the end."""
     return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 

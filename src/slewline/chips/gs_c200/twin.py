@@ -37,7 +37,7 @@ def nearest(number: int, by: int) -> int:
 
 
 class Stepwise:
-    """Plays every motion step by step."""
+    """The slow twin, which plays every motion step by step."""
 
     def __init__(
         self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter

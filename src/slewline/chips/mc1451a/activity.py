@@ -9,7 +9,7 @@ FOR_A_COMMAND = "waiting for a command"
 
 
 class Activity:
-    """Keeps the chip's `idle` and `waiting` up to date."""
+    """The work in progress, which determines the `idle` and `waiting` of the chip."""
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers

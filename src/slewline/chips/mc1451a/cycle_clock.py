@@ -6,7 +6,7 @@ from ...core.time.timebase import Clock
 
 
 class CycleClock:
-    """Counts cycles.  `origin` is the crystal tick at which cycle 0 begins or will begin."""
+    """The cycle counter.  `origin` is the crystal tick at which cycle 0 begins or will begin."""
 
     def __init__(self, clock: Clock, cycle_ticks: int) -> None:
         self.clock, self.cycle_ticks = clock, cycle_ticks

@@ -138,7 +138,10 @@ class Port:
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """Report HostSlct rising later than 2 µs after the last strobe; if it rises during a strobe, invalidate it."""
+        """Report HostSlct rising later than 2 µs after the last strobe.
+
+        If HostSlct rises during a strobe, invalidate that strobe.
+        """
         released = net.value == net.when_inactive[1]
         if released and self.legal:
             self.legal = False

@@ -32,7 +32,7 @@ class Moves(Protocol):
 
     @property
     def cycle(self) -> int:
-        """The present cycle at the last `catch_up`."""
+        """The cycle that was in progress at the last `catch_up`."""
 
     def start(self) -> None:
         """Begin cycle 0 at this instant, after reset."""

@@ -67,7 +67,7 @@ def missing_of(mode: int, state: AxisState) -> list[str]:
 
 
 def forgotten(pending: Iterable[str], armed: bool, auto_update: bool) -> list[str]:
-    """Return the pending commands for which no update is to be expected."""
+    """Return the pending commands, or [] if a breakpoint is due to update them."""
     return [] if armed and auto_update else list(pending)
 
 

@@ -47,7 +47,7 @@ RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
 class Units:
-    """Converts cycles and registers to seconds and steps."""
+    """The conversion of cycles and registers to seconds and steps."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int) -> None:
         self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
@@ -258,7 +258,7 @@ class ChipsetRamps(Calculator):
 
         @cache
         def ramp(value: int) -> Trapezoid | SCurvePhases:
-            """Return the ramp for a set of values; `crystal_hz` is the crystal frequency."""
+            """Return the ramp for a value of the free parameter."""
             return self.ramp({**search.fixed, name: value}, search.crystal_hz)
 
         if wanted.goal == "steps" and name == "SET_ACC":

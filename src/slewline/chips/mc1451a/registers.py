@@ -134,7 +134,7 @@ class AxisState:
         Buffered values, and actions since the last update, take effect in the next cycle.
 
         The motor state now decides whether a motion may start: after MTR_ON the axis stays at rest until a move is
-        initiated (pulse generation control), in whichever cycle that happens.
+        initiated (manual, pulse generation control), in whichever cycle that happens.
         """
         self.awaits_update = not self.motor_on
         buffer, waiting = self.buffer, self.update

@@ -94,19 +94,20 @@ def serve_command(**options: Any) -> int:
     under which pySerial finds it.  By default a module runs at 9600 baud with checksums (--strap chs=0:
     without).
 
-    A pseudo-terminal has 8 bits and no parity, whatever the host sets.  A host may open it as 7O2
-    repeatedly; but one that requests 7O2 twice in quick succession gets EINVAL (invalid argument): by
-    setting a timeout right after the open, by making its settings one by one, by an open right after a
-    close, or with stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp) or rfc2217://HOST:PORT
-    (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
+    A pseudo-terminal has 8 bits and no parity, whatever the host sets.  A host may request 7O2
+    repeatedly, but the second of two requests in quick succession fails with EINVAL (invalid argument).  A
+    host makes such requests if it sets a timeout right after it opens the port, makes its settings one by
+    one, opens the port right after closing it, or uses stty.  Set such a host to 8N1, or open
+    socket://HOST:PORT (--tcp) or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open
+    slewline://gs-c200s, without any server.
 
     The MC1451A family has registers instead of a serial line, and is served with --tcp only.
-    registers://HOST:PORT takes the messages of slewline.links.ports.register_port; the client is
+    registers://HOST:PORT accepts the messages of slewline.links.ports.register_port; the client is
     slewline.links.clients.chipset_port for a program in Python, and examples/mc1451a/slewline_port.h for one
     in C that reads and writes I/O ports.
 
-    For a chip with a bus and a serial line, use one of these ports for the line and --registers for the bus:
-    this serves the registers of a parallel card at registers://HOST:PORT, with the client
+    For a chip with a bus and a serial line, use one of the serial ports above for the line, and --registers
+    for the bus: it serves the registers of a parallel card at registers://HOST:PORT, with the client
     slewline.links.clients.card_port.  The line runs at 9600 baud, unless a host on --rfc2217 sets another
     rate.
     """
@@ -211,8 +212,8 @@ def serve_command(**options: Any) -> int:
 def drive_command(**options: Any) -> int:
     """Replace a failed chip with a virtual one: an old host on a port, a motor on a board.
 
-    The board stops on its own and keeps count, but it is not a safety device: an E-stop must cut the supply of the
-    driver.
+    The board can stop by itself, and it counts the steps, but it is not a safety device: an E-stop must cut
+    the supply of the driver.
 
     The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host is connected
     to the chip by one of the ports, as with `slewline serve`.  While the motor moves, steps and characters
@@ -248,8 +249,8 @@ def drive_command(**options: Any) -> int:
 def panel_command(**options: Any) -> int:
     """Open a panel, a web page that shows a chip and operates it, until SIGINT, SIGTERM or SIGHUP.
 
-    It shows pins, registers, program and conversation; you can pause and step time, and go back in it.  The
-    host sends a PROGRAM to the chip, as `slewline run` does; time is paused until *Run the program* is
+    It shows pins, registers, program and conversation; you can pause time, advance it in steps, and go back.
+    The host sends a PROGRAM to the chip, as `slewline run` does; time is paused until *Run the program* is
     pressed, unless --run is given.  If a bench file has [[serve]] tables, their ports are opened, and time
     runs from the start.  With --attach the panel shows the bench of a running server, whatever host program
     is connected; the token of its control port is taken from the environment, SLEWLINE_TOKEN.

@@ -29,13 +29,13 @@ from .module_options import PORT, chip_option, module_options, setting_options
 )
 @click.option("--replace", is_flag=True, help="Replace an existing file.")
 def pull_command(**options: Any) -> int:
-    """Save the program and settings of a real module on PORT to a file that `slewline asm` and `slewline push` take.
+    """Save the program and settings of a real module on PORT to a file for `slewline asm` and `slewline push`.
 
     PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
     The command reads the program (it is listed until two listings agree), the position, and the registers
     that the part can report.  The module is not changed, and no command is sent that may step the motor.
     Speeds and ramps of a GS-C are only in its program.  A CY525 or CY512 is read through an adapter, which
-    takes the same lines as a served chip with --framing; the first 48 bytes of its program are read.
+    accepts the same lines as a served chip with --framing; the first 48 bytes of its program are read.
 
     With --eeprom the program in the EEPROM is saved too: it briefly replaces the one in RAM, which is saved
     first, then restored and verified.  The dialogue is recorded next to FILE, in FILE.dialogue.
@@ -133,9 +133,10 @@ def firmware_command(**options: Any) -> int:
     into the board for slewline drive.  The file is searched for next to the installed wheel, in the build of
     a checkout, and in the current directory.
 
-    With --check fixed lines are sent to the board, and its answers are compared with those of the model, as
-    with slewline compare.  First switch the board on, with its user inputs open.  PORT is a name or URL that
-    pySerial accepts; rate and checksums are detected.  Exit status 1 if an answer or a delay differs.
+    With --check, a fixed set of lines is sent to the board, and its answers are compared with those of the
+    model, as with slewline compare.  First switch the board on, with its user inputs open.  PORT is a name
+    or URL that pySerial accepts; rate and checksums are detected.  Exit status 1 if an answer or a delay
+    differs.
     """
     from .check_board import firmware
 

@@ -22,7 +22,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def chip_option(description: str, *, required: bool = True) -> Callable[[Function], Function]:
-    """Return the option that names the part of a module."""
+    """Return the option --chip, which gives the part number of a module."""
     return click.option(
         "--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=description
     )

@@ -58,7 +58,7 @@ class ProxyCommand(SettingOptions):
         return 0
 
     def opened(self) -> tuple[LineSetting, DialogueFile]:
-        """Return the line settings of the module, and the file of the dialogue."""
+        """Return the line settings of the module, and the dialogue file."""
         from ...modules.dialogue import DialogueFile, DialogueHeader
         from ...modules.speech import speech_of
 

@@ -72,7 +72,7 @@ def rate(text: str | None, name: str, per_turn: int) -> float | None:
     """Return a rate in full steps/s; None if there is no text.
 
     Args:
-        per_turn: full steps per turn of the motor.
+        per_turn: full steps per revolution of the motor.
 
     Raises:
         UsageError: the text is not a rate.

@@ -1,8 +1,8 @@
 """The questions of `slewline tune` in a terminal: a prompt for each missing argument, with a list and a default.
 
-An answer is a number from the list, a name, a part of a name, which shortens the list, or any other text; the enter key
-alone selects the default.  The option checks each answer, so any valid value of the option may be typed.  At the end
-the complete command line is printed, for the next time.
+An answer is a number from the list, a name, part of a name (which shortens the list), or any other text;
+the Enter key alone selects the default.  The option checks each answer, so any valid value of the option
+may be typed.  At the end the complete command line is printed, for the next time.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Question:
     check: Callable[[str], object]
 
     def ask(self) -> str:
-        """Ask until the answer is valid, and return it.
+        """Prompt until the answer is valid, and return it.
 
         Raises:
             click.Abort: the user ends the input.
@@ -78,7 +78,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the answer that a text means: a name, in any case; a number from the list; else the text itself."""
+        """Return the answer that a text denotes: a name in any case, a number from the list, else the text itself."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]
@@ -120,7 +120,7 @@ class AskingCommand(HintingCommand):
         return line
 
     def answers(self, ctx: click.Context, given: dict[str, Any]) -> Iterator[tuple[str, str]]:
-        """Ask, and yield each option with its answer; an argument has "" as its option."""
+        """Prompt for each answer, and yield it with its option; for an argument, the option is ""."""
         for name, question in self.questions():
             param = next(each for each in self.get_params(ctx) if each.name == name)
             if name in given:

@@ -20,7 +20,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem]:
-    """Return the words that begin with a text, in upper or lower case, each with its meaning."""
+    """Return the words that begin with a text, ignoring case, each with its meaning."""
     return [
         CompletionItem(word, help=description or None)
         for word, description in words

@@ -206,7 +206,7 @@ class PinDrive(Completed[tuple[str, int, int]]):
 
 
 def wrong_level(value: str) -> str:
-    """Return a message that a level must be 0 or 1, if the text has a pin and another level; else an empty string."""
+    """Return a message that a level must be 0 or 1 if the text gives a pin another level; else an empty string."""
     match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
     if match is None or match[2] in ("0", "1"):
         return ""

@@ -113,7 +113,7 @@ def describe(word: str, kind: str, argument: click.Argument | None) -> str:
 
 
 def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) -> bool:
-    """Return whether the first word is a file in place of the chip, and no other word is a chip."""
+    """Return whether the first word is a file where the chip should be, and no other word is a chip."""
     kinds = [kind for _, kind in words]
     return kinds[0] in FILES and "chip" not in kinds and not option_of(command, kinds[0])
 

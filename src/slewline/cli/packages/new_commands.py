@@ -21,8 +21,8 @@ INTO = click.option(
 def new_chip_command(**options: Any) -> int:
     """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
 
-    NAME is the name of the chip: small letters, digits, single hyphens.  The package works unchanged; the chip in it is
-    fictitious, and you replace its rows.
+    NAME is the name of the chip: lower-case letters, digits, single hyphens.  The package works unchanged;
+    the chip in it is fictitious, and you replace its rows.
     """
     from .new_package import new
 
@@ -35,8 +35,8 @@ def new_chip_command(**options: Any) -> int:
 def new_part_command(**options: Any) -> int:
     """Write a package with a part of your own, to connect to a chip: class, tests, conformance table, bench files.
 
-    NAME is the name of the part: small letters, digits, single hyphens.  The package works unchanged; the part in it is
-    a relay, and you replace its behaviour.
+    NAME is the name of the part: lower-case letters, digits, single hyphens.  The package works unchanged;
+    the part in it is a relay, and you replace its behaviour.
     """
     from .new_package import new
 

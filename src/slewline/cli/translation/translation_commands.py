@@ -43,9 +43,9 @@ def translate_command(**options: Any) -> int:
     --output, and if the target is a part, the bench itself is translated as well.
 
     Each line is reported as the same, as nearly the same (with the difference), or as not possible (with the
-    limit of the target, and a manual remedy).  Without --output the result goes to the standard output and
-    the report to the standard error.  Exit status 1 if a line is not possible, or if the runs differ by more
-    than the report states.
+    limit of the target, and a manual remedy).  Without --output the result goes to standard output and the
+    report to standard error.  Exit status 1 if a line is not possible, or if the runs differ by more than
+    the report states.
 
     Run the result without a load first, or use --prove, which runs and compares both versions.
     """

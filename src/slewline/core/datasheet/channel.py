@@ -86,7 +86,7 @@ class SerialLine(Channel):
         stop: the number of stop bits.
         bauds: the rates, keyed by the levels of `baud_pins`; a part without such pins has one entry, for ().
         baud_pins: the pins that select the rate.
-        addresses: the addresses, keyed by the levels of `address_pins`; for address 0, none is sent.
+        addresses: the addresses, keyed by the levels of `address_pins`; for address 0, no address is sent.
         address_pins: the pins that select the address.
         checksum_pin: the pin that selects checksums at level 1; "" if there is none.
         where: the section of the manual.
@@ -148,7 +148,7 @@ class FlowBus(Channel):
     Attributes:
         ends: when the flow line shows the end of a message: "before" the part answers the request for the
             last byte, or "after" the end of that request.
-        live: True if the part takes commands while its program runs, after an initial request that carries
+        live: True if the part accepts commands while its program runs, after an initial request that carries
             no byte.
         in_use: a mask and a value: the flow line is in use while the mode register has this value under the mask;
             otherwise its pin has another function.

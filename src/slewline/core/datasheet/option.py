@@ -4,8 +4,8 @@ Option("stepwise", "bool", False, "play every motion step by step; slow, and the
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
 Option("load", "table", {}, "what the motor drives", table=(Option("inertia", "float", 0.0, "...", unit="kg m2"), ...))
 
-A chip has its rows in its sheet, a part in its class; `checked` passes all of them to the constructor.  For text, from
-a URL or a command line, the method `read` of the row converts it to a value first.
+A chip has its rows in its sheet, a part in its class; `checked` passes all of them to the constructor.
+Text, from a URL or a command line, is first converted to a value by the method `read` of the row.
 """
 
 from __future__ import annotations

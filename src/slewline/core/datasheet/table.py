@@ -110,8 +110,8 @@ class Arg:
         optional: True if the argument may be left out; it is then `high`.
         fraction: the number of bits after the binary point: with 16 the value counts 1/65536 of its unit.
         cycles: the power of the chip's cycle in the denominator of the unit: 1 for a speed, 2 for an acceleration.
-        alias: pairs (value, value that the chip takes instead), such as (256, 255); for any other value that is too
-            large, the chip uses the low bytes.
+        alias: pairs (value, value that the chip uses instead), such as (256, 255); for any other value that
+            is too large, the chip uses the low bytes.
     """
 
     name: str
@@ -176,7 +176,7 @@ class Row:
         flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" if
             the program ends.
         role: the purpose of the command, a word from ROW_ROLES, which all parts share.
-        at_once: the effect of the command on a running motor, without waiting for the end of the motion, a word from
+        at_once: the effect of the command on a running motor before the end of the motion: a word from
             AT_ONCE; a buffered command acts at the update.
         starts: True if the command itself outputs no steps, but outside program entry may start a program or a homing
             run.
@@ -505,7 +505,7 @@ class Sheet:
         manual: the source of the facts.
         pins: the pin table.
         commands: the command table.
-        behaviour: a number that is increased whenever the model changes so that the same inputs lead to
+        behaviour: a number that is increased whenever a change of the model makes the same inputs lead to
             other outputs; a journal records the number for its run.
         crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a selectable crystal.
         crystal_low_hz: the lowest crystal frequency allowed, Hz.
@@ -584,12 +584,12 @@ class Sheet:
 
     @property
     def leave(self) -> tuple[Row, ...]:
-        """The commands that end program entry; if one of them does only that, it is the last one."""
+        """The commands that end program entry; a command that does nothing else comes last."""
         return self.acting("leave")
 
     @property
     def takes_live(self) -> bool:
-        """True if the part takes commands while its program runs: a host may pull its program entry pin low."""
+        """True if the part accepts commands while its program runs: a host may pull its program entry pin low."""
         entry = self.role("program_entry")
         return entry is not None and entry.in_out == "both"
 

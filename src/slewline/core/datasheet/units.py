@@ -7,7 +7,7 @@
 
 Text is rounded only once, so "68 g cm2" is the same number as 6.8e-6.  Text must include a unit, unless
 it is 0 or an angle: 68 for an inertia is unlikely to mean kg m2.  Spaces, dots, stars and dashes within
-a unit are ignored.  Turns are converted to steps only where the steps per turn of a motor are known.
+a unit are ignored.  Turns are converted to steps only where a motor's steps per revolution are known.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def measured(value: object, unit: str, per_turn: int | None = None) -> float:
     """Return a quantity as a number in its first unit, which is the SI unit.
 
     Args:
-        per_turn: the steps per turn of the motor, if a rate may be in turns.
+        per_turn: the motor's steps per revolution, if a rate may be in turns.
 
     Raises:
         ValueError: the value is neither a finite number nor text made up of such a number and a unit of this
@@ -109,7 +109,7 @@ def _plain(unit: str) -> str:
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return a note if a text has a unit of another quantity, "mH is a unit of inductance; ", or ""."""
+    """Return a note, such as "mH is a unit of inductance; ", if a text has a unit of another quantity; else ""."""
     found = _NUMBER_AND_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
     if found is None:
         return ""
@@ -128,7 +128,7 @@ def in_steps(text: str, per_turn: int) -> str:
     """Return text with rates, accelerations and jerks converted from turns to steps: 600 rpm to 2000 steps/s.
 
     Args:
-        per_turn: the steps per turn.
+        per_turn: the steps per revolution.
     """
 
     def steps(found: re.Match[str]) -> str:

@@ -128,7 +128,7 @@ class JournaledStore:
             self.write(bytes(whole))
 
     def pending(self) -> bool:
-        """Return whether the store is still writing; the call is numbered if it is, or if it could not write."""
+        """Return whether the store is still writing; a call that returns True, or that fails, is numbered."""
         try:
             pending = is_pending(self.store)
         except OSError as error:
@@ -272,7 +272,7 @@ class BufferedStore:
         """Write all changes since the last flush to the store; return whether it has written all of them.
 
         Raises:
-            OSError: the store could not be written; the next flush repeats all data that it may lack.
+            OSError: the store could not be written; the next flush repeats all data that the store may lack.
         """
         return self._is_written() and (not self.unsaved or self._give())
 

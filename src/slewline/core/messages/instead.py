@@ -78,8 +78,8 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
     Names that the class has, or that its annotations list, are skipped.
 
     Args:
-        to_set: the remedy for setting such a name, "" for the same as for reading it; by default, objects may have an
-            attribute of that name.
+        to_set: the remedy for an attempt to set such a name, or "" to use the remedy for reading it; by
+            default, objects may have an attribute of that name.
     """
     if not any("__dir__" in vars(base) for base in cls.__mro__[:-1]):
         setattr(cls, "__dir__", _names_there_are)  # noqa: B010 (mypy knows no assignment to a method)

@@ -6,5 +6,5 @@ INSTEAD = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
 
 
 def ascii_of(text: str) -> str:
-    """Return a text in printable ASCII: "25 us" for "25 µs", with question marks for characters without one."""
+    """Return a text in printable ASCII: "25 us" for "25 µs", with "?" for characters that have no equivalent."""
     return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(INSTEAD))

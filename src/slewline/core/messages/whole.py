@@ -6,7 +6,7 @@ from numbers import Integral
 
 
 def whole(value: object) -> int | None:
-    """Return a Python or NumPy whole number as an int; None for anything else, such as True and False."""
+    """Return a Python or NumPy whole number as an int; None for anything else, including True and False."""
     if type(value) is int:
         return value
     return int(value) if isinstance(value, Integral) and not isinstance(value, bool) else None

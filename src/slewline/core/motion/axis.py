@@ -117,7 +117,7 @@ missing(
 class Segment:
     """A stretch of travel: starting at an instant, `playing` moves the axis from `travel` by `sign` with each step.
 
-    `count` is `travel` without the steps that the position register did not count; the register counts
+    `count` is `travel` without the steps that the position register did not count; the register changes by
     `counts` with each step.  `plan` and `step` are set for a train that plays a plan, starting at one of its
     steps.  If a motion is cut off, so is its step in progress: the motor is at rest from the instant
     `halted`.
@@ -151,7 +151,7 @@ _start = attrgetter("start")
 
 @formerly(where="stands")
 class Axis:
-    """The position of one motor: exact at every instant, now and in the past, and as promised for the future.
+    """The position of one motor, exact at every instant: now, in the past, and, if promised, in the future.
 
     `travel` counts steps without wrap-around; `position` is the register, which wraps within `positions`.  A motion may
     leave the register unchanged.
@@ -256,7 +256,7 @@ class Axis:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """Return when the position register will reach a value, as presently promised (ps); None if it will not."""
+        """Return when the position register will reach a value under the present promise (ps); None if it will not."""
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
             return None
@@ -528,7 +528,7 @@ class Axis:
 
 
 def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return only the changes: the last value of equal instants, and the first of equal consecutive values."""
+    """Return only the changes: the last value at each instant, and the first of consecutive equal values."""
     import numpy as np
 
     last = np.append(times[1:] != times[:-1], True)

@@ -39,7 +39,8 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
         """Return the greatest difference, and its instant.
 
-        Actual and ideal values are monotonic between changes, so it is at or just before a change.
+        Actual and ideal values are monotonic between changes, so the greatest difference is at or just before a
+        change.
         """
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]

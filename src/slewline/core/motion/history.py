@@ -136,7 +136,7 @@ class Polyline(Staircase):
 
 
 class History:
-    """Recorded changes of a value, 16 bytes each: at least the latest `KEPT`, so that memory remains bounded.
+    """Recorded changes of a value, 16 bytes each; only the latest, `KEPT` or more, are kept, to limit memory.
 
     Values before the kept ones are NaN.
 

@@ -1,8 +1,8 @@
-r"""The ideal of a motion: a part's law in continuous time, without rounding to steps, clocks or cycles.
+r"""The ideal of a motion: its profile in continuous time, without rounding to steps, clocks or cycles.
 
 velocity   ______
           /|    |\        pieces in which the jerk is constant: a trapezoid has three, an S-curve seven, a rate table
-        _/ |    | \_      one between each pair of entries
+        _/ |    | \_      one between consecutive entries
   piece 0  | 1  |  2
 """
 
@@ -32,7 +32,7 @@ class IdealPiece(NamedTuple):
 
 
 class Ideal:
-    """The law of a motion in continuous time, without rounding to steps; at rest before `start` and after `stop`.
+    """An ideal motion: continuous in time, without rounding to steps; at rest before `start` and after `stop`.
 
     Args:
         start: when the motion begins, ps.

@@ -48,7 +48,7 @@ class Kept:
         )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
-        """Start keeping only the last `ps` picoseconds, and at most `stretches` stretches; None: no change."""
+        """Start keeping only the last `ps` picoseconds and at most `stretches` stretches (None: no change)."""
         self.name = name
         self.ps = self.ps if ps is None else ps
         self.stretches = self.stretches if stretches is None else stretches
@@ -60,7 +60,7 @@ class Kept:
         return oldest if self.ps is None else max(oldest, now - self.ps)
 
     def dropped(self, left: int) -> None:
-        """Record how many stretches are left."""
+        """Record the number of stretches that are left."""
         self.full = max(2 * left, 2 * (self.stretches or 0), FEWEST)
 
     @property

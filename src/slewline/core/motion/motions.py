@@ -36,10 +36,11 @@ class MotionEnd:
         time_ps: the instant at which the motion ended, ps.
         position: the position register at that instant.
         steps: the net steps of this motion, negative counter-clockwise.
-        why: the reason: "done": the motion was completed; "stopped": it was ended early by a command or an input
-            (ABORT, Z, STOP, another profile mode ...); "limit": a limit switch or the end of the position counter ended
-            it; "changed": another motion replaced it without a rest in between; "cut": it was cut off immediately, even
-            within a step (K, reset, or motor or supply switched off).
+        why: the reason: "done": the motion was completed; "stopped": it was ended early by a command or an
+            input (ABORT, Z, STOP, another profile mode ...); "limit": a limit switch or the end of the
+            position counter ended it; "changed": another motion replaced it before the motor came to rest;
+            "cut": it was cut off immediately, even within a step (K, reset, or motor or supply switched
+            off).
     """
 
     time_ps: int
@@ -76,7 +77,7 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal of this motion, up to where the motion left it; None if it has none, or no step has begun."""
+        """The ideal of this motion, until the motion departs from it; None if there is none, or no step has begun."""
         # computed on request: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 
@@ -133,7 +134,7 @@ class _Started:
     end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
-        """Return the ideal, up to where the motion departed from it."""
+        """Return the ideal, until the motion departs from it."""
         ideal = self.ideal() if self.ideal is not None else None
         return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
 
@@ -205,7 +206,7 @@ class Motions:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """Record that the rates of the latest motion change now; `rates` returns the new ones later, in steps/s."""
+        """Record that the rates of the latest motion change now; `rates`, called later, returns them in steps/s."""
         if self._started:
             self._started[-1].changes += ((self.kernel.now, rates),)
 

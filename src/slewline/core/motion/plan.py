@@ -114,8 +114,8 @@ class Plan:
             number: the number of steps that the plan must have; None for any number.
 
         Raises:
-            PlanError: legs that do not follow one another, an interval shorter than allowed, or another number of
-                steps: a fault in a planner, never a user error.
+            PlanError: legs that do not follow one another, an interval shorter than allowed, or a wrong number
+                of steps: a fault in a planner, never a user error.
         """
         at = 0
         for leg in self.legs:

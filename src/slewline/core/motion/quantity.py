@@ -35,7 +35,7 @@ POINTS = 4  # per column: first, lowest, highest, last
 
 
 class Outline(NamedTuple):
-    """A quantity over a window: each value holds, or starts a line, from its instant to the next.
+    """A quantity over a window: each value holds until the next, or is joined to the next by a line.
 
     A break is a pair of points at one instant: NaN (nothing is drawn up to here), then the new value.
     """

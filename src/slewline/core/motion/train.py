@@ -70,13 +70,13 @@ class Train(Events):
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return the first, a lowest, a highest, and the last velocity: ticks from `origin`, and steps/s."""
+        """Return the first, the lowest, the highest and the last velocity: ticks from `origin`, and steps/s."""
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
 
     def pieces(self, since: int, to: int) -> int:
-        """Return the number of velocities between two ticks, counted from `origin`, correct to within one."""
+        """Return the number of pieces of constant velocity between two ticks from `origin`, correct to within one."""
         raise NotImplementedError
 
     def rests(self, until: int) -> int:
@@ -135,7 +135,7 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The indices of the first, a slowest, a fastest, and the last run, for pictures."""
+        """The indices of the first, the slowest, the fastest and the last run, for pictures."""
         return shown(self.intervals)
 
 
@@ -158,7 +158,7 @@ def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
 
 
 def shown(intervals: list[int]) -> list[int]:
-    """Return the indices of the first, a longest, a shortest, and the last interval, ascending."""
+    """Return the indices of the first, the longest, the shortest and the last interval, ascending."""
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
 
@@ -331,12 +331,12 @@ class Playing(Until):
         return times, speeds
 
     def pieces(self, start: int, stop: int) -> int:
-        """Return the number of velocities in start <= t <= stop (ps), correct to within two."""
+        """Return the number of pieces of constant velocity in start <= t <= stop (ps), correct to within two."""
         since, to, _ = self._ticks(start, stop)
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return the first, a lowest, a highest, and the last velocity: instants (ps) and steps/s."""
+        """Return the first, the lowest, the highest and the last velocity: instants (ps) and steps/s."""
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

@@ -1,7 +1,7 @@
 """A shaft on the face of its motor, animated with its recorded movement.
 
-The animation is CSS: positions at equal time intervals, repeated.  If the reader prefers no motion, the shaft is shown
-at its last position.
+The animation is CSS: positions at equal time intervals, repeated.  If the reader prefers reduced motion,
+the shaft is shown at its last position.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
     """Return the motor face and the shaft as SVG.
 
     Args:
-        turns: the angle of the shaft, in turns clockwise, at equal time intervals; a single value if it has not turned.
+        turns: the angle of the shaft, in revolutions clockwise, at equal time intervals; a single value if
+            it has not turned.
         play_s: the duration of the animation, in seconds.
     """
     drawn = [*_face()]
@@ -71,7 +72,7 @@ def _face() -> list[Markup]:
 
 
 def _rotor() -> list[Markup]:
-    """Return the turning part: a disc with a pointer, and the shaft with its flat."""
+    """Return the rotating part: a disc with a pointer, and the shaft with its flat."""
     disc, shaft = 0.33 * SIZE, 0.08 * SIZE
     return [
         element("circle", r=f"{disc:g}", fill="#8883", stroke="currentColor"),

@@ -8,10 +8,10 @@
     time(k)              instant of event k                time(3) = c
     times(first, last)   instants of several, an array     times(2, 3) = [b, c]
 
-All recurring events have this interface.  A source of events is a value: a step train computes its events by
-arithmetic, a wire is searched, a list is looked up, and the caller cannot tell them apart.  Events derived from events
-have the same interface: shifted by a constant (`Later`), limited to an instant (`Until`), or numbered from an instant
-(`Since`).
+All recurring events have this interface.  A source of events is a value: a step train computes its
+events by arithmetic, a wire is searched, a list is looked up, and the caller sees no difference.  Events
+derived from events have the same interface: shifted by a constant (`Later`), limited to an instant
+(`Until`), or numbered from an instant (`Since`).
 
 The time of an event is a `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to query
 again, before which there is no event; or None: no event is foreseen.  NotYet is not a number, so a type checker finds
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class NotYet:
-    """No event is known yet, and there is none before the instant `at` (ps), when the query can be repeated."""
+    """An event not found yet: there is none before the instant `at` (ps), when the query can be repeated."""
 
     at: int
 

@@ -39,7 +39,7 @@ class Hook(Generic[P]):
         return listener
 
     def remove(self, listener: Callable[P, object]) -> None:
-        """Remove a listener; a listener that was added twice remains once.
+        """Remove a listener; a listener that was added twice remains registered once.
 
         Raises:
             UsageError: `listener` was not added, or has been removed.
@@ -86,7 +86,7 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """The hook for the current command of a chip; "" means none, reported once, after completion or a reset."""
+    """The hook for the current command of a chip; "" (none) is reported once, after completion or a reset."""
 
     __slots__ = ("text",)
 

@@ -64,7 +64,7 @@ class Outside:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Report no inputs made in this block, because they follow from a reported one.
+        """Do not report inputs made in this block, because they follow from an input already reported.
 
         Calls to hosts only queue actions.
         """

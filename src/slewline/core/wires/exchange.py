@@ -11,9 +11,10 @@ end calls the other with the data, and each driver has a `DrawnLine`, which comp
 queried.  All edges follow from the state of the exchange, which is a few values.  Where a wire is recorded,
 these states are kept, and the edges are computed on request (`PastExchanges`).
 
-As soon as anything begins to observe the wires, or any other driver drives a level, the exchange is withdrawn: the
-lines become ordinary waves, the ends watch their nets again, and the rest continues edge by edge.  All other cases also
-run edge by edge, as does the twin, with which an exchange agrees in every edge, byte and finding.
+As soon as anything begins to observe the wires, or any other driver drives a level, the exchange is
+withdrawn: the lines become ordinary waves, the ends watch their nets again, and the rest continues edge
+by edge.  All other cases also run edge by edge, as does the reference model (the twin), with which an
+exchange agrees in every edge, byte and finding.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ class PastExchanges:
 
     Args:
         net: the net.
-        shown: for each driver on it, a function from a state to its wave.
+        shown: for each driver on the net, a function that returns its wave for a state.
     """
 
     __slots__ = ("net", "shown", "starts", "states")
@@ -136,8 +137,8 @@ class Exchange:
     """A transfer between ends that may be made by value.
 
     Args:
-        led: the drivers of the leading end, each with a function from the state of an exchange to its wave.  When an
-            exchange is withdrawn, they play the rest of it.
+        led: the drivers of the leading end, each with a function that returns its wave for a state of the
+            exchange.  When an exchange is withdrawn, they play the rest of it.
         answering: the same for the answering ends.  When an exchange is withdrawn, they keep their levels until their
             end is notified of the next edge.
         ends: the ends that watch the nets.

@@ -177,7 +177,7 @@ class TakingEnd(End, Protocol):
         """True if the next byte begins a command."""
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return the number of bytes, starting at index `at`, that it takes as a value; all but the last are stored."""
+        """Return the number of bytes, starting at index `at`, that it takes by value; all but the last are stored."""
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Prepare for bytes whose transfer begins now."""

@@ -42,7 +42,7 @@ class Condition:
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """Return when the condition will be met, as presently promised (ps); None if no promise foresees it."""
+        """Return when the condition will be met under the present promises (ps); None if no promise foresees it."""
         return None
 
     @property

@@ -150,7 +150,8 @@ class Receiver:
     async def _start_bit(self, alone: bool = False) -> bool:
         """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character.
 
-        Return whether a sender has handed over the line meanwhile; the wait then lasted until the owner acts.
+        Return whether a sender has handed over the line meanwhile; in that case, the wait lasts until the owner
+        acts.
         """
         net, mark = self.net, self.mark
         if self.broken:

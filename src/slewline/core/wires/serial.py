@@ -166,7 +166,7 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
 
 
 class Straps:
-    """The current settings from the strap pins of a part on a serial line; the part that is wired to it can read them.
+    """The settings that the strap pins of a part select for its serial line; a part wired to it can read them.
 
     `setting` is the setting in use: the part reads its straps when it is switched on.
 

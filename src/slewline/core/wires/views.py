@@ -10,7 +10,7 @@ value.  When the drive of an input changes, the part that promised the view boun
 no later edge of the withdrawn promise is visible, and promises a new view in the next round
 (parts/base/follower.py).
 
-Edges are exact: each is a real change, with only one at an instant.
+Edges are exact: each is a real change of level, and there is at most one per instant.
 """
 
 from __future__ import annotations
@@ -322,7 +322,7 @@ class Delayed(View):
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the instant before which the output is known (ps): its input's plus the delay; None if forever."""
+        """Return the instant before which the output is known (ps): its input's, plus the delay; None if forever."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 

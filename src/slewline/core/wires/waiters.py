@@ -24,7 +24,7 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
 
 
 def wait_for(net: Net, wanted: int | None) -> None:
-    """Register the running task for a net's level, 0 or 1, that it does not have yet, or its next change (None)."""
+    """Register the running task for a level (0 or 1) that a net does not have yet, or its next change (None)."""
     task = net.kernel.task
     net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
     if net.promise is not None:

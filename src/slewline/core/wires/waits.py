@@ -70,7 +70,8 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
     """Sample a net every `every` picoseconds, starting now, until it has a level.
 
-    The sampling instants are computed, not stepped through; a level that ends before the next one is missed.
+    The sampling instants are computed, not stepped through; a level that ends before the next sampling
+    instant is missed.
     """
     origin = kernel.now
     while net.level != wanted:

@@ -141,7 +141,7 @@ class Link(Outbox):
         return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return the next time at which `outgoing` may have bytes, unless bytes are received earlier; None: never."""
+        """Return when `outgoing` may next have bytes (ns), if none are received earlier; None for never."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:

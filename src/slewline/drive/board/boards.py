@@ -36,10 +36,11 @@ class BoardPin(NamedTuple):
 class BoardModel(NamedTuple):
     """A kind of board with slewline firmware: its limits, and its pins by purpose.
 
-    `number`: the board field of its IDENT.  `hz`: ticks per second.  `slots`: records in its queue.  `shortest`: the
-    minimum number of ticks between two steps.  Values that a board reports itself (IDENT) have precedence.  `high`,
-    `low`: the minimum number of ticks for which STEP is high and low, up to 45,000 steps/s; `setup`, `hold`: the
-    minimum number of ticks for which DIR is stable before STEP rises, and after.
+    `number`: the board field of its IDENT.  `hz`: ticks per second.  `slots`: records in its queue.
+    `shortest`: the minimum number of ticks between two steps.  Values that a board reports itself (IDENT)
+    take precedence.  `high`, `low`: the minimum number of ticks for which STEP is high and low, up to 45,000
+    steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before STEP rises, and
+    after.
     """
 
     number: int
@@ -66,7 +67,7 @@ class BoardModel(NamedTuple):
     def pin(self, printed: str) -> str | None:
         """Return the purpose of a pin ("step", "input 0"), given its printed name in upper or lower case.
 
-        None if the pin has no purpose, or there is no such pin.
+        Return None if the pin has no purpose, or there is no such pin.
         """
         wanted = printed.upper()
         for purpose in ("step", "dir", "enable", "led"):

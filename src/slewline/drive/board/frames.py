@@ -49,9 +49,9 @@ def crc(data: bytes) -> int:
 
 
 def stuff(data: bytes) -> bytes:
-    """Return at most 253 bytes in COBS encoding, which is free of zeros; the terminating zero is not included.
+    """Return the zero-free COBS encoding of at most 253 bytes, without the terminating zero.
 
-    No frame has more bytes.
+    No frame is longer than that.
     """
     return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
 

@@ -39,7 +39,7 @@ class EventOrder:
 
     @property
     def complete(self) -> bool:
-        """Whether all known events of the board have been taken."""
+        """True if all known events of the board have been taken."""
         return self._next == self._known
 
     def counted(self, number: int) -> None:

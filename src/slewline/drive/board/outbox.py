@@ -72,13 +72,13 @@ class Outbox:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board, ahead of those waiting for slots, which become free only after the start."""
+        """Start the records on the board before more are sent: its slots become free only after the start."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
     @property
     def starting(self) -> bool:
-        """Whether there is a START that the board has not taken yet."""
+        """True while there is a START that the board has not taken yet."""
         return any(command.kind == FrameKind.START for command in self._commands)
 
     def abandon(self) -> None:
@@ -87,7 +87,9 @@ class Outbox:
         self._commands.extend(each for each in reversed(later) if each.kind not in MOTION)
 
     def stop(self, how: int) -> None:
-        """Stop the motor: 0, immediately; 1, along the tail.  STOP goes first; numbered commands wait for its answer.
+        """Stop the motor, immediately (`how` = 0) or along the tail (1).
+
+        STOP is sent before all numbered commands, which wait for its answer.
 
         Raises:
             UsageError: `how` is neither.

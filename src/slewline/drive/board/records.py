@@ -31,7 +31,7 @@ _RECORD = Struct("<BHIHi")
 
 
 class Record(NamedTuple):
-    """Steps, each interval `add` longer than the previous one, or one interval without a step (PAUSE).
+    """A series of steps, each interval `add` longer than the last, or one interval without a step (PAUSE).
 
     `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval is constant, and `add` holds
     the number of steps of a stop ramp that starts at the first step (low 16 bits), and the change of that number with

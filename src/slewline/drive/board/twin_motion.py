@@ -3,8 +3,8 @@ r"""The step-by-step motion of a board: records, brake and tail, reflexes and ou
 A brake makes the scheduled step (an underrun has none), then one more if that follows within less than
 640 ticks, and then the tail: steps from the table that the host sent last.  The number of tail steps,
 and the first entry used, follow from the record of the scheduled step, if it has WAY: a count of steps,
-which changes by -1, 0 or 1 with each step.  So a board ramps down from any step by the law of its chip,
-without knowing that law:
+which changes by -1, 0 or 1 with each step.  So a board ramps down from any step as its chip would,
+without knowing how the chip computes its ramps:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
@@ -251,7 +251,7 @@ class MovingTwin:
 
     @property
     def estop(self) -> bool:
-        """Whether an emergency stop is active."""
+        """True while an emergency stop is active."""
         return any(self._is(Reflex.ESTOP, each) for each in self._active())
 
     def _is_active(self, number: int) -> bool:

@@ -27,9 +27,9 @@ class TwinPower:
         switch: a function that sets ENABLE, called with True or False and a tick.
 
     Attributes:
-        on: whether the driver is enabled.
-        unsure: whether the position of the motor may differ from the count.
-        locked: whether the board has switched the driver off by itself.
+        on: True while the driver is enabled.
+        unsure: True if the position of the motor may differ from the count.
+        locked: True if the board has switched the driver off by itself.
     """
 
     def __init__(self, switch: Callable[[bool, int], object]) -> None:

@@ -133,8 +133,9 @@ class ResetFlag(IntFlag):
 class PowerFlag(IntFlag):
     """Flags of ANSWER that describe the driver.
 
-    UNSURE: the position of the motor may differ from the count, after steps without current, a stop without a ramp,
-    or a driver that the board has switched off.  LOCKED: the board did that by itself, and only RESET unlocks it.
+    UNSURE: the position of the motor may differ from the count, after steps without current, after a stop
+    without a ramp, or because the board has switched the driver off.  LOCKED: the board has done so by
+    itself, and only RESET unlocks the driver.
     """
 
     ENERGISED = 1
@@ -298,7 +299,7 @@ class BoardConfig:
 
     @property
     def good(self) -> bool:
-        """Whether a board accepts the configuration."""
+        """True if a board accepts the configuration."""
         try:
             self.check()
         except UsageError:

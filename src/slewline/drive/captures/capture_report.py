@@ -29,7 +29,7 @@ class AxisCapture:
         signals: its signals, under the names "step" and "direction".
         glitches: the instants of pulses and gaps of STEP or DIR that are too short to be intended, ps.
         glitch_ps: the length below which a pulse or gap of STEP is a glitch, ps.
-        jitter: the jitter of the steps at a constant rate; None: the rate is not constant.
+        jitter: the jitter of the steps at a constant rate; None if the rate is not constant.
     """
 
     name: str
@@ -61,8 +61,8 @@ class CaptureReport:
     Attributes:
         axes: an `AxisCapture` for each axis.
         limits: the data sheet limits, each with the times measured: a `TimingTable`.
-        skews: the delay of one axis's steps against another's, keyed by the names of the two axes, the
-            delayed one second: a `Skew`, or None if no steps are near.
+        skews: the delay of one axis's steps relative to another's, keyed by the names of the two axes, with
+            the delayed axis in second place: a `Skew`, or None if no steps are close to each other.
         resolution_ps: the timing error caused by sampling, ps.
         notes: restrictions of the result, one per line.
     """
@@ -95,7 +95,7 @@ class CaptureReport:
         return "\n".join([*lines, *self.notes])
 
     def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-        """Draw the signals at the time that violates its limit most, or, without violations, comes closest to it.
+        """Draw the signals at the measured time that violates its limit most or, if none does, comes closest to it.
 
         Args:
             path: the file, SVG, PNG or PDF by its suffix.

@@ -73,7 +73,7 @@ def check_capture(
 ) -> CaptureReport:
     """Check a recording against the data sheets of a driver and of a part; `print` shows the result.
 
-    A time that misses its limit by no more than the sampling period is not called a violation.
+    A time that misses its limit by no more than the sampling period is not reported as a violation.
 
     Args:
         capture: the result of `read_waveforms`, or the name of a file.

@@ -52,7 +52,7 @@ class DriveFindings:
 
         Args:
             position: the count of the board.
-            known: False: the registers of the chip are lost anyway.
+            known: False if the registers of the chip are lost anyway.
         """
         missing = signed(self.state.axis.travel - position)
         self.feeder.counted()

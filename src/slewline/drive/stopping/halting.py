@@ -106,7 +106,7 @@ class StopChip:
 
     @property
     def settled(self) -> bool:
-        """Whether the chip is at rest and has taken the count over."""
+        """True while the chip is at rest and has taken the count over."""
         return self._position is None and (self._at_rest or not self._acting)
 
     def clear(self) -> None:

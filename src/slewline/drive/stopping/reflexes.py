@@ -1,4 +1,4 @@
-"""Board inputs that act as pins of a chip: immediate reactions of the board, by the law of the chip.
+"""Board inputs that act as pins of a chip: the board reacts immediately, as the chip would.
 
     inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)

@@ -39,9 +39,10 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant to try next (ps): between one that is too early and one that is too late, if there are both.
+    """Return the instant to try next (ps): between one that is too early and one too late, if both are known.
 
-    If there is only one of them, move by the number of missing steps; None: no step is missing.
+    If only one of them is known, move from the last try by the number of missing steps; return None if there
+    is no step there.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)

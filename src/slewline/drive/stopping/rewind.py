@@ -1,11 +1,11 @@
-"""Stops of the motor by board inputs, as the chip would stop it: by its own law, when the input changes.
+"""Stops of the motor by board inputs, reproduced on the chip: it stops by itself when the input changes.
 
     model     ......m.............. now          the present; the board is a horizon behind it
     board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
 Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count
-overrides the time stamp*: if the chip, by its law, samples the pin between the time stamp and the step,
+overrides the time stamp*: if the chip samples the pin between the time stamp and the step,
 the model would make one step more or fewer than the board has; then the input is moved past the next
 sample, until the counts agree.  If no instant leads to that count, the nearest run is used, and the
 position register is set to the position of the motor.  If the chip does not stop, or going back would
@@ -14,7 +14,7 @@ present, and takes over the count of the board: the finding is `late-input`.
 
 A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board,
 and is moved as well.  An input that holds the motor counts as an input that stops it: in the other run
-the chip holds the motor by its own law, and continues when the input is released.
+the chip itself holds the motor, and continues when the input is released.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ class Rewind:
 
     @property
     def settled(self) -> bool:
-        """Whether there is no instant to go back to, and the chip is at rest at the position of the motor."""
+        """True while there is no instant to go back to, and the chip is at rest at the position of the motor."""
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
@@ -370,7 +370,7 @@ class Rewind:
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:
-        """Replace the present bench by another one that was the same up to an instant (ps)."""
+        """Replace the present bench by another one that was identical up to an instant (ps)."""
         self.state.chip.on_command.remove(self.commanded)
         self.past.go_on(bench, since_ps)
         self.motor.move(bench)
@@ -379,7 +379,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
-        """Apply an edge to the chip at the motor's instant; at the current one if it would change the steps."""
+        """Apply an edge to the chip at the motor's instant, or at the current one if that would change the steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
         now, why = state.kernel.now, "it is before the motor was last at rest"

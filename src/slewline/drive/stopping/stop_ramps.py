@@ -1,9 +1,10 @@
 """Stop ramps: the deceleration of the chip from each step of a motion, as sent to a board.
 
     table     the plan's own stop ramp, intervals and counts: sent once per motion
-    a record  the number of its steps that remain, from each step of the record on (WAY)
+    a record  the number of ramp steps that remain at each step of the record (WAY)
 
-If a chip has an input that decelerates the motor, the deceleration has its own law, a word of REFLEXES:
+If a chip has an input that decelerates the motor, the deceleration follows a law of its own, named by a
+word of REFLEXES:
 
     brake         down the levels below the one of the last step, each in full; at the top the whole stop
                   ramp, and during deceleration the rest of it
@@ -137,7 +138,7 @@ class StopRamps:
             self.link.tail(self.tail)
 
     def _knows(self) -> bool:
-        """Return whether there is a board; a new one has no table yet."""
+        """Return whether there is a board; if it is a new one, forget the table, which it does not have yet."""
         ident = self.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []
@@ -253,8 +254,8 @@ def too_short(entries: Entries) -> int | None:
 def spread(shortest: int, start_stop: int, most: int) -> Entries:
     """Return a stop ramp from any rate down to the rate at which the motor may stop, for trains without a plan.
 
-    Each interval is about 1/16 longer per step, as on a board without a table, but changes every few steps
-    only.
+    The interval grows by about 1/16 per step, as on a board without a table, but changes only every few
+    steps.
     """
     out: Entries = []
     interval = float(shortest)

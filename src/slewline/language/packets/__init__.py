@@ -86,7 +86,7 @@ class Packets(Words):
         return text.split(maxsplit=1)[0].lower() in DIRECTS
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        """Return why a line is not a packet; None if it is one."""
+        """Return the reason why a line is not a packet; None if it is one."""
         found = parse(sheet, text, crystal_hz)
         return found if isinstance(found, Refusal) else None
 
@@ -120,7 +120,7 @@ class Packets(Words):
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return a list with the command that has a hexadecimal code or a name."""
+        """Return a list with the command that a text denotes, by its hexadecimal code or its name."""
         coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
         found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
         return [found or row(sheet, "".join(text.split()[:1]))]

@@ -1,4 +1,4 @@
-"""Packets: converts lines of a host script to words, and words to lines.  No time, no pins.
+"""Packets: the conversion of lines of a host script to words, and of words to lines.  No time, no pins.
 
     SET_POS 12345             10  0000 3039     command byte; words, high word first, high byte first
     set_vel $2C000            11  0002 C000     case is ignored; hexadecimal after $ or 0x

@@ -182,7 +182,7 @@ class TextReader(Reader):
         return Operand(*place, arg.fit(value))
 
     def into_range(self, row: Row, arg: Arg, number: int) -> str:
-        """Return the remedy for a number out of range: the nearest one, except for a branch target."""
+        """Return the remedy for a number out of range: the nearest allowed number, except for a branch target."""
         if "t" in row.flow and arg is row.args[-1]:
             return "a target is the address of an instruction of this program, as slewline asm lists them"
         return f"the nearest is {min(max(number, arg.low), arg.high)}"

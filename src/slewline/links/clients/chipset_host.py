@@ -51,12 +51,12 @@ class ChipsetHost:
         self.updated = False  # the cycle of the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
-        """Send a command and verify the checksum; return the value that the command returns, None if it returns none.
+        """Send a command and verify the checksum; return the command's value, or None if it returns no value.
 
         Args:
             name: the mnemonic.
-            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", with the standard
-                crystal.
+            values: the arguments, in the units of the command; a rate may also be text, "12345 steps/s", which
+                assumes the standard crystal.
             axis: the axis to select first; 0 keeps the current axis.
 
         Raises:

@@ -11,9 +11,10 @@
 Only the lowest four bits of an address are used, so 0x342 is the command register too.  The messages are those of
 register_port.py.  A server with another card (--card) sends the register offsets in its first line; they are in `at`.
 
-A packet is one message.  In lockstep, OUT and a poll with a predictable answer do not wait for the answer: HostRdy is
-low after a command and after the second byte of a word, until a poll has found it low, and high after the first byte.
-The server executes these requests at the same instants as if the client had waited for every answer.  An older server
+A packet is one message.  In lockstep, OUT does not wait for its answer, nor does a poll whose result can
+be predicted: after a command, or after the second byte of a word, the first poll finds HostRdy low, and
+the next one finds it high; after the first byte of a word, a poll finds it high.  The server executes
+these requests at the same instants as if the client had waited for every answer.  An older server
 reports that it does not know the request 90 02; the client then uses the old protocol.
 
 This file needs only the standard library: it can be copied to another machine.
@@ -98,8 +99,8 @@ class ChipsetPort:
     def exchange(self, *requests: tuple[int, int]) -> bytes:
         """Send requests, each given as its two bytes, in one message; return the answers, one byte each.
 
-        If an answer is missing, the connection is closed: a late answer would be mistaken for that to a later
-        request.
+        If an answer is missing, the connection is closed: a late answer would be mistaken for the answer to a
+        later request.
         """
         self.settle()
         self._forget()
@@ -323,7 +324,7 @@ class ChipsetPort:
 
 
 def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
-    """Return a series as one message: SERIES, or ON if it is executed only if the previous message succeeded."""
+    """Return a series as one message: SERIES, or ON, which is executed only if the previous message succeeded."""
     data = b"".join(map(bytes, requests))
     return bytes((kind, len(data) // 2)) + data
 

@@ -129,7 +129,10 @@ class Client:
         return self.control.token
 
     def room(self) -> int:
-        """Return the number of bytes that may be read now: 0 while a reply is pending, or replies are not read."""
+        """Return the number of bytes that may be read now.
+
+        It is 0 while a reply is pending, and while the client does not read its replies.
+        """
         return 0 if self.waiting or self.postponed or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
@@ -145,7 +148,7 @@ class Client:
         self.work()
 
     def work(self) -> None:
-        """Answer received requests for a share of a loop turn; the rest waits until all others have had a turn."""
+        """Answer received requests for a share of a loop turn; leave the rest until all others have had a turn."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -219,7 +222,7 @@ class Client:
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
     ) -> None:
-        """Reply when a condition is met, or at an instant (ps); with `pushes`, paused time runs until then."""
+        """Reply when a condition is met, at `limit_ps` at the latest; with `pushes`, paused time runs until then."""
         answer = self.answer_later(request)
         wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
 
@@ -243,7 +246,7 @@ class Client:
 
     # -------------------------------------------------------------------------------------------------------- events
     def subscribe(self, every_s: float) -> Data:
-        """Start sending events, at this minimum interval; 0 stops them.  Return the present view."""
+        """Start sending events, at this minimum interval; 0 stops them.  Return the current view."""
         dialogue = self.server.dialogue
         self.seen, self.sent = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
         self.gathering = None
@@ -275,7 +278,7 @@ class Client:
             self.gather()
 
     def gather(self) -> None:
-        """Find changes of the view, for a share of a loop turn, so that answers from modules are not delayed."""
+        """Search the view for changes, but only for a share of a loop turn, so that no module's answer is delayed."""
         end_s = perf_counter() + GATHER_S
         for path, value in self.gathering or ():
             old = at(self.seen, path)
@@ -293,7 +296,7 @@ class Client:
             self.sent = *self.sent[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
-        """Start sending requests to the control port of a branch; "" answers them here again."""
+        """Start sending requests to the control port of a branch; if `where` is "", answer them here again."""
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)

@@ -65,7 +65,10 @@ class TimeVerbs(Verbs):
         self.client.wait(request, reply if is_awaited else lambda _over: {}, pushing, limit_ps, True)
 
     def outcome(self, met: bool, condition: Condition) -> Data:
-        """Return whether a condition was met; if not, also its faults, and the activity of each chip and part."""
+        """Return whether a condition was met, and if not, the reason.
+
+        The reason consists of the faults of the condition, and the activity of each chip and part.
+        """
         if met:
             return {"met": True}
         odd = str(condition).removeprefix(condition.text).lstrip(", ")
@@ -126,7 +129,7 @@ class TimeVerbs(Verbs):
         return InstantCondition(self.bench.kernel, at)
 
     def renewed(self, request: Data, before: Condition) -> Condition:
-        """Return the condition of a pending request, set up on the present bench."""
+        """Return the condition of a pending request, set up on the current bench."""
         by = {"until": self.condition, "step": self.next_event}.get(request["do"], lambda _request: NEVER)
         condition = before if isinstance(before, InstantCondition) else by(request)
         if isinstance(before, InstantCondition):
@@ -137,7 +140,7 @@ class TimeVerbs(Verbs):
         return condition
 
     def do_breakpoints(self, request: Data) -> Data:
-        """Replace the breakpoints, if the request contains any; reply with the present breakpoints."""
+        """Replace the breakpoints, if the request contains any; reply with the current breakpoints."""
         breakpoints = self.server.breakpoints
         if "breakpoints" in request:
             breakpoints.replace(request["breakpoints"])
@@ -173,5 +176,5 @@ class Pushing(Condition):
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """Prediction of the condition from promises; None if there is none."""
+        """Method that predicts, from promises, the instant at which the condition is met; None if there is none."""
         return self.condition.foreseen

@@ -245,7 +245,7 @@ def argument(parameter: Parameter) -> Data:
 
 
 def as_time(text: str) -> Time:
-    """Return a time in the form that a bench takes: 0 needs no unit."""
+    """Return a time in the form that a bench accepts: 0 needs no unit."""
     return 0 if text == "0 ps" else text
 
 
@@ -262,7 +262,7 @@ def problem_data(problem: Problem) -> Data:
 
 
 def sheet_data(sheet: Sheet) -> Data:
-    """Return the data of a data sheet that a panel needs."""
+    """Return the data that a panel needs from a data sheet."""
     pins = [
         {
             "number": pin.number,

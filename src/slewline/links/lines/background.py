@@ -29,9 +29,9 @@ class BackgroundStore:
 
     Args:
         store: the store that writes; it must have no other user.
-        timeout_s: how long `pending` waits for the write, in seconds, so that a module need not poll again and again
-            where virtual time passes faster than the wall clock.  None: until the data is written, where time follows
-            no clock.
+        timeout_s: the time in seconds for which `pending` waits for the write, so that a module need not
+            poll again and again when virtual time passes faster than the wall clock.  None: it waits until
+            the data is written, for virtual time that does not follow the wall clock.
 
     Raises:
         StoreError: the store cannot be read.

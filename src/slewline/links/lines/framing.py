@@ -1,11 +1,11 @@
-"""A framing of our own for chips on a bus: lines of text, with read-back and without losses.
+"""A framing specific to slewline, for chips on a bus: lines of text, with read-back and without losses.
 
 The UART of figure 10.16 only receives, and cannot hold off a host.  This link replaces it with a small
 host computer that performs the handshake on behalf of the program at the far end:
 
-    R 100            a command, as in a program file; it is sent as fast as the chip takes it
-    ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
-    ?                query whether commands are still to be sent or taken: ? busy, or ? ready
+    R 100            a command, as in a program file; it is sent as fast as the chip accepts it
+    ?0 ... ?3        read a verify group, through PROG/LIVE if a program is running; answer:  ?3 4E 20 47
+    ?                query whether commands are still to be sent or accepted: ? busy, or ? ready
     !                discard pending commands and queries; the answer is !
 
 Lines end with CR or LF, answers with CR LF.  Answers come in the order of the queries, except those to

@@ -11,13 +11,16 @@ undo them; if they are interrupted, the former content stays in place.
     write                                        append
     write a temporary file, fsync it             add a record after the last one, fsync it
     read it back and compare                     read it back and compare
-    rename it over the file                      ... the first append ever, those after a failure, and one that would
-    fsync the directory                          make the records much longer than the rest write the whole file instead
+    rename it over the file
+    fsync the directory
 
-The content is on the disk under another name before it gets its final name; a disk that stores something else is
-detected in time; nothing after the last step can fail.  A power failure during an append leaves an incomplete record at
-the end, which is dropped.  If a complete record follows a broken one, the broken one was damaged later: this is
-reported as damage.
+The first append ever, an append after a failure, and an append that would make the records much longer
+than the rest write the whole file instead.
+
+New content is on the disk under another name before it gets its final name, so a disk that stores
+something else is detected in time.  After the last step, nothing can fail.  A power failure during an
+append leaves an incomplete record at the end, which is dropped.  If a complete record follows a broken
+one, the broken one was damaged later: this is reported as damage.
 """
 
 from __future__ import annotations
@@ -133,7 +136,7 @@ class FileStore:
         return True
 
     def _replace(self, content: bytes) -> None:
-        """Replace the present file with a new one."""
+        """Replace the existing file with a new one."""
         with directory(self.path.parent, self.system) as made_safe:
             self._found()
             try:
@@ -151,7 +154,7 @@ class FileStore:
             made_safe()
 
     def _found(self) -> bytes:
-        """Return the present file; empty if there is none."""
+        """Return the content of the existing file; empty if there is none."""
         if self.path.is_symlink():
             raise StoreError(f"{self.path}: is a symbolic link; name the file itself")
         if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # opening a FIFO would block

@@ -6,7 +6,7 @@
                 machine that was asleep, a rate that is too high) skips the rest, which is reported.
 
     lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
-                them, an `advance`, an `until`.  An endless motion has advanced only as far as the host has.
+                them, an `advance`, an `until`.  An endless motion advances only during such waits.
 
 A pause stops time in both modes: time then runs only for waits that push it, such as a single step.  In
 both modes, time runs in slices of a few wall-clock milliseconds, so that clients are served in between.
@@ -96,7 +96,10 @@ class Pace:
         return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
-        """Return how long the loop may sleep once the goal is reached, in seconds; None: until a byte arrives."""
+        """Return the time that the loop may sleep once the goal is reached, in seconds, or None for no limit.
+
+        Without a limit, the loop sleeps until a byte arrives.
+        """
         raise NotImplementedError
 
     def present(self) -> None:
@@ -221,7 +224,7 @@ class Paced(Pace):
         self.pass_time()
 
     def pause(self) -> float | None:
-        """Return the seconds until the next event is due; None: until a byte arrives."""
+        """Return the number of seconds until the next event is due, or None to sleep until a byte arrives."""
         self.kernel.settle()
         if self.paused:
             return 0 if self.goal() > self.kernel.now else None

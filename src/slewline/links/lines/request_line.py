@@ -46,7 +46,7 @@ class RequestLine(HostLine):
         self._part = bench.parts[self._part.name]
 
     def answer(self, answers: Callable[[Any, Any], bytes], work: Request[Any] | None = None) -> None:
-        """Queue the answer to a request, for the present host only: a later host has not sent the request.
+        """Queue the answer to a request, for the current host only: a later host has not sent the request.
 
         Args:
             answers: a function of the part and the request that returns the answer.

@@ -81,7 +81,7 @@ class HostLine:
 
     @property
     def gate(self) -> Gate | None:
-        """Gate that delays bytes to the host, such as the cable of a motor that lags; None: no delay."""
+        """Gate that delays bytes to the host, for example until a motor has caught up; None if there is no delay."""
         return self.outlet.gate
 
     @gate.setter

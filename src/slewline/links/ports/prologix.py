@@ -1,4 +1,4 @@
-r"""A GPIB controller on a port that takes the commands of a Prologix GPIB-ETHERNET (or, on a pty, GPIB-USB).
+r"""A GPIB controller on a port that accepts the commands of a Prologix GPIB-ETHERNET (on a pty, GPIB-USB).
 
     ++addr 5\n                  commands begin with ++; the next lines are for the device at this address
     V 0\n                       any other line is data for it, with the terminator selected by ++eos
@@ -8,10 +8,10 @@ r"""A GPIB controller on a port that takes the commands of a Prologix GPIB-ETHER
 Requests are executed one after another, at the bus pins, and answered in the same order.  ++ifc and ++rst are executed
 immediately: they recover the bus when a device no longer responds.
 
-The circuit in the manual has no EOI.  The controller only knows the end of the group that a command has selected for
-reading, and treats its last byte as if it carried EOI.  A read ends there, at the byte that ++read names, or when no
-byte has arrived for read_tmo_ms.  A chip without a selection still sends one byte, and reports it, so one byte is read
-then.
+The circuit in the manual has no EOI.  The controller only knows the end of the group that a command has
+selected for reading, and treats its last byte as if it carried EOI.  A read ends there, at the byte that
+++read names, or when no byte has arrived for read_tmo_ms.  If no group has been selected, the chip still
+sends one byte, and reports this, so one byte is read.
 """
 
 from __future__ import annotations
@@ -298,7 +298,7 @@ class PrologixLine(RequestLine):
         return True
 
     def do_srq(self, arguments: Sequence[str]) -> bool:
-        """Answer whether a device requests service."""
+        """Answer 1 if a device requests service, else 0."""
         if not arguments:
             self.answer(lambda controller, _: f"{int(not controller.high('srq'))}\r\n".encode())
         return not arguments

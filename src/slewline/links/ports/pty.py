@@ -6,8 +6,8 @@ compares with the requested settings: opening it as 7O2 fails (EINVAL), unless t
 else.  So the first open succeeds, and the second one, with the same request, fails.  The remedy:
 
     packet mode with EXTPROC      the master wakes at every change of settings
-    a marker after each change    a flag without effect, which the next call clears, so it makes a change
-    PARODD inverted with it       the same for a call that only adds flags to the present ones
+    a marker after each change    a flag without effect; the next call clears it, which is a change
+    PARODD inverted with it       makes a change even if a call only adds flags to the current ones
 
 The C library reads the settings back immediately.  Two markers alternate, so the settings that it reads
 differ from the former ones, whether or not the server has already set the next marker.  A call fails
@@ -74,8 +74,8 @@ class PtyPort(Closing):
     """A line on a pseudo-terminal, which does not show when a host connects or disconnects.
 
     Args:
-        link: the name of a symbolic link, which is removed at the end; if a bench file names it, its place
-            must be in the folder that the file's gate allows.
+        link: the name of a symbolic link, which is removed at the end; a link named in a bench
+            file must be in the folder that the file's gate (`FileGate`) allows.
 
     Raises:
         UsageError: the link cannot be made, or the file exists and is not an old link made by slewline; or

@@ -12,14 +12,15 @@ order of the requests:
     44 nn    MESSAGE wait until bit 6 is 0; only for a parallel card     the status
     54 nn    POLL    read the status until bit 7 is 1, for nn ms         the status
     90 --    HELLO   query the version                                   02, in lockstep 82; FF: no series supported
-    C0 nn    SERIES  nn requests follow, of those above except HELLO     a byte for each
+    C0 nn    SERIES  nn of the requests above follow, except HELLO       a byte for each
     C1 nn    ON      as SERIES, unless a wait in the last series failed  a byte for each
     other    not a request                                               FF, as from an empty address
 
-A series is one message, one input of the board and one answer, and takes a fraction of the time of its
-single requests.  A failed wait ends it: the rest is not executed, and reads FF.  So a host may continue
-without an answer, as if every wait had succeeded, and learns afterwards at which wait its program would
-still be.  Parts of the same program that arrive together are executed together.
+A series is one message, one input of the board and one answer, and takes a fraction of the time that its
+requests would take singly.  A failed wait ends it: the remaining requests are not executed, and each is
+answered with FF.  So a host may continue without an answer, as if every wait had succeeded, and learns
+afterwards at which wait a real program would still be polling.  A series and the ON messages that
+continue it are executed as one series if they arrive together.
 
 A host may send the next request before it has the answer to the previous one: a whole packet, including
 its waits, is one round trip.  Requests are executed one after another; each access is made at the pins
@@ -246,7 +247,10 @@ class RegisterSession(TurnSession):
         self.stream.write(self.line.greeting)
 
     def room(self) -> int:
-        """Return the number of bytes that may be read now: 0 while answers are not read, so that none is dropped."""
+        """Return the number of bytes that may be read now.
+
+        It is 0 while the host does not read its answers, so that none is dropped.
+        """
         if self.stream.outgoing:
             return 0
         return min(super().room(), self.line.room()) if self.begun else super().room()

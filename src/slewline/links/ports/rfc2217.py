@@ -1,9 +1,9 @@
 """RFC 2217: a serial port over TCP, including its settings; pySerial opens it as rfc2217://HOST:PORT.
 
-A host sets rate and format, and the line adopts them; if the rate differs from the strapped rate of the module, the
-characters are garbled as on a wire.  DTR and RTS are accepted without effect, as on the three wires of a module; a
-break puts the line to space.  The protocol is that of pySerial's PortManager, which needs an object with the properties
-of pySerial's serial ports: `Remote`.
+A host sets rate and format, and the line adopts them; if the rate differs from the strapped rate of the
+module, the characters are garbled as on a wire.  DTR and RTS are accepted without effect, as on the
+three wires of a module; a break holds the line at space.  The protocol is that of pySerial's
+PortManager, which needs an object with the properties of pySerial's serial ports: `Remote`.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ class Remote:
 
     @property
     def rtscts(self) -> bool:
-        """Whether the line waits for CTS."""
+        """True if the line waits for CTS."""
         return self._rtscts
 
     @rtscts.setter
@@ -121,7 +121,7 @@ class Remote:
 
     @property
     def break_condition(self) -> bool:
-        """Whether the line is at space (break)."""
+        """True while the line is at space (break)."""
         return self._break
 
     @break_condition.setter
@@ -162,7 +162,7 @@ class Manager(rfc2217.PortManager):
 
     @property
     def binary(self) -> bool:
-        """Whether the host has agreed to send bytes unchanged."""
+        """True if the host has agreed to send bytes unchanged."""
         options = self._telnet_options  # type: ignore[attr-defined]
         return any(option.active for option in options if option.name == THEIR_BYTES)
 

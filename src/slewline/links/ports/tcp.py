@@ -11,9 +11,9 @@ another host connects.  A host that disappears (a cable unplugged, a machine swi
 keepalive probes.
 
 The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most
-`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  Only after its last byte
-can a host be seen to have closed; so when another host connects, the bytes of the first one are read
-ahead.  If more than `AHEAD` are waiting, the first one is disconnected, whether it has closed or not.
+`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  That a host has closed
+shows only after its last byte; so when another host connects, the bytes of the first one are read ahead.
+If more than `AHEAD` are waiting, the first host is disconnected, closed or not.
 """
 
 from __future__ import annotations
@@ -329,7 +329,7 @@ class TcpPort(Closing):
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """Continue to read, because the line has room again; may be called within an instant."""
+        """Continue to read, because the line has room again; may be called in the middle of an instant."""
         self.full = False
         self.loop.ask(self.pump)
 

@@ -10,10 +10,11 @@ ways, none of which a host of a module uses, so the first bytes of a connection 
     control port       {"do": a client that mistakes this port for one
     STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
-Bytes that may still become one of these are held back until a byte decides.  A carriage return does, because no request
-line contains one: so the first line from a host is passed on when it is complete, and until then it has no effect on a
-module.  In binary data a count decides, because it is not a character of a method.  For registers, `24 nn` would be the
-beginning of a method: there, a method begins with a letter, as no register request does except 44.
+Bytes that may still become one of these are held back until a later byte decides.  A carriage return
+does, because no request line contains one: so the first line from a host is passed on when it is
+complete, and until then it has no effect on a module.  In binary data a count decides, because it is not
+a character of a method.  On a register port, `24 nn` could be the beginning of a method; there, a method
+must begin with a letter, as only the register requests 44 and 54 do.
 
 A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
 pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first

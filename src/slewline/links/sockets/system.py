@@ -136,8 +136,8 @@ def bauds() -> dict[int, int]:
 def be_prompt() -> str:
     """Make all threads of this process wake as promptly as the system allows; return a name for the priority obtained.
 
-    The present objects are excluded from garbage collection: with three million objects a full collection takes 450 ms.
-    Real-time priority needs permission: CAP_SYS_NICE, or `ulimit -r 1`.
+    Existing objects are excluded from garbage collection: with three million objects a full collection takes
+    450 ms.  Real-time priority needs permission: CAP_SYS_NICE, or `ulimit -r 1`.
     """
     gc.collect()
     gc.freeze()

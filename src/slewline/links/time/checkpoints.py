@@ -53,7 +53,7 @@ class Checkpoints:
         return self.begun
 
     def move(self, since_ps: int) -> None:
-        """Start to record the past of another bench, whose past before an instant (ps) is the same."""
+        """Start to record the past of another bench, which is the same as the former one up to an instant (ps)."""
         while self.marks and self.marks[-1].time_ps >= since_ps:
             self._end(self.marks.pop())
         if self.begun:

@@ -50,7 +50,7 @@ class StepCondition(Condition):
         return self.motor.made != self.made
 
     def when(self) -> int | None:
-        """Return the instant of the next step according to the present promises (ps); None if there is none."""
+        """Return the instant of the next step according to the current promises (ps); None if there is none."""
         positions = self.motor.positions
         at = positions.index(self.motor.position)
         beside = {positions[at - 1], positions[(at + 1) % len(positions)]}
@@ -177,5 +177,5 @@ class ArrivalCondition(Condition):
         return there and self.left
 
     def when(self) -> int | None:
-        """Return the instant of arrival according to the present promises (ps); None if they do not include it."""
+        """Return the instant of arrival according to the current promises (ps); None if they do not include it."""
         return self.reaches.when()

@@ -1,10 +1,10 @@
 """The past of a server: one class for both methods of recreating it.
 
-    past.at(t).rerun(inputs, now)     a shadow, in this process: a bench at the present, for `past.go_on`
+    past.at(t).rerun(inputs, now)     a shadow, in this process: an up-to-date bench, for `past.go_on`
     past.at(t).world(order, arrived)  a checkpoint, in a separate process: a second server at t, paused
 
 A motor drive needs the first method: the run that continues must be in this process, with the late
-inputs added.  A debugger needs the second: the present is kept, and any instant is reached quickly,
+inputs added.  A debugger needs the second: the current run is kept, and any instant is reached quickly,
 however long the run was; this method needs `fork`.  Only this file uses both; a bench without a server
 uses the first (`bench/past.py`).
 """
@@ -63,7 +63,7 @@ class ServedPast(Past):
 
     # --------------------------------------------------------------------------------------------------- preparations
     def begin(self) -> bool:
-        """Start to make checkpoints, before any time has passed; return whether this system can."""
+        """Start to make checkpoints, before any time has passed; return whether the system supports this."""
         return self.checkpoints.begin()
 
     def look(self, worked_s: float) -> None:

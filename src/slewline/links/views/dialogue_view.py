@@ -71,7 +71,7 @@ class Dialogue:
             chip.on_command.add(partial(self._command, chip.name) if registers else ignore)
 
     def add(self, who: str, kind: str, text: str, at: int | None = None, **more: Any) -> Entry:
-        """Add an entry, at the present or at a past instant (ps)."""
+        """Add an entry, at the current or a past instant (ps)."""
         time = self.kernel.now if at is None else at
         entry: Entry = {"number": self.number, "time_ps": time, "who": who, "kind": kind, "text": text, **more}
         self.number += 1
@@ -81,12 +81,15 @@ class Dialogue:
         return entry
 
     def since(self, number: int) -> tuple[list[Entry], int]:
-        """Return the stored entries, starting with a number, and the number of entries already dropped."""
+        """Return the stored entries numbered `number` or higher, and the number of entries already dropped."""
         first = self.number - len(self.entries)
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield, newest first, the entries from a number on, and older entries that have grown since a count."""
+        """Yield the entries numbered `number` or higher, and older ones that have grown since the count `touched`.
+
+        The newest entries come first.
+        """
         for entry in islice(reversed(self.entries), self.number - number):
             yield plain(entry)
         before = takewhile(lambda entry: entry["touched"] > touched, reversed(self.grown.values()))

@@ -1,4 +1,4 @@
-"""Findings on a terminal: each cause once a minute, then the number of repetitions.
+"""Findings on a terminal: each cause at most once a minute, with the number of its repetitions.
 
 Two findings have the same cause if they differ only in numbers and in the host's data, which is quoted.  The number of
 causes per source and code is limited; all further causes are counted together.
@@ -85,7 +85,7 @@ class FindingReports:
 
 
 class Lateness:
-    """The reporter of lag: once when virtual time cannot follow the wall clock, and once when it can again.
+    """The reporter of lag: it reports when virtual time cannot follow the wall clock, and when it can again.
 
     Args:
         rate: the requested rate, in virtual seconds per wall-clock second.
@@ -98,7 +98,7 @@ class Lateness:
 
     @property
     def is_late(self) -> bool:
-        """Whether virtual time lags."""
+        """True while virtual time lags."""
         return self.calm < CALM_CHECKS
 
     def check(self) -> None:

@@ -1,4 +1,4 @@
-"""Signals in a window, reduced to the columns of a picture: an hour costs no more than a second.
+"""Signals in a window, reduced to the columns of a picture, at a cost independent of the window's length.
 
 A pin with few edges is sent edge by edge; a pin with many edges as one character per column, each found by a single
 search in the log, however many edges the column has.  A long window is cached in cells (`cells.py`):

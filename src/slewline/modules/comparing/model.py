@@ -31,7 +31,7 @@ PAUSE_PS = 10**12  # between power-up and the first character
 
 
 class ModelAdapter:
-    """The adapter of a model on a bus: it takes lines of text, and sends characters at the rate of the line.
+    """The adapter of a model on a bus: it accepts lines of text, and sends characters at the rate of the line.
 
     Args:
         speech: the protocol of the part.
@@ -64,8 +64,8 @@ class ModelLine:
         speech: the protocol of the part.
         options: the options of the model.
         memory: a file with an image of the memory of the chip.
-        cls: the class of the chip; None: that of the part named in the header, which must not be
-            module:Class.
+        cls: the class of the chip; None: the class of the part in the header, whose name
+            must not have the form module:Class.
         shown: the bytes of the memory, if there is no file.
 
     Raises:

@@ -111,7 +111,7 @@ class Differences:
 
     @property
     def agree(self) -> bool:
-        """Whether there is no difference."""
+        """True if there is no difference."""
         return not self.rows
 
     def as_json(self) -> dict[str, Any]:

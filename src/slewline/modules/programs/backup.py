@@ -28,7 +28,7 @@ IMAGE = ".ihx"
 
 
 class Unfinished(ModuleFailure):
-    """An error in the middle of a task; the message states the present content of the module, and how to continue."""
+    """An error in the middle of a task; the message states the module's current content, and how to continue."""
 
 
 # ---------------------------------------------------------------------------------------------------------------- pull

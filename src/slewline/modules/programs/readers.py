@@ -278,7 +278,7 @@ class BufferReader(ProgramReader):
         return instruction(self.stored, address, self.sheet).data if address < len(self.stored) else b""
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return the target of a branch; a label may be anywhere."""
+        """Return the target of a branch; for a label, which may be anywhere, return the end of the stored bytes."""
         if value < self.sheet.buffer_bytes:
             return value
         self.labels += chr(value) if chr(value) not in self.labels else ""

@@ -103,7 +103,7 @@ class Restore:
 
     @property
     def is_there(self) -> bool:
-        """Whether the module already holds the program."""
+        """True if the module already holds the program."""
         present, wanted = self.contents, self.wanted
         whole = present.stored == wanted.stored or not self.sheet.acting("list")
         same = present.base == wanted.base and whole and present.stored.startswith(wanted.stored)
@@ -111,7 +111,7 @@ class Restore:
 
     @property
     def was_cut(self) -> bool:
-        """Whether the module holds the beginning of the program, as after an interrupted `send`."""
+        """True if the module holds the beginning of the program, as after an interrupted `send`."""
         present, wanted = self.contents, self.wanted
         return present.base == wanted.base and bool(present.stored) and wanted.stored.startswith(present.stored)
 

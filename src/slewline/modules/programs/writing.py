@@ -191,7 +191,7 @@ class MemoryWriter:
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the numbers of some groups, and of the groups overwritten by the queries sent before these."""
+        """Return the given group numbers, and those of the groups that the queries before these groups overwrite."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)

@@ -275,7 +275,7 @@ def check_verb(session: DebugSession, text: str) -> None:
 
 
 def only(start: str) -> Verb | None:
-    """Return the only verb that begins with a text."""
+    """Return the verb that begins with a text; None if there is no such verb, or more than one."""
     found = [verb for verb in VERBS if start and verb.name.startswith(start)]
     return found[0] if len(found) == 1 else None
 

@@ -137,12 +137,12 @@ class DebugSession:
 
     @property
     def paused(self) -> bool:
-        """Whether time is paused."""
+        """True while time is paused."""
         return bool(self.pace.get("paused"))
 
     @property
     def now_ps(self) -> int:
-        """Present instant in ps."""
+        """Current instant in ps."""
         return self.client.now_ps
 
     def chip_state(self, chip: str) -> Data:

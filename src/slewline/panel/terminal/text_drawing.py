@@ -27,7 +27,7 @@ def pair(width: int, name: str, value: str, name_style: str = "", value_style: s
 
 
 def clock(ps: int) -> str:
-    """Return an instant in seconds, with microsecond resolution, with its digits in groups of three."""
+    """Return an instant in seconds, with microsecond resolution and with its digits in groups of three."""
     whole, rest = divmod(ps // 10**6, 10**6)
     return f"{whole}.{rest // 1000:03} {rest % 1000:03} s"
 

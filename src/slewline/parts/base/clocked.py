@@ -93,7 +93,7 @@ class Clocked(Follower):
         self.follow(NoEvents())
 
     def _sample_clock(self) -> None:
-        """Process a clock edge, if the present level of the clock differs from its level so far."""
+        """Process a clock edge, if the clock has gone to its active level since it was last sampled."""
         level = self.part.pins[self.clock].net.level
         if self._begun and level == self.edge != self._level:
             self.step()
@@ -124,5 +124,5 @@ class Clocked(Follower):
 
     @property
     def due(self) -> bool:
-        """Whether the clock has an edge that the part will process only in the next round."""
+        """True if the clock has an edge that the part will process only in the next round."""
         return self.scheduling and self.part.pins[self.clock].net.level == self.edge != self._level

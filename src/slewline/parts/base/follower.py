@@ -42,7 +42,7 @@ class Follower:
     Args:
         part: the part, with its pins.
         inputs: the names of the input pins.
-        schedule: a function that promises the outputs again from this instant, for the present inputs.
+        schedule: a function that promises the outputs again from this instant, for the current inputs.
         react: a function that drives the outputs to levels, for a part in a loop, when an input has changed.
         cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
         delay_ps: the delay from the inputs to the outputs, ps.
@@ -85,7 +85,7 @@ class Follower:
 
     @property
     def is_started(self) -> bool:
-        """Whether the rule follows its inputs; True if it has none."""
+        """True if the rule follows its inputs, or has none."""
         return bool(self.lookaheads) or not self.inputs
 
     def sources(self) -> Iterable[Follower]:
@@ -128,7 +128,7 @@ class Follower:
             self.withdrawn = False
 
     def put(self, driver: Driver, shown: Promise | Level) -> None:
-        """Set the promise or level of an output from now on; setting the present level again has no effect."""
+        """Set the promise or level of an output from now on; setting the same level again has no effect."""
         if promised(shown) or driver.promise is not None or driver.pending or driver.level != shown:
             driver.drive(shown)
 

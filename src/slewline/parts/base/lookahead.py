@@ -42,7 +42,7 @@ class Lookahead:
 
     @property
     def renewed(self) -> bool:
-        """Whether all promises so far are still true, while `changed` is called."""
+        """True if all promises so far are still true; valid while `changed` is called."""
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:

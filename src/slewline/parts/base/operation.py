@@ -1,4 +1,4 @@
-r"""An operation on the host port of a chipset, as a value: unless observed, its strobes take a single call.
+r"""An operation on a chipset's host port, as a value; it takes one call unless its strobes are observed.
 
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------
@@ -24,7 +24,7 @@ SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * N
 
 
 class Strobes(NamedTuple):
-    """Timing of a host's strobes: low time, and high time between two bytes; `ready`: they wait for HostRdy high."""
+    """Timing of a host's strobes: low time, high time between bytes; with `ready`, they wait for HostRdy high."""
 
     low_ps: int = LOW_PS
     gap_ps: int = GAP_PS

@@ -1,9 +1,9 @@
 """The base of every part: its name, pins and findings.  A part sees a chip only through nets.
 
-`wiring` is the standard wiring: pins of the part, and the roles (core/datasheet/roles.py) of the neighbour's pins to
-which `bench.part(..., to=...)` wires them, on the axis set by the part's option `axis`, if it has one; pins in
-`optional` stay open if no pin has that role.  Pins of parts have roles themselves, so that a part can be wired to a
-part.
+`wiring` is the standard wiring: pins of the part, and the roles (core/datasheet/roles.py) of the
+neighbour's pins to which `bench.part(..., to=...)` wires them, on the axis set by the part's option
+`axis`, if it has one; pins in `optional` stay open if no pin has that role.  Pins of parts have roles
+themselves, so that a part can be wired to another part.
 
 A user's input to a part (a text, a key) goes through a method declared by `@from_outside`, which reports it to `input`,
 so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or no argument.
@@ -100,7 +100,7 @@ class Part(Component):
         return f"<{type(self).__name__} {self.name}>"
 
     def _repr_html_(self) -> str | None:
-        """Return the HTML for a notebook: the shaft with its past motion, the state of the part; None: use `repr`."""
+        """Return the HTML for a notebook (the shaft with its past motion, the part's state), or None to use `repr`."""
         shows = self.shows()
         if not shows:
             return None
@@ -233,7 +233,7 @@ class Part(Component):
                 self._catching_up = False
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return why a pin with the right role cannot be wired to a pin of this part, in words; "" if it can.
+        """Return the reason why a pin with the right role cannot be wired to a pin of this part; "" if it can.
 
         Args:
             own: the name of the pin of this part.
@@ -263,7 +263,7 @@ class Part(Component):
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing until an input changes."""
+        """True if the part will change nothing until an input changes."""
         return self.queue is None or not self.queue.requests  # queried after every instant of a run
 
     @property
@@ -281,7 +281,7 @@ def forget_all(part: Part, before: int) -> None:
 
 
 def limit_kept(part: Part, ps: int | None) -> None:
-    """Let a part keep only the last `ps` of its past; None: all of its past."""
+    """Let a part keep only the last `ps` of its past, or all of its past if `ps` is None."""
     part._past_kept.limit(part.name, ps)
 
 

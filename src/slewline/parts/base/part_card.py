@@ -64,7 +64,7 @@ def _cell(value: object) -> list[str]:
 
 
 def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned | None:
-    """Return the motion of a shaft up to its last change; None: the shaft has not turned."""
+    """Return the motion of a shaft up to its last change; None if the shaft has not turned."""
     import numpy as np
 
     outline = places.outline(first, now, COLUMNS)

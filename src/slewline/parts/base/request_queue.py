@@ -96,7 +96,7 @@ class RequestQueue:
 
     @property
     def idle(self) -> bool:
-        """Whether the queue is empty."""
+        """True while the queue is empty."""
         return not self.requests
 
     @property

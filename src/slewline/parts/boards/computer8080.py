@@ -53,7 +53,7 @@ class Cpu8080:
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def poll(self, net: Net, wanted: int) -> None:
-        """Sample a bit until it has a level; the first sample is at the end of the first IN."""
+        """Sample a bit until it has a given level; the first sample is at the end of the first IN."""
         await self.states(IN)
         origin = self.tick
         while net.level != wanted:

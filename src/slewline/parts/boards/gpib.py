@@ -5,9 +5,9 @@
     NDAC  = READY inverted              low until the byte is accepted
     IFC  -> RESET      MOTION COMPLETE -> SRQ
 
-A blocked byte never makes READY fall; so the gate that blocks the byte accepts it in place of the chip, or the talker
-would wait forever.  The bus lines are open-collector lines.  The data lines go straight to the chip: this circuit has
-no inverter, so the talker sends its bytes in positive logic.
+A blocked byte never makes READY fall, so the gate that blocks the byte accepts it in place of the chip;
+otherwise, the talker would wait forever.  The bus lines are open-collector lines.  The data lines go
+straight to the chip: this circuit has no inverter, so the talker sends its bytes in positive logic.
 """
 
 from __future__ import annotations

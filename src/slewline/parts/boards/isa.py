@@ -7,7 +7,7 @@ The board of the chipset's application note has these addresses; other cards hav
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>            selects the port, and is HostCmd (A1)
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
-    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL shortens it, for data hold time after it
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            shortened by the PAL, for data hold time
     HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC reads the byte at its end
 
 The other status bits float and read 1.  RESET on the bus also resets the chipset.

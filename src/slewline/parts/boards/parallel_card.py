@@ -71,6 +71,9 @@ class ParallelCard(Board):
         return self.control if register == CONTROL else self.status
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait at most `ps`, without bus cycles, until BUSY is high, or low (an answer), or FPL is low (a message)."""
+        """Wait at most `ps`, without bus cycles, until the line selected by `what` has its level.
+
+        READY: BUSY is high; ANSWER: BUSY is low; MESSAGE: FPL is low.
+        """
         net, wanted = {READY: ("busy", 1), ANSWER: ("busy", 0), MESSAGE: ("fpl", 0)}[what]
         await first_of(self.kernel, self.kernel.now + ps, (self.pins[net].net, wanted))

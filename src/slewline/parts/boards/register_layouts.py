@@ -1,8 +1,9 @@
 """Registers of interface boards: a row for each known card, and a text for any other card.
 
 pmd          the ISA board of the chipset's application note
-pi-c842      a card of Physik Instrumente, as used by a host program for it: it polls +1 and writes commands there,
-             data go over +0, and +2 is set once, to 0F.  Bits 0 to 6 of its status are unknown; they read 1 here.
+pi-c842      a card of Physik Instrumente, as a host program uses it: the program polls +1, writes
+             commands there, transfers data over +0, and sets +2 once, to 0F.  Bits 0 to 6 of the card's
+             status are unknown; they read 1 here.
 data=0,command=1,status=1,reset=8,base=0x300
              a user-defined card; reset and base may be left out
 """
@@ -30,7 +31,7 @@ class Layout(NamedTuple):
     writes: Mapping[int, str]
 
     def offset(self, register: str) -> int | None:
-        """Return the offset of a register; None: the board has no register with this name."""
+        """Return the offset of a register; None if the board has no register with this name."""
         return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
 
     def listed(self, reading: bool) -> str:
@@ -91,7 +92,7 @@ def layout_of(card: str) -> Layout:
 
 
 def wrong(card: str) -> str:
-    """Return the error in the text of an option `card`; "": the text is valid."""
+    """Return the error in the text of an option `card`; "" if the text is valid."""
     try:
         layout_of(card)
     except UsageError as error:

@@ -1,9 +1,9 @@
-r"""A program's accesses without pauses, as two-byte steps, so that one request to a served board holds many.
+r"""A program's accesses without pauses, as two-byte steps; one request to a served board can contain many.
 
     0r --    IN      read register r of the board
     1r bb    OUT     write bb to register r
     24 nn    READY   wait until bit 7 of the status is 1, at most nn ms; then read the status
-    34 nn    ANSWER  ... is 0; parallel card only
+    34 nn    ANSWER  wait until bit 7 is 0; parallel card only
     44 nn    MESSAGE wait until bit 6 is 0; parallel card only
     54 nn    POLL    read the status until bit 7 is 1, at most nn ms, like a loop of IN instructions
 

@@ -40,7 +40,10 @@ class TwoClocks(Part):
         self.rule = Stateless(self, ("clock", "dir"), views)
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return why a neighbour's pin does not fit, or "": its clock must idle at the level between steps."""
+        """Return the reason why a neighbour's pin does not fit; "" if it does.
+
+        A clock pin must not idle at its active level, the level of a step.
+        """
         if own == "clock" and row.reset is not None and row.reset == row.active:
             return "rests at the level of a step: with each change of direction the other clock would step"
         return super().objection(own, row)

@@ -175,7 +175,7 @@ def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> flo
 
 
 def beside(total: float, present: float) -> float:
-    """Return the resistor, in ohms, whose parallel connection to the present resistor results in `total` ohms."""
+    """Return the resistor, in ohms, that results in `total` ohms when connected in parallel with `present`."""
     return _rest(total, present, f"{total:g} ohm with {present:g} ohm in parallel")
 
 
@@ -232,7 +232,7 @@ class PhaseCurrent(Part):
 
     @property
     def transistors(self) -> tuple[bool, bool]:
-        """Whether Tr1 and Tr2 are on."""
+        """States of Tr1 and Tr2: True if the transistor is on."""
         return self.net("ramp").is_active, not self.net("mov").is_active
 
     @property

@@ -137,7 +137,7 @@ class HpDisplay(Shows, Part):
 
     @property
     def rows(self) -> list[str]:
-        """The only line."""
+        """The only line of the display, in a list."""
         return [self.text]
 
 

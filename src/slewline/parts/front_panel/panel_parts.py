@@ -98,7 +98,7 @@ class Thumbwheels(Part):
         self._bus.show()
 
     def _shown(self) -> int | None:
-        """Return the digit at the address, in the low four bits; None: no digit of this bank has this address."""
+        """Return the digit at the address, in the low four bits; None if no digit has this address."""
         digit = self._bus.low & MOST - 1
         if self._bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None

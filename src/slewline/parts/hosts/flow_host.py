@@ -58,7 +58,7 @@ class FlowHost(Host):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is queued and no message is being read."""
+        """True while nothing is queued and no message is being read."""
         return not self.port.taken and not self.port.offered and self.queue.idle
 
     def _rest(self) -> None:

@@ -6,7 +6,7 @@
     got(data)        condition for `run_until`: these data have been received
     drop()           drop the queue; a request that is being sent is completed
     clear()          drop all requests, and release the lines
-    idle, waiting    whether nothing is queued; the present activity
+    idle, waiting    True while nothing is queued; the current activity
 
 A host sees the wires and the data sheet of a chip (`connection.py`), never the chip itself.  It has an end on the
 channel, a request queue, and shadow registers if its part cannot be read:
@@ -130,7 +130,7 @@ class Host(Part):
 
     @property
     def _begun(self) -> bool:
-        """Whether the first request has already affected the lines."""
+        """True if the first request has already affected the lines."""
         return self.queue.begun
 
     @from_outside

@@ -125,11 +125,12 @@ class PacketHost(Host):
 
     # ------------------------------------------------------------------------------------------------------ packets
     def command(self, name: str, *values: int | str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int | None:
-        """Send a command and check the checksum; return the value that the command returns, None if it returns none.
+        """Send a command and check the checksum; return the command's value, or None if it returns no value.
 
         Args:
             name: the mnemonic.
-            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", "0.5 steps/cycle2".
+            values: the arguments, in the units of the command; a rate may also be text, such as "12345 steps/s"
+                or "0.5 steps/cycle2".
             axis: the axis that is first made the current one, unless it already is; 0: the axis that is current.
             timeout: the longest wait, in virtual time.
 

@@ -1,4 +1,4 @@
-"""Common code of hosts on a serial line, whose UART carries out dropping, releasing and waiting."""
+"""Common code of hosts on a serial line; the UART does the dropping, releasing and waiting."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class UartHost(OverUart):
 
     @property
     def idle(self) -> bool:
-        """Whether no request is queued and no character is waiting to be sent."""
+        """True while no request is queued and no character is waiting to be sent."""
         return self.uart.idle and self.queue.idle
 
     @property

@@ -52,7 +52,7 @@ class FarEnd:
 
     @property
     def disagreement(self) -> str:
-        """The difference between the settings of the two ends, and the remedy; empty: the settings agree."""
+        """The difference between the settings of the two ends, and the remedy; empty if they agree."""
         differing = (
             disagreement(self.near.name, self.near.setting, name, receiver) for name, receiver in self.receivers.items()
         )

@@ -150,7 +150,7 @@ class HostUart:
 
     @property
     def idle(self) -> bool:
-        """Whether no character is waiting to be sent."""
+        """True while no character is waiting to be sent."""
         return not self.outgoing
 
     @property
@@ -186,11 +186,11 @@ class HostUart:
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the index, from `at` on, of the next character to be received at its own instant; -1: none."""
+        """Return the index, at or after `at`, of the next character to be received at its own instant; -1 if none."""
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
-        """Return the index of the next character, at or after `at`, on which this end acts; -1: none."""
+        """Return the index of the next character, at or after `at`, on which this end acts; -1 if none."""
         return -1
 
     def passed(self, data: bytes) -> None:

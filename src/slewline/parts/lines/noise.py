@@ -31,7 +31,7 @@ class RandomSequence:
 
 @dataclass
 class NoisePlan:
-    """A planned fault: how many characters to hit, how many pass first, and the probability of each hit."""
+    """A planned fault: the numbers of characters to hit and to pass first, and the probability of each hit."""
 
     kind: str
     count: int
@@ -84,7 +84,7 @@ class Noise:
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
-        """Return the fault of the character that begins now ("": none), and which data bit the fault affects."""
+        """Return the fault of the character that begins now ("" if none), and the number of the data bit affected."""
         if not self.plans:
             return "", 0
         plan = self.plans[0]

@@ -37,7 +37,7 @@ class SerialPort(OverUart, Part):
 
     @property
     def idle(self) -> bool:
-        """Whether no character is waiting to be sent."""
+        """True while no character is waiting to be sent."""
         return self.uart.idle
 
     @property

@@ -127,12 +127,12 @@ class Uart(Part):
         return "its options baud, bits, parity, stop"
 
     def instead(self, baud: int | str) -> str:
-        """Return, in words, how to set another rate; empty: the UART cannot be set to it."""
+        """Return text on how to set another rate; empty if the UART cannot be set to it."""
         return f"the option baud={baud!r}" if baud in GENERATOR else ""
 
     @property
     def idle(self) -> bool:
-        """Whether no character is being received."""
+        """True while no character is being received."""
         return self._receiver is None or not self._receiver.receiving
 
     @property

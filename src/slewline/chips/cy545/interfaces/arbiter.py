@@ -23,14 +23,14 @@ class InputArbiter:
         self.program = False  # a program runs, and waits for the rest of a command
 
     def reset(self) -> None:
-        """For RESET: release the chip from both sides; the serial side measures its baud rate again."""
+        """Handle RESET: release the chip from both sides; the serial side measures its baud rate again."""
         self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.restart()
         self._show()
 
     def restart(self) -> None:
-        """For I: let the serial side measure its baud rate again; a handshake in progress continues."""
+        """Handle command I: let the serial side measure its baud rate again; a handshake in progress continues."""
         self.serial.restart()
 
     def killed(self, powered: bool) -> None:

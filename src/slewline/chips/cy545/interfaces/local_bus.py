@@ -62,9 +62,9 @@ class LocalBus:
         return await self._read(start, address & 0xFF, address >> 8)
 
     async def write(self, address: int, byte: int) -> bool:
-        """Write a byte and read it back until both agree; return whether they did within `verify_timeout`.
+        """Write a byte and read it back until the two agree; return whether they did within `verify_timeout`.
 
-        If they did not, finding verify-timeout is reported and the chip continues all the same (quirk
+        If they did not, finding verify-timeout is reported, and the chip continues regardless (quirk
         CY545-UND-TIMEOUT).
         """
         await self.chip.ticks(self.before)
@@ -199,7 +199,10 @@ class BusEnd(End, Protocol):
 
 
 class MemoryRead(Leader[Exchange]):
-    """Memory reads, each handled as one value: all bus levels in the read in progress, or in the last one."""
+    """The reader of memory bytes, which handles each read as one value.
+
+    It provides all bus levels of the read in progress, or of the last one.
+    """
 
     def __init__(self, bus: LocalBus) -> None:
         super().__init__(bus.drivers["ale"].net)

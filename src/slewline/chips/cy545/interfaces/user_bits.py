@@ -107,7 +107,7 @@ class UserBits:
         self.show()
 
     def act_one(self, argument: int) -> None:
-        """B with an argument below 40: apply an argument to a single bit, either a user bit or a data bus bit."""
+        """B with an argument below 40 (hex): apply it to a single bit, either a user bit or a data bus bit."""
         bit, high = 1 << (argument & 7), not argument & sheet.CLEAR_BIT
         if argument & sheet.DATA_BUS:
             self.bus_latch = self.bus_latch | bit if high else self.bus_latch & ~bit

@@ -25,7 +25,7 @@ from .pulse_outputs import StepOutputs
 
 
 class Jog:
-    """Generates jog steps, one by one.
+    """The generator of jog steps, one by one.
 
     Args:
         shown: shows the position, if the mode register selects it.

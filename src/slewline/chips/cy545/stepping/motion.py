@@ -170,7 +170,10 @@ class Motion(Stepping):
 
     # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose changes matter now, without INHIBIT_ABORT in the ramp down to the first rate."""
+        """Return the inputs whose changes matter now.
+
+        INHIBIT_ABORT is left out during the ramp down that it has caused.
+        """
         pairs = super().watched()
         return pairs if self.aborted and self.leg == "down" else [*pairs, self.inhibit_abort.when_active]
 

@@ -61,7 +61,7 @@ class RegistersAtStart(NamedTuple):
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal of a plan, which is its sequence of rates, because the law itself changes from step to step.
+        """Return the ideal of a plan: its own rates, because the law changes the rate only from step to step.
 
         Args:
             runs: the runs of the plan.

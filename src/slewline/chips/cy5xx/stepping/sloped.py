@@ -29,7 +29,10 @@ def full_steps(inferred: Mapping[str, Any]) -> Patterns:
 
 
 def law(inferred: Mapping[str, Any], periods: tuple[int, ...]) -> Law:
-    """Return the clocks of a step by rate parameter, from the options if given there, and where ramps start."""
+    """Return the law: the step periods in clocks by rate parameter, and the parameter at which ramps start.
+
+    Periods given in the options replace those of the part.
+    """
     return Law(inferred["periods"] or periods, inferred["ramp_start"])
 
 
@@ -55,7 +58,10 @@ class Registers(registers.Registers):
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers of A, D and T, which here have no argument, and of F and H.  A part also has the family's own."""
+    """The handlers of A, D and T, which here have no argument, and of F and H.
+
+    A part also has the handlers of the family.
+    """
 
     registers: Registers
     outputs: StepOutputs

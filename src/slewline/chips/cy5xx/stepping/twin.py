@@ -51,7 +51,9 @@ class TwinStep(NamedTuple):
 
 
 class Stepwise:
-    """Plays every motion step by step.  A part defines the steps, and the samples between two steps.
+    """The slow twin, which plays every motion step by step.
+
+    A part defines the steps, and the samples between two steps.
 
     Args:
         law: the law by which a part plans its motions.

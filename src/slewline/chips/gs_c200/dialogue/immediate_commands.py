@@ -91,7 +91,7 @@ class HostDialogue:
         return code
 
     async def perform(self, command: Command) -> str:
-        """Execute a command; return its answer, which is mostly Y."""
+        """Execute a command; return its answer, which is usually Y."""
         answer = await self.handlers[command.row.form](*command.values)
         return "Y" if answer is None else answer
 

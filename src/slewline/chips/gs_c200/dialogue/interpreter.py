@@ -21,7 +21,7 @@ Handler = Callable[..., Awaitable[str | None]]
 
 
 class Interpreter:
-    """Runs one piece of work at a time; `refresh_idle` is called whenever one begins or ends."""
+    """The executor of one piece of work at a time; `refresh_idle` is called whenever a piece begins or ends."""
 
     def __init__(
         self,

@@ -17,7 +17,7 @@ SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers tha
 
 
 def set_first(missing: str) -> str:
-    """Return the remedy for a motion that lacks certain registers, given as "S, T"."""
+    """Return a hint to set registers, given as "S, T", at the start of the program."""
     return f"set {missing} at the start of the program"
 
 

@@ -360,7 +360,7 @@ class QuadratureCounter:
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read the changes up to the last query that only a window has processed so far."""
+        """Read the changes, up to the last query, that only a window has processed so far."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

@@ -47,7 +47,7 @@ class Horizon:
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
         """Return the cycle at which a run passes a distance from zero, in the direction of the run.
 
-        The distance is increased by `turns` ranges.
+        The distance is increased by `turns` times the range of the target.
         """
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0

@@ -4,9 +4,9 @@ A displacement, once chosen, often follows a law for thousands of cycles: a run.
 and its position is computed on request.  When a run is cut, its remainder (part of a step, PULSE high or low) is the
 start of the next run.
 
-    target    x0 ____----^^^^          x    PULSE rises where the target passes half a step, and falls, which is the
-              |   run        | cut          step, where it passes a whole one
-    cycle     since          n              lead: how far the target is beyond the emitted position
+    target    x0 ____----^^^^          x    PULSE rises where the target passes half a step; where
+              |   run        | cut          it passes a whole step, PULSE falls: this is the step
+    cycle     since          n              lead: the distance of the target beyond the emitted position
 
 Positions and displacements are in 1/65536 step.
 """
@@ -32,7 +32,8 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 class TargetLaw(NamedTuple):
     """The law of the target from cycle `first`; `x0` is the target in cycle `since`.  Without a law it is at rest.
 
-    The law of an S-curve comes from its phases; other laws change by at most the acceleration, except in jumps.
+    The law of an S-curve comes from its phases; under any other law, the speed changes by at most
+    `acceleration` per cycle, except in jumps.
     """
 
     first: int

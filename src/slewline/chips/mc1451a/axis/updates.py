@@ -125,8 +125,8 @@ class Updates:
     def copy(self, new: Profile) -> None:
         """Copy the buffer to the active registers; changing a register that is fixed in motion is a command error.
 
-        The destination is copied even then.  Refused values wait in the buffer for an update at rest, without a second
-        error (command errors).
+        Even then the destination is copied.  Refused values wait in the buffer for an update at rest, without
+        a second error (manual, command errors).
         """
         state = self.state
         old = state.active

@@ -1,6 +1,6 @@
 r"""The check of every run before its pulses are promised: the conditions that a run of cycles must meet.
 
-    speed        ______  limit                          fits on:  from the previous cycle to the first one, the speed
+    speed        ______  limit                          joins:    from the previous cycle to the first one, the speed
           before/      \                                           changes by no more than the law allows
            ----/        \____                          keeps:    no cycle exceeds the limit (or a higher speed before)
                           landing: exactly there        lands:    the last run of a move ends at the destination

@@ -3,7 +3,7 @@
 A chip that computes its trajectory once per cycle computes the displacement of the position in each cycle.  Steps occur
 where the position passes whole numbers; PULSE rises half a step earlier:
 
-    position                                       . 3        cycle i runs from i * 8192 ticks on and displaces d(i)
+    position                                       . 3        cycle i: from tick 8192 i, displacement d(i)
                                         .    '
                                .   '                          step k begins on the first tick with
                         .  '                                      position >= k + 1        PULSE falls
@@ -105,7 +105,7 @@ class Law(Protocol):
 
 
 class Linear:
-    """A law by which cycle i displaces by `speed + i * change`."""
+    """A law under which the displacement of cycle i is `speed + i * change`."""
 
     __slots__ = ("change", "speed", "steady")
     even = True
@@ -185,7 +185,7 @@ class CycleTrain(Train):
         return self.clock.ps_list([origin - -(k * unit - lead) * cycle // speed for k in numbers])
 
     def step_at(self, tick: int) -> int:
-        """Return how many steps have begun by a tick, that tick included."""
+        """Return the number of steps that have begun by a tick, that tick included."""
         i, part = divmod(tick - self.origin, self.cycle)
         if i < 0:
             return 0
@@ -195,7 +195,7 @@ class CycleTrain(Train):
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by ticks since `origin`, in any order: (n,) int64."""
+        """Return the number of steps begun by each of many ticks since `origin`, in any order: (n,) int64."""
         import numpy as np
 
         i, part = np.divmod(ticks, self.cycle)

@@ -3,8 +3,8 @@ r"""The acceleration and jerk of an axis, computed on request from the laws of t
 acceleration     ____                 trapezoid: the change of velocity in each cycle; a jump (start velocity, an
           ______|    |____      __    abrupt stop, the electronic gear) has no acceleration, and is not drawn
                           |____|
-                  2                   S-curve: that of the continuous curve; its jerk is constant for a
-              1 /---\ 3   4   7       whole phase, from the instant at which the phase begins, even within a cycle
+                  2                   S-curve: that of the continuous curve; the jerk is constant within
+              1 /---\ 3   4   7       a phase, whose ends may be within a cycle
           ____/      \____    /--
                           5\_/6
 """

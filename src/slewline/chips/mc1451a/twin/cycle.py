@@ -27,11 +27,11 @@ class OneCycle(Train):
         return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
     def step_at(self, tick: int) -> int:
-        """Return how many steps have begun by a tick."""
+        """Return the number of steps that have begun by a tick."""
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by each of many ticks: (n,) int64."""
+        """Return the number of steps that have begun by each of many ticks: (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
@@ -51,5 +51,5 @@ class OneCycle(Train):
         return 1
 
     def rests(self, until: int) -> int:
-        """Return how many ticks of the cycle have passed before an instant (ps)."""
+        """Return the number of ticks of the cycle that have passed before an instant (ps)."""
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)

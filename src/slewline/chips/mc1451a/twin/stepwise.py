@@ -17,7 +17,7 @@ from .twin_inputs import TwinEncoder, TwinFilter
 
 
 class Stepwise:
-    """Processes every cycle of all axes."""
+    """The slow twin, which processes every cycle of all axes."""
 
     def __init__(self, chip: ChipContext, registers: Registers, interrupt: HostInterrupt, activity: Activity) -> None:
         self.chip, self.kernel, self.registers = chip, chip.kernel, registers

@@ -5,8 +5,9 @@
     _|_________________|_________________|_      target: x at T_n; it moves by `velocity` from T_n to T_n+1,
      x                 x + velocity              which is chosen at T_n and spread evenly over the cycle
 
-PULSE follows the target: it rises when the target is half a step past the last step made, and falls, which is the next
-step, when the target is a whole step past it.  `lead` is how far the target is ahead of the steps made so far.
+PULSE follows the target: it rises when the target is half a step past the last step made, and falls when
+the target is a whole step past it; the falling edge is the next step.  `lead` is the distance from the
+steps made so far to the target.
 """
 
 from __future__ import annotations

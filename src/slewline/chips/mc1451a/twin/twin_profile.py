@@ -83,8 +83,9 @@ def finest(holds: Callable[[Fraction], bool]) -> Fraction:
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
     """Return the durations of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to cycle parts.
 
-    Phase 1 lasts A/J and phases 1 and 2 together V/A, or only sqrt(V/J) if A is not reached; phase 4 covers
-    the rest of D at V.  If V is not reached, phase 4 is omitted and V is limited by D.
+    Phase 1 lasts A/J, and phases 1 and 2 together last V/A; if A is not reached, phase 1 lasts sqrt(V/J),
+    and phase 2 is omitted.  Phase 4 covers the rest of D at V; if V is not reached, phase 4 is omitted, and
+    D limits the velocity.
     """
     if v * j >= a * a:
         t1, gaining = fine(a / j), fine(Fraction(v, a))
@@ -102,9 +103,9 @@ def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction
 class TwinSCurve:
     """An S-curve in progress: +J, 0, -J, 0, -J, 0, +J.
 
-    A cycle moves the axis from its position to the curve's position at the end of the cycle.  Registers with 58 binary
-    places contain position, speed and the changes of speed; in every cycle, each is added to its predecessor.  They are
-    loaded at the first cycle that begins in another phase.
+    A cycle moves the axis from its position to the curve's position at the end of the cycle.  Registers with
+    58 binary places contain position, speed and the changes of speed; in every cycle, each is added to the
+    one before it.  They are loaded at the first cycle that begins in a new phase.
     """
 
     def __init__(self, distance: int, velocity: int, acceleration: int, jerk: int) -> None:

@@ -36,7 +36,7 @@ class Found(NamedTuple):
     set_by: str
 
     def instead(self, _baud: int | str) -> str:
-        """Return, in words, how to use another rate."""
+        """Return text on how to use another rate."""
         return "two carriage returns after a reset"
 
 
@@ -100,7 +100,7 @@ class AdaptiveUart(HostUart):
 
     @property
     def waits_for_rate(self) -> bool:
-        """Whether CTS delays the next character."""
+        """True while CTS delays the next character."""
         return self.control.heeds and self.cts.level != 0
 
     async def before_burst(self) -> None:

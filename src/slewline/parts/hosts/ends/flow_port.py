@@ -10,9 +10,9 @@ FPL shows the direction:
 
 A part whose program may be running needs the empty handshake before a command; if no program is running,
 it ignores this handshake.  A host that finds FPL low during this handshake reads the message first (ch.
-16, Immediate Commands).  A host with its letter on the bus does the same: it releases the bus, since the
-part may be answering its serial side.  The host follows FPL while it is in use, according to the mode
-commands that it has sent itself; `heed` overrides this.
+16, Immediate Commands).  A host that already has its command letter on the bus does the same: it
+releases the bus, since the part may be answering its serial side.  The host follows FPL while it is in
+use, according to the mode commands that it has sent itself; `heed` overrides this.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class FlowPort:
 
     @property
     def offered(self) -> bool:
-        """Whether the part has a message for the host."""
+        """True while the part has a message for the host."""
         return self.control.heeds and self.flow.level == 0
 
     def rest(self) -> None:
@@ -310,7 +310,7 @@ class FlowSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """Whether the last byte was sent as a value, and nothing has observed the lines since."""
+        """True if the last byte was sent as a value, and nothing has observed the lines since."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
@@ -336,7 +336,7 @@ class FlowSender(Leader[Handshakes]):
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on this IO_REQUEST; None: no chip is wired to it, or more than one."""
+        """Return the handshakes with the chip on this IO_REQUEST; None unless exactly one chip is wired to it."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

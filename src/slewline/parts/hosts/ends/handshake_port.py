@@ -87,7 +87,7 @@ class CommandPort:
         return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
-        """Return a command in the present mode of this port: ASCII, or letter, count and data in binary mode."""
+        """Return a command in the current mode of this port: ASCII, or letter, count and data in binary mode."""
         from ....language.dialect import spoken_as
         from ....language.text import CommandText, TextDialect
 
@@ -104,11 +104,11 @@ class CommandPort:
         raise UsageError(f"host: {command!r} is not a command; it cannot be converted to binary")
 
     def group_size(self, group: int) -> int:
-        """Return the number of bytes in a verify group in the present mode: 5 position digits, or 2 bytes if binary."""
+        """Return the size of a verify group in bytes, in the current mode: 5 position digits, or 2 if binary."""
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """Return the verify group that a command selects; None: it selects no group, or the group does not exist."""
+        """Return the verify group that a command selects; None if it selects none, or one that does not exist."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
             if match and int(match[1]) in self.verify_bytes:
@@ -258,7 +258,7 @@ class BusSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """Whether the last byte was sent as a value, and nothing has observed the lines since."""
+        """True if the last byte was sent as a value, and nothing has observed the lines since."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int) -> bool:
@@ -273,7 +273,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on this I/O REQUEST; None: no chip is wired to it, or more than one."""
+        """Return the handshakes with the chip on this I/O REQUEST; None unless exactly one chip is wired to it."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -46,7 +46,7 @@ class Packet(NamedTuple):
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
     def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
-        """Return the error in the checksum that a chip has sent after its words; "": the checksum is correct."""
+        """Return the error in the checksum that a chip has sent after its words; "" if the checksum is correct."""
         expected = packets.checksum(self.code, (*self.words, *found))
         if checksum == expected:
             return ""
@@ -262,7 +262,7 @@ def updates(sheet: Sheet, code: int) -> bool:
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the write operations for the bytes of a packet, each with whether it is a command.
+    """Yield the write operations for the bytes of a packet: the bytes, and True if they are the command.
 
     The first byte is a command; words follow.
     """

@@ -43,12 +43,12 @@ class Shadow:
 
     @property
     def ascii(self) -> bool:
-        """Whether commands are in ASCII."""
+        """True while commands are in ASCII."""
         return bool(self.mode & TEXT)
 
     @property
     def at_letter(self) -> bool:
-        """Whether the next byte is the first byte of a command, outside program entry."""
+        """True if the next byte is the first byte of a command, outside program entry."""
         return self.entry is None and self.decoder.at_letter
 
     def take(self, data: bytes) -> None:
@@ -86,7 +86,7 @@ class Shadow:
 
     # ------------------------------------------------------------------------------------------------------- queries
     def sent(self, command: str) -> bytes:
-        """Return the bytes of a command in the present mode.
+        """Return the bytes of a command in the current mode.
 
         Raises:
             UsageError: the text is not a command, or the command does not exist in binary mode.
@@ -122,9 +122,9 @@ class Query:
             self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
-        """Return the answer after the first `since` bytes, as text without its last carriage return; None: none yet.
+        """Return the answer after the first `since` bytes, without its last carriage return; None if none yet.
 
-        In binary mode the answer is bytes: letter, equals sign, and the value.
+        The answer is text, or in binary mode bytes: letter, equals sign, and the value.
         """
         match = re.compile(self.pattern, re.DOTALL).search(data, since)
         if match is None:
@@ -133,7 +133,7 @@ class Query:
 
 
 class FlowControl:
-    """The decision whether a host obeys the flow line of its chip (FPL or CTS).
+    """The decision on whether a host obeys the flow line of its chip (FPL or CTS).
 
     The line is obeyed only while the mode register enables it.
 
@@ -148,7 +148,7 @@ class FlowControl:
 
     @property
     def heeds(self) -> bool:
-        """Whether the host obeys the flow line."""
+        """True while the host obeys the flow line."""
         if self.heeding is not None:
             return self.heeding
         mask, *values = self.channel.in_use
