@@ -317,8 +317,16 @@ def test_a_controller_without_a_host_cannot_be_stopped_by_it() -> None:
         assert stopped["UPDATE"] is LineKind.IMPOSSIBLE, to
 
 
-def test_the_end_of_a_program_is_not_waited_for_by_a_pin_that_does_not_show_it() -> None:
-    text = GSC.format("+100") + "@until ready\nE\n"
+def test_a_free_output_shows_the_end_of_a_program_where_no_pin_does() -> None:
+    text = GSC.format("A1\n+100\nC1") + "@until ready\nE\n"
+    done = translate_text(text, "gs-c200s", "cy545b")
+    code = [line.split(";")[0].strip() for line in done.text.splitlines()]
+    assert code[-9:] == ["B 2", "0", "Q", "B 18", "Y 0", "X", "@until usrb2=1", "B 18", "Y 0", "X"][-9:]
+    assert prove(done).proven and [each.value for each in done.report.assumed if each.about == "end of a program"]
+
+
+def test_without_a_free_output_the_end_of_a_program_is_not_shown() -> None:
+    text = GSC.format("A1\nA2\nA3\n+100") + "@until ready\nE\n"
     (line,) = [line for line in translate_text(text, "gs-c200s", "cy545b").report if line.code == "@until ready"]
     assert line.kind is LineKind.IMPOSSIBLE and "no pin of the CY545B shows" in line.verdicts[0].limit
 

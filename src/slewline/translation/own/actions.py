@@ -117,7 +117,7 @@ class Actions(MotionWriter):
         """
         stop = self.rows.get("stop")
         if stop is not None:
-            return [ResultPiece(stop)]
+            return [*self.end_shown(1), ResultPiece(stop)]
         if id(action) in self.last or action.block < 0:
             return []
         return self.conditions.jump("the end", at_start=False)
@@ -153,7 +153,13 @@ class Actions(MotionWriter):
             raise Impossible("runs the program", no_command(self.sheet, "run"))
         if action.at and "jump" in self.rows and action.at not in self.starts.get(self.program, ()):
             return [ResultPiece(self.rows["jump"], (Goto(action.at),))]
-        return [*self.pointer(), ResultPiece(row)]
+        return [*self.end_shown(0), *self.pointer(), ResultPiece(row)]
+
+    def end_shown(self, level: int) -> list[ResultPiece]:
+        """Return the instruction that sets the output for the end of a program, if there is one."""
+        if not self.directives.end_pin:
+            return []
+        return [ResultPiece(self.rows["bits"], (self.end_output - 1 + (0 if level else LOW_BIT),))]
 
     def pointer(self) -> list[ResultPiece]:
         """Return the command that sets the memory pointer to the start of the program, unless it is already there."""

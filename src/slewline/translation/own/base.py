@@ -65,6 +65,7 @@ class ActionWriter:
         self.known_values: dict[str, int] = {}
         self.replaced = False  # whether a motion has replaced the distance, which the next relative move must restore
         self.may_replace = False  # whether some motion does
+        self.end_output = 0  # the output that is high at the end of a program
         self.program = 0
         self.cleared: set[int] = set()  # lines whose command was copied for its first action
         self.nothing = ResultPiece()

@@ -6,9 +6,12 @@ from itertools import pairwise
 
 from ...chips import checks_of, sheet_of
 from ...language.lint import lint
+from ..host_directives import PROGRAM_OVER, waits_for_end
 from ..meaning import (
+    Action,
     EndProgram,
     EnterProgram,
+    HostDirective,
     Jump,
     Label,
     LeaveProgram,
@@ -32,6 +35,7 @@ from .layout import ResultLayout, ResultPiece
 from .limits import memory
 from .line_stream import StreamStep, arranged, steps_of
 from .nearest_rates import Rates
+from .target_directives import hides_the_end
 from .unroll import unrolled
 
 WIRED = (
@@ -94,6 +98,8 @@ class OwnWriter:
         if self.sheet.crystal_high_hz:
             assumed.append(("crystal of the target", f"{self.hz / 1e6:g} MHz"))
         assumed += self._counted()
+        if pin := self.actions.directives.end_pin:
+            assumed.append(("end of a program", f"{pin} is high, which nothing else uses"))
         free = [
             n for n in (1, 2, 3) if n not in self.actions.conditions.used and self.sheet.role(f"input{n}") is not None
         ]
@@ -165,6 +171,7 @@ class OwnWriter:
             self.actions.last.add(id(inside[-1]))
             self.actions.loops |= {(block, action.to) for action in inside if isinstance(action, Loop)}
         self.actions.directives.stored = any(isinstance(action, EnterProgram | RunProgram) for action in actions)
+        self._show_ends(actions)
         for action in actions:
             if isinstance(action, SetProfile):
                 break
@@ -181,6 +188,18 @@ class OwnWriter:
                 continue  # a move to a position changes the direction permanently
             if len(values) == 1 and None not in values:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
+
+    def _show_ends(self, actions: list[Action]) -> None:
+        """Choose an unused output for the end of programs, if the host waits for that and no pin shows it."""
+        free = [number for number in (3, 2, 1) if number not in self._used()["outputs"]]
+        waits = any(
+            isinstance(action, HostDirective) and waits_for_end(action.text, self.source, PROGRAM_OVER)
+            for action in actions
+        )
+        hidden = self.actions.directives.stored and "bits" in self.actions.rows and hides_the_end(self.sheet)
+        if waits and free and hidden:
+            self.actions.end_output = free[0]
+            self.actions.directives.end_pin = self._bit("output", str(free[0]))
 
     # --------------------------------------------------------------------------------------------------------- writing
     def _pieces(self) -> list[ResultPiece]:
@@ -233,7 +252,10 @@ class OwnWriter:
             for piece in made:
                 piece.program = self.actions.program
         if isinstance(action, LeaveProgram) and self._runs_out():
-            return [ResultPiece(self.actions.rows["stop"], block=self.actions.program), *made]
+            end = [*self.actions.end_shown(1), ResultPiece(self.actions.rows["stop"])]
+            for piece in end:
+                piece.block = self.actions.program
+            return [*end, *made]
         if isinstance(action, LeaveProgram):
             return [ResultPiece(labels=["the end"], block=self.actions.program), *made]
         return made

@@ -17,18 +17,22 @@ ALIKE = {"motion_complete": "moving", "moving": "motion_complete"}
 class Directives:
     """The directives of a script, translated from one part to another.
 
-    `stored`: whether the script runs a stored program.
+    Attributes:
+        stored: whether the script runs a stored program.
+        end_pin: an output that programs set high at their end; empty: there is none.
     """
 
     def __init__(self, source: Sheet, sheet: Sheet) -> None:
-        self.source, self.sheet, self.stored = source, sheet, False
+        self.source, self.sheet, self.stored, self.end_pin = source, sheet, False, ""
 
     def idle(self) -> list[str] | str:
         """Return the directive that waits until no program runs, or a text that states why there is none."""
         sheet = self.sheet
         if sheet.enter is None:
             return [waiting(sheet, ("moving",))]
-        if self.stored and sheet.role("running") is None and not sheet.acting("state"):
+        if self.end_pin:
+            return [f"@until {self.end_pin}=1"]
+        if self.stored and hides_the_end(sheet):
             return f"no pin of the {sheet.part.upper()} shows the end of a program ({sheet.manual})"
         return [waiting(sheet, ("running", "ready"))]
 
@@ -106,6 +110,11 @@ class Directives:
         if theirs.sense is None or mine.sense is None or theirs.role.startswith(("input", "output")):
             return level
         return mine.sense if level == theirs.sense else 1 - mine.sense
+
+
+def hides_the_end(sheet: Sheet) -> bool:
+    """Return whether no pin and no answer of a part shows the end of a program."""
+    return sheet.role("running") is None and not sheet.acting("state")
 
 
 def over(pin: Pin) -> int:
