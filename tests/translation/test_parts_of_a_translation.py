@@ -321,8 +321,31 @@ def test_a_free_output_shows_the_end_of_a_program_where_no_pin_does() -> None:
     text = GSC.format("A1\n+100\nC1") + "@until ready\nE\n"
     done = translate_text(text, "gs-c200s", "cy545b")
     code = [line.split(";")[0].strip() for line in done.text.splitlines()]
-    assert code[-9:] == ["B 2", "0", "Q", "B 18", "Y 0", "X", "@until usrb2=1", "B 18", "Y 0", "X"][-9:]
+    assert code[-10:] == ["B 2", "0", "Q", "B 18", "Y 0", "X", "@until usrb2=1", "B 18", "Y 0", "X"]
     assert prove(done).proven and [each.value for each in done.report.assumed if each.about == "end of a program"]
+
+
+def test_a_free_output_shows_the_end_of_a_program_whose_end_is_copied() -> None:
+    text = CY.format("N 50\nG") + "@until run=1\nN 9\nG\n"
+    assert "B 2\n0\nQ" in translate_text(text, "cy525", "cy545b").text
+    assert prove(translate_text(text, "cy525", "cy545b")).proven
+
+
+def test_a_program_that_moves_of_the_host_have_replaced_is_entered_again() -> None:
+    text = CY.format("+\nN 50\nG") + "@until run=1\nN 90\nG\n@until run=1\nX\n"
+    found = result(text, "cy525", "gs-c200s")
+    assert [line for line in found if line in ("Po", "+50", "+90", "E")] == [
+        "Po",
+        "+50",
+        "E",
+        "Po",
+        "+90",
+        "E",
+        "Po",
+        "+50",
+        "E",
+    ]
+    assert prove(translate_text(text, "cy525", "gs-c200s")).proven
 
 
 def test_without_a_free_output_the_end_of_a_program_is_not_shown() -> None:
@@ -346,3 +369,14 @@ def test_a_single_step_does_not_change_the_distance() -> None:
 def test_a_target_in_the_other_direction_passes_the_overflow() -> None:
     report = translate_text("A\nR 200\nS 3\n+\nN 500\nG\nP 100\nG\n", "cy500", "cy525").report
     assert report.lines[-1].kind is LineKind.IMPOSSIBLE and "overflow" in report.lines[-1].verdicts[0].limit
+
+
+def test_a_move_to_a_position_after_a_stop_ends_at_the_same_position() -> None:
+    text = f"{ABORTED}P 100\n"
+    proof = prove(translate_text(text, "cy525", "gs-c200s"))
+    (run, back), (run_there, back_there) = (
+        [each for each in trace.happened if each.kind == "run" or each.value < 0]
+        for trace in (proof.source.trace, proof.trace)
+    )
+    assert proof.proven and run.net != run_there.net
+    assert run.net + back.value == run_there.net + back_there.value

@@ -9,6 +9,7 @@ from ...language.dialect import dialect_of
 from ..host_directives import waits_for_end
 from ..meaning import (
     Action,
+    EndProgram,
     EnterProgram,
     HostDirective,
     Jump,
@@ -180,6 +181,8 @@ class ActionWriter:
         if isinstance(action, RunProgram) and "pointer" in self.rows:
             return None
         if getattr(action, "description", "") == OVERFLOW:
+            return None
+        if isinstance(action, EndProgram) and self.directives.end_pin:
             return None
         theirs, mine = self.source.commands.by_form.get(action.command), self.sheet.commands.by_form.get(action.command)
         if theirs is None or mine is None or not alike(theirs, mine) or (action.block >= 0) > mine.stored:

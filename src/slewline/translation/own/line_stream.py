@@ -73,6 +73,8 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
     found: list[StreamStep] = []
     pending: list[StreamStep] = []
     over: list[StreamStep] = []  # the wait for the end of a program, after the directives that act while it runs
+    program: list[StreamStep] = []  # the last one that the source stores
+    replaced = False  # whether another program has been entered since
     number = max((step.action.number for step in steps if isinstance(step.action, EnterProgram)), default=-1)
     at = 0
     while at < len(steps):
@@ -88,6 +90,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
                 found += [*wrapped(pending, number), *waits(pending)]
                 pending = []
             program, at = whole(steps, at, pending)
+            replaced = False
             found += program
             pending = []
             continue
@@ -98,18 +101,37 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
         elif isinstance(step.action, SetPosition) and not any(acts(each) for each in pending):
             found.append(step)
         else:
-            for program in programs(pending, step.action):
+            for moves in programs(pending, step.action):
                 number += 1
-                found += [*over, *wrapped(program, number)]
-                over, pending = waits(program), []
+                found += [*over, *wrapped(moves, number)]
+                over, pending, replaced = waits(moves), [], True
             if not acts_during_motion(step.action):
                 found += over
                 over = []
-            found.append(step)
+            if isinstance(step.action, RunProgram) and replaced and program:
+                number += 1
+                found += again(program, number)
+                replaced = False
+            else:
+                found.append(step)
         at += 1
     if any(acts(each) for each in pending):
         return [*found, *wrapped(pending, number + 1), *waits(pending)]
     return [*found, *over, *pending]
+
+
+def again(program: list[StreamStep], number: int) -> list[StreamStep]:
+    """Return the steps that enter a program again, because another one has replaced it, and run it."""
+    found: list[StreamStep] = []
+    for step in program:
+        match step.action:
+            case EnterProgram():
+                found.append(StreamStep(EnterProgram(number=number), Line(0)))
+            case LeaveProgram():
+                return [*found, StreamStep(LeaveProgram(runs=True), Line(0))]
+            case Action():
+                found.append(StreamStep(within(step.action, number), step.line))
+    return found
 
 
 def acts(step: StreamStep) -> bool:

@@ -185,17 +185,20 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
 def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
     """Return the events except delays, each with the pause before it, ps.
 
-    The pause is None if it is unknown, or is a wait.
+    The pause is None if it is unknown, or is a wait.  Before and after a single step it counts as unknown, since some
+    parts wait there for the period of their start rate.
     """
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
+    single = False
     for each in happened:
         if each.kind == "delay":
             delays += each.value
             continue
         begins = each.time_ps if each.first_ps is None else each.first_ps
         pause = delays if begins is None else None if over is None else begins - over
-        found.append((each, None if each.kind == "input" or not found else pause))
+        before, single = single, each.kind == "move" and abs(each.value) == 1
+        found.append((each, None if each.kind == "input" or not found or single or before else pause))
         delays = 0
         over = None if begins is None or each.kind == "run" else begins + (each.lasts_ps or 0)
     return found
