@@ -181,7 +181,7 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
 
 
 def _remove_dead(folder: Path) -> None:
-    """Remove neighbours that killed processes have left, recognized by not being locked."""
+    """Remove neighbours that killed processes have left, recognised by not being locked."""
     for part in folder.glob(".slewline-*.part"):
         if _PART.fullmatch(part.name) and not part.is_symlink() and part.is_file():
             with suppress(OSError), open(part, "r+b") as file:

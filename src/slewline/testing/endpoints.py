@@ -130,7 +130,7 @@ class PortEndpoint(Rig):
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return how virtual time passes: only while a wait needs it (None), or by the wall clock at a rate."""
+        """Return the pacing of virtual time: only while a wait needs it (None), or by the wall clock at a rate."""
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:

@@ -88,7 +88,7 @@ class WallClockTime(Paced):
 
 
 def serial_line(sheet: Sheet) -> channel.Channel | None:
-    """Return the channel of a part that is a serial line; None if it has none."""
+    """Return the channel that is a part's serial line, or None if it has no serial line."""
     return sheet.channel(channel.SerialLine) or sheet.channel(channel.AdaptiveLine)
 
 
@@ -97,7 +97,7 @@ class Rig:
 
     Args:
         part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
-        straps: the straps of the module; if BR0 to BR2 are not among them, it has the highest rate in its sheet.
+        straps: the straps of the module; without BR0 to BR2, it has the highest rate in its sheet.
         store: a file that holds the EEPROM, which may be the chip's external memory.
         memory: a file with an image of that memory, as a dump or in Intel HEX.
         rate: virtual seconds per second; None if virtual time does not wait for the wall clock.
@@ -176,7 +176,7 @@ class Rig:
         self.pace.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return how virtual time passes."""
+        """Return the pacing of virtual time."""
         return OnDemandTime(self.bench) if rate is None else WallClockTime(self.bench, rate)
 
     def quiet(self) -> bool:
@@ -238,7 +238,7 @@ class Rig:
         return result
 
     def resume(self) -> None:
-        """Continue the transcript, as the program is back."""
+        """Continue the transcript when a program opens the port."""
         self.log.reopen()
 
     def leave(self) -> None:

@@ -1,7 +1,7 @@
-"""Parts whose outputs and inputs are bits selected by a number in a command: the output or input for each bit.
+"""The outputs and inputs of parts whose commands select them as bits, by a number.
 
-A single bit is selected by a number below 40 hexadecimal: the bit's number in the low three bits, and bit 4 set for
-low.  The outputs and inputs that a program uses are numbered in the order of their bits.
+A number below 40 hexadecimal selects a single bit: its low three bits are the number of that bit, and its bit 4 is set
+for a low level.  The outputs and inputs that a program uses are numbered in the order of their bits.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class Profile:
 
     @property
     def ramped(self) -> bool:
-        """Whether the rate rises from `start` to `top`, and falls again."""
+        """True if the rate rises from `start` to `top`, and falls again."""
         return self.time_ps > 0 and self.top > self.start
 
     @property
@@ -83,7 +83,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """Set one value of the profile: `sets` names the value, and `profile` is the resulting profile, as far as known.
+    """An action that sets one value, `sets`, of the profile; `profile` is the result, as far as it is known.
 
     `value` is the value set: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
     """
@@ -95,33 +95,33 @@ class SetProfile(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetDistance(Action):
-    """Set the number of steps for the relative moves that follow."""
+    """An action that sets the number of steps for the relative moves that follow."""
 
     steps: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetTarget(Action):
-    """Set the target of the next motion; the motion itself is a separate `MoveTo`."""
+    """An action that sets the target of the next motion; the motion itself is a separate `MoveTo`."""
 
     position: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetDirection(Action):
-    """Set the direction of the relative moves that follow: 1 clockwise, -1 counterclockwise."""
+    """An action that sets the direction of the relative moves that follow: 1 clockwise, -1 counterclockwise."""
 
     sign: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetEndless(Action):
-    """Let the next motion run until an event stops it; the motion itself is a separate `RunEndless`."""
+    """An action that makes the next motion endless; the motion itself is a separate `RunEndless`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetPosition(Action):
-    """Set the position counter, without motion."""
+    """An action that sets the position counter, without motion."""
 
     position: int
 
@@ -136,7 +136,7 @@ class Motion(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveBy(Motion):
-    """Move by a number of steps.
+    """A move by a number of steps.
 
     `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` and `sign`
     are the number and the direction, as far as each is known.
@@ -153,7 +153,7 @@ class MoveBy(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveTo(Motion):
-    """Move to a position; the position is None if not known.
+    """A move to a position; the position is None if not known.
 
     `implied`: the command moves other axes as well.
     """
@@ -169,7 +169,7 @@ class MoveTo(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunEndless(Motion):
-    """Run in a direction until an event ends the run: an input `until`, a `Stop`, an abort input or a host."""
+    """A run in a direction until an event ends it: an input `until`, a `Stop`, an abort input or a host."""
 
     sign: int | None
     until: Input | None = None
@@ -177,14 +177,14 @@ class RunEndless(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Home(Motion):
-    """Search for the home position in a direction, and set the counter to 0 there."""
+    """A search in a direction for the home position; the counter is set to 0 there."""
 
     sign: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stop(Action):
-    """Stop the motion, along its ramp if `ramped`, otherwise after the current step; a running program ends."""
+    """A stop of the motion, along its ramp if `ramped`, else after the current step; a running program ends."""
 
     ramped: bool
 
@@ -192,7 +192,7 @@ class Stop(Action):
 # ---------------------------------------------------------------------------------------------- outputs, inputs, times
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetOutput(Action):
-    """Set an output to a level; `implied`: the command sets all outputs of the part, used or not."""
+    """An action that sets an output to a level; `implied`: it sets all outputs of the part, used or not."""
 
     number: int
     level: int
@@ -201,14 +201,14 @@ class SetOutput(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WaitInput(Action):
-    """Wait until an input has a level."""
+    """A wait until an input has a given level."""
 
     input: Input
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Delay(Action):
-    """Wait for a time."""
+    """A wait for a given time."""
 
     time_ps: int
 
@@ -216,14 +216,14 @@ class Delay(Action):
 # ---------------------------------------------------------------------------------------------------------------- flow
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Label(Action):
-    """Mark the target of a jump or a loop in the same block."""
+    """A mark for the target of a jump or a loop in the same block."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jump(Action):
-    """Continue at a label; with `inputs`, only if all of them have their levels, otherwise with the next action."""
+    """A jump to a label; with `inputs`, only if all have their levels, otherwise the next action follows."""
 
     to: str
     inputs: tuple[Input, ...] = ()
@@ -231,7 +231,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """Repeat from a preceding label until `passes` passes have been made, then continue with the next action."""
+    """A jump to a preceding label until `passes` passes have been made; then the next action follows."""
 
     to: str
     passes: int
@@ -239,39 +239,39 @@ class Loop(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndProgram(Action):
-    """End the running program."""
+    """The end of the running program."""
 
 
 # --------------------------------------------------------------------------------------------------- host and programs
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnterProgram(Action):
-    """Begin to enter a stored program, which replaces the previous one; the actions of block `number` follow."""
+    """The start of program entry: block `number`, whose actions follow, replaces the stored program."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeaveProgram(Action):
-    """End the entry of a stored program; `runs`: the part also runs it."""
+    """The end of the entry of a stored program; `runs`: the part also runs it."""
 
     runs: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunProgram(Action):
-    """Run the stored program, from its start or from a label."""
+    """A run of the stored program, from its start or from a label."""
 
     at: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SaveProgram(Action):
-    """Save the stored program so that it survives power-off."""
+    """An action that saves the stored program so that it survives power-off."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EraseProgram(Action):
-    """Erase the stored program, and set the registers to their values after a reset."""
+    """An action that erases the stored program, and sets the registers to their values after a reset."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -281,7 +281,7 @@ class HostDirective(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Query(Action):
-    """Query a value of the part, without motion."""
+    """A query for a value of the part, without motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -329,7 +329,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Assumed:
-    """A fact missing in the text, such as the crystal or the state at the start, and its assumed value."""
+    """A fact missing from the text, such as the crystal or the state at the start, and its assumed value."""
 
     about: str
     value: str
@@ -344,9 +344,9 @@ class Program:
         part: the part that the program is for, such as "cy525".
         where: the name of its file.
         lines: all lines of the text, in order.
-        assumed: the assumptions about facts missing in the text.
+        assumed: the assumptions about facts missing from the text.
         wiring: the pins of the source, by their purpose: "step", "direction", "output1", "input1" ...
-        half_steps: whether a step of the source is a motor half step, because of an option or after some
+        half_steps: whether a step of the source is a half step of the motor, because of an option or after some
             command.
     """
 

@@ -23,7 +23,7 @@ ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the p
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """The target's values whose motions come nearest to a profile, by the form of the command, and their profile."""
+    """The target's values whose motions come nearest to a profile, keyed by command form; and their profile."""
 
     values: Mapping[str, int]
     profile: Profile

@@ -45,7 +45,7 @@ def top_rate(actions: Iterable[Action]) -> float:
 
 
 def one_acceleration(actions: Iterable[Action]) -> float:
-    """Return the acceleration for a target that has one for all moves, steps/s^2: the lowest of all ramps.
+    """Return the acceleration for a target with one value for all moves, steps/s^2: the lowest of all ramps.
 
     Without a ramp it is so high that the top rate is reached within half a step.
     """
@@ -79,8 +79,8 @@ def runs(program: Program) -> dict[int, int]:
 def started_plainly(program: Program) -> Program:
     """Return a program whose host only runs stored programs from the text, from their start or from a label.
 
-    These host commands become a `Special`: a loop or branch, a level at a pin that is not a program input, a stop of a
-    running motion, and a run of a program that the text does not enter.
+    All other host commands become a `Special`: a loop or branch, a level at a pin that is not a program input, a
+    stop of a running motion, and a run of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]

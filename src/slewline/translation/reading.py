@@ -67,7 +67,7 @@ def read_program(
 
 
 class ActionReader:
-    """Converts the statements of a text to actions."""
+    """A converter of the statements of a text to actions."""
 
     def __init__(
         self, text: str, source: Source, part: str, where: str, crystal_hz: int | None, interrupted: bool
@@ -120,7 +120,7 @@ class ActionReader:
 
     # ----------------------------------------------------------------------------------------------------- assumptions
     def assumed(self) -> Iterable[Assumed]:
-        """Yield the assumptions about facts missing in the text."""
+        """Yield the assumptions about facts missing from the text."""
         if self.sheet.crystal_high_hz and not self.stated:
             yield Assumed(
                 "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"

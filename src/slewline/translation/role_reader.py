@@ -59,7 +59,7 @@ UNIT_TIMES = ("millisecond", "delay_unit")
 
 
 class RoleReader:
-    """Converts statements to actions, by the roles of their rows.
+    """A converter of statements to actions, by the roles of their rows.
 
     Args:
         source: the text that has been read.

@@ -81,7 +81,7 @@ def translate(
         axis: the name of the axis, for targets that have several.
         unroll: the maximum number of lines for a loop, if the target has no loops.
         strict: whether to refuse a result that has any line with a verdict other than "the same".
-        settings: facts missing in the text, by name: {"output1": "low"} for the initial level of an output,
+        settings: facts missing from the text, by name: {"output1": "low"} for the initial level of an output,
             and target settings such as {"library": "fastaccelstepper"}.
 
     Raises:

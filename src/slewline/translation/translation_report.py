@@ -75,7 +75,7 @@ class ReportLine:
 
     @property
     def kind(self) -> LineKind:
-        """The worst kind among its verdicts; without a verdict the line is the same."""
+        """The worst kind among its verdicts; a line without verdicts counts as the same."""
         return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=LineKind.SAME)
 
 
@@ -89,7 +89,7 @@ class Report:
         to: the target of the result.
         lines: the lines of the source with code, in order.
         whole: verdicts on the program as a whole, such as its size.
-        assumed: the assumptions about facts missing in the text.
+        assumed: the assumptions about facts missing from the text.
         wiring: pairs of a wire of the source and of the target, each with its purpose.
     """
 
@@ -109,7 +109,7 @@ class Report:
 
     @property
     def same(self) -> bool:
-        """Whether every line, and the program as a whole, is the same."""
+        """True if every line, and the program as a whole, is the same."""
         kinds = [line.kind for line in self.lines] + [each.kind for each in self.whole]
         return all(kind is LineKind.SAME for kind in kinds)
 

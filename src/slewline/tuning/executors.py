@@ -32,7 +32,7 @@ class Workers(NamedTuple):
 
 
 class Inline(Executor):
-    """Executes calls immediately, in this thread."""
+    """An executor that makes calls immediately, in this thread."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return a completed future with the result of a call."""
@@ -61,7 +61,7 @@ class Worker(SpawnProcess):
 
 
 class WorkerContext(SpawnContext):
-    """Creates workers, and can kill them."""
+    """A context that creates workers, and can kill them."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -5,7 +5,7 @@ S=1..254/8          eight values, evenly spaced in the parameter's `measure`
 R=4..40 by 4        every fourth value
 R=4,8,15            these values
 R=400 steps/s..4000 steps/s/12      rates with their unit
-R=120 rpm..1200 rpm/12              or in revolutions, if the motor's steps per revolution are known
+R=120 rpm..1200 rpm/12              or in rpm or rev/s, if the motor's steps per revolution are known
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FORMS = "a range such as 3..10, 1..254/8 (eight of them) or 4..40 by 4, or a lis
 class Grid:
     """Parameters with their values in ascending order.
 
-    Points are numbered 0 to `size` - 1; from one to the next, the last parameter changes first.
+    Points are numbered 0 to `size` - 1; the last parameter varies fastest.
     """
 
     names: tuple[str, ...]
@@ -87,7 +87,7 @@ def read_grid(
     """Return the grid described by a user; omitted parameters have their default values (`tried`).
 
     Args:
-        per_turn: the motor's steps per revolution, for rates in revolutions; None if there is no motor.
+        per_turn: the motor's steps per revolution, for rates in rpm or rev/s; None if there is no motor.
 
     Raises:
         UnknownName: a parameter does not exist.
@@ -166,7 +166,7 @@ def _values(
 
 
 def _value(calculator: Calculator, quantity: RampParameter, given: object, hz: int, per_turn: int | None) -> Value:
-    """Return a value; a rate may be in revolutions, if the steps per revolution are known."""
+    """Return a value; a rate may be in rpm or rev/s, if the steps per revolution are known."""
     if isinstance(given, str) and per_turn is not None:
         given = in_steps(given, per_turn)
     return value_of(calculator, quantity, given, hz)

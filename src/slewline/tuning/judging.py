@@ -29,7 +29,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether steps were lost; the lag at rest and the maximum lag during the move, in full steps."""
+    """The result of a trial: whether steps were lost; the lag at rest and the maximum in motion, full steps."""
 
     lost: bool
     error: float
@@ -39,8 +39,8 @@ class Verdict:
 def judge(run: Trial) -> Verdict:
     """Return the verdict on a move: whether its lag is so large, at rest or in motion, that steps are lost.
 
-    The limits are, in full steps, 0.6 or more at rest, and more than 3.9 in motion.  The rotor may ring for
-    a while: it is observed until its lag has been below 0.6 for 15 ms, but for at most 0.6 s.
+    A lag of 0.6 full steps or more at rest, or of more than 3.9 in motion, is too large.  The rotor may ring
+    for a while: it is observed until its lag has been below 0.6 for 15 ms, but for at most 0.6 s.
     """
     import numpy as np
 

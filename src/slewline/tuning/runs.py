@@ -30,7 +30,7 @@ class Outcome(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether the candidate stays in step under every scenario."""
+        """True if the candidate stays in step under every scenario."""
         return self.killer is None
 
 
@@ -98,7 +98,7 @@ class Runs:
 
         Args:
             order: a function that returns the scenarios of the nth candidate.
-            known: a function that returns how many outcomes must have been yielded before that order is defined.
+            known: a function that returns the number of outcomes that must be yielded before that order is defined.
         """
         row = _Row()
         begun = yielded = 0

@@ -97,7 +97,7 @@ class Log:
             self._write({"tune": VERSION, "digest": digest(task), "slewline": __version__, "task": task})
 
     def _read(self, task: Mapping[str, Any]) -> int:
-        """Read the existing lines; return how many bytes belong to complete lines."""
+        """Read the existing lines; return the number of bytes in complete lines."""
         whole = 0
         self._file.seek(0)
         file = BufferedReader(cast("FileIO", self._file))

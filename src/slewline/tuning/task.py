@@ -98,7 +98,7 @@ class MapPlace:
 
 
 class NothingHolds(UsageError):
-    """Every candidate loses steps, so no move in the grid holds."""
+    """The error that no move in the grid holds, because every candidate loses steps."""
 
 
 @dataclass(frozen=True, repr=False)

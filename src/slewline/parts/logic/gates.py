@@ -121,7 +121,7 @@ class Delay(Part):
 
 
 class Latch8(Part):
-    """A 74LS373: q follows d while `enable` is high, else it is latched; q floats while `output_enable` is high."""
+    """A 74LS373: q follows d while `enable` is high, else it is latched; a high `output_enable` makes q float."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)

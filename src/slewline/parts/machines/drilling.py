@@ -36,7 +36,7 @@ class CutPiece:
 
 
 class Bar(Part):
-    """A bar fed under drill and blade by CLOCK and DIR; a rising edge of `bit` makes a hole, of `blade` a cut."""
+    """A bar fed under drill and blade by CLOCK and DIR; `bit` rising drills a hole, `blade` rising cuts it."""
 
     _for_users = ("position", "holes", "pieces")
     wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})

@@ -87,7 +87,7 @@ class BusInterface:
 
     @property
     def by_address(self) -> bool:
-        """Whether the part's behaviour depends on the latched address alone."""
+        """True if the part's behaviour depends on the latched address alone."""
         return self._on_latch is None and self._on_select is None
 
     @property
@@ -102,7 +102,7 @@ class BusInterface:
 
     @property
     def selected(self) -> bool:
-        """Whether the part is selected."""
+        """True while the part is selected."""
         return self.select.is_active
 
     def _latch(self, net: Net) -> None:

@@ -38,7 +38,7 @@ class MemoryCore:
 
     Args:
         part: the part, to which the pins are added.
-        size: the size in bytes; None: that of the image if there is a part of this size, else 65536.
+        size: the size in bytes; None: the size of the image if there are parts of that size, else 65536.
         image: initial contents, starting at address 0; the rest is FF.
         read: a function that returns the byte at the address.
         write: a function that receives a byte for the address.
@@ -89,8 +89,8 @@ class Ram(Part):
 
     Args:
         writable: whether the chip can write to it.
-        size: the size in bytes, a power of two from 2048 to 65536; None: that of the image if there is a
-            part of this size, else 65536.
+        size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if there are
+            parts of that size, else 65536.
         image: initial contents, starting at address 0; the rest is FF, where a real RAM has random bytes.
     """
 
@@ -150,12 +150,12 @@ class Eeprom(Part):
     """An EEPROM of up to 64K bytes on the bus of a chip.
 
     Writing a byte takes `write_time`; meanwhile a read returns that byte with bit 7 inverted (data polling).
-    Written bytes are flushed to the store together, `flush` after the first unsaved byte, since a flush
-    waits some milliseconds for the disk, about as long as the part takes to write a byte.
+    Written bytes are flushed to the store together, when the oldest of them has waited for the time `flush`:
+    each flush waits a few milliseconds for the disk, about as long as the part takes to write a byte.
 
     Args:
-        size: the size in bytes, a power of two from 2048 to 65536; None: that of the image if there is a
-            part of this size, else 65536.
+        size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if there are
+            parts of that size, else 65536.
         image: initial contents, starting at address 0, if the store is empty; the rest is FF.
         write_time: the time to write a byte.
         flush: the maximum time until a written byte is saved to the store.
@@ -270,7 +270,7 @@ class Eeprom(Part):
 
     @property
     def idle(self) -> bool:
-        """Whether no byte is being written."""
+        """True while no byte is being written."""
         return self.writing is None
 
     @property

@@ -4,8 +4,8 @@
     address     = 74193 counters, clocked by the rising edge of I/O REQUEST, preset while `load` is low
     the end     = the byte FF on the bus (7430), or with `stop="address"` the address FF
 
-The counter is clocked by I/O REQUEST and not by READY, because READY also falls in every motion of a stored program and
-would advance the address past the end.
+The counter is clocked by I/O REQUEST and not by READY, because READY also falls during every motion of a
+stored program and would advance the address past the end.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Prom(Part):
 
     @property
     def ended(self) -> bool:
-        """Whether the address counter is at the end of a program."""
+        """True while the address counter is at the end of a program."""
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:
@@ -91,7 +91,7 @@ class Prom(Part):
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing unless an input changes."""
+        """True if the part will change nothing unless an input changes."""
         return self.ended
 
     @property

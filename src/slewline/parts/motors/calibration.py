@@ -1,4 +1,4 @@
-"""Two constants that no data sheet lists, from measurements: the friction of a machine, and the iron loss of a motor.
+"""Two constants that no data sheet lists, found by measurement: a machine's friction, a motor's iron loss.
 
     start-stop rate     the maximum rate at which the motor starts without a ramp     -> friction
     pull-out rate       the rate at which it stalls under a torque, accelerated slowly  -> iron loss

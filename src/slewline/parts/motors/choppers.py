@@ -26,7 +26,7 @@ def ripple(motor: MotorData, driver: DriverData) -> float:
 
 
 def least_current(motor: MotorData, driver: DriverData) -> float:
-    """Return the current, A, that a chopper's blanking time drives through a winding at rest in slow decay; or 0."""
+    """Return the current, A, that blanking time drives through a winding at rest in slow decay, or 0 if none."""
     if driver.kind != "chopper" or driver.decay not in ("slow", "auto") or not driver.least_on:
         return 0.0
     period = driver.off_time + driver.least_on if driver.off_time else driver.period

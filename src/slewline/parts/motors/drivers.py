@@ -208,7 +208,8 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
 def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     """Return a driver described by text or by a table of figures.
 
-    Both may name a driver on the market, a table with `like`; other figures replace those of that driver.
+    The text may name a driver on the market, and so may the table, with `like`; any other figures replace
+    those of the named driver.
 
     Args:
         name: the driver's name in messages.
@@ -263,7 +264,7 @@ def _driver_named(like: object, name: str) -> DriverRow:
 
 
 def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> None:
-    """Refuse figures that do not exist for this kind of driver, and missing figures that it needs."""
+    """Refuse figures that do not exist for this kind of driver, and a driver that lacks a required figure."""
     kind = given.get("kind", rows[1].default)
     if not isinstance(kind, str) or kind not in TAKES:
         return  # `checked` reports it

@@ -282,5 +282,5 @@ def stopped(suffix: str = "") -> Equations:
 
 
 def without_rest(of: Equations) -> Equations:
-    """Return equations without their rest conditions, which another piece has."""
+    """Return equations without their rest conditions, because another piece contains them."""
     return replace(of, rest=())

@@ -172,7 +172,7 @@ class Integration:
     def _advance(
         self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
     ) -> tuple[bool, bool, tuple[Any, ...]]:
-        """Return some grid points: whether more may follow, whether the motor is at rest, and the columns.
+        """Return whether more grid points may follow, whether the motor is at rest, and the next points as columns.
 
         The columns are instants, commands, codes and states.  Filled columns are returned without being copied;
         copying would take half as long as the integration.

@@ -189,7 +189,7 @@ class Model:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether the functions compiled by Numba have been used."""
+        """True if the functions compiled by Numba have been used."""
         return "numba" in vars(self)
 
     @cached_property

@@ -112,7 +112,7 @@ class MotorLaw:
 
     @property
     def period(self) -> int:
-        """Full steps per electrical turn: a rotor that loses steps settles this far away, or a multiple of it."""
+        """Full steps per electrical turn; a rotor that loses steps loses this number, or a multiple of it."""
         return self.motor.phases if self.motor.windings == "reluctance" else 4
 
     @property
@@ -199,7 +199,7 @@ class MotorLaw:
         return table(self.motor, self.driver, self.steps, self.phased, self.origin)
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
-        """Make the table."""
+        """Return the rows of `table`, newly computed."""
         factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)  # as LEVELS
         if self.phased:
             return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
@@ -236,10 +236,10 @@ class MotorLaw:
 
     @cached_property
     def fields(self) -> tuple[int | None, ...]:
-        """The command, 0 to `cycle` - 1, of each combination of phases, by its bits; None: the phases produce no field.
+        """The command, 0 to `cycle` - 1, for each combination of phases, by its bits; None if there is no field.
 
-        With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; phases 1 and 3 on
-        correspond to command 0.
+        With two windings, phases 1 and 2 are the ends of one winding, 3 and 4 those of the other; command 0 corresponds
+        to phases 1 and 3 being on.
         """
         found: list[int | None] = []
         for bits in range(1 << self.period):
@@ -258,7 +258,7 @@ class MotorLaw:
         return self.driver.kind in ("voltage", "bilevel")
 
     def asked_for(self, signs: Sequence[float], factor: float) -> tuple[float, ...]:
-        """Return the row for a field (two numbers from -1 to 1), with the current multiplied by a factor; 0: off."""
+        """Return the row for a field (two numbers from -1 to 1), with the current multiplied by a factor; 0 is off."""
         on = factor > 0
         if self.motor.windings == "unipolar":
             one, two = signs

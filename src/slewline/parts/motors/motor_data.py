@@ -54,7 +54,7 @@ class MotorData:
 
     @property
     def full_steps(self) -> int:
-        """Full steps per turn."""
+        """Full steps per revolution."""
         return self.teeth * (self.phases if self.windings == "reluctance" else 4)
 
     @property
@@ -116,7 +116,7 @@ class DriverData:
 
     @property
     def period(self) -> float:
-        """The period of a chopper's clock, or its off-time, s; 0: the driver has neither."""
+        """The period of a chopper's clock, or its off-time, s; 0 if the driver has neither."""
         return self.off_time or (1 / self.frequency if self.frequency else 0.0)
 
     def phase_current(self, motor: MotorData) -> float:
@@ -150,5 +150,5 @@ class LoadData:
 
     @property
     def stops(self) -> bool:
-        """Whether there is a hard stop."""
+        """True if there is a hard stop."""
         return self.low is not None or self.high is not None

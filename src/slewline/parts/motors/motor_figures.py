@@ -47,7 +47,7 @@ def in_reach(unit: str) -> Callable[[float], str]:
 
 
 def share(value: float) -> str:
-    """Return the complaint about a fraction that is not more than 0 and at most 1, or ""."""
+    """Return the complaint about a value outside the range 0 < value <= 1, or "" if it is in range."""
     return "" if 0 < value <= 1 else "allowed more than 0, up to 1"
 
 

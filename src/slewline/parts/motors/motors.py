@@ -142,7 +142,7 @@ def is_described(text: str) -> bool:
 
 
 def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str, Any]:
-    """Return the table of figures for a description as text or as a table.
+    """Return the table of figures for a motor described by text or by a table.
 
     Raises:
         UsageError: a part of the text names no figure, a figure occurs twice, or a step angle is impossible.

@@ -29,7 +29,7 @@ absolute = abs
 
 
 def compiled(text: str, names: dict[str, Any], place: str = "<equations of a motor>") -> dict[str, Any]:
-    """Return the definitions in a Python text."""
+    """Return the names that a Python source text defines, with their values."""
     space = dict(names)
     exec(compile(text, place, "exec"), space)
     return space
@@ -40,7 +40,7 @@ PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqr
 
 # -------------------------------------------------------------------------------------------------------- machine code
 def module_text(functions: Sequence[str]) -> str:
-    """Return a module of functions for Numba.
+    """Return the source text of a module of functions for Numba.
 
     Its hash is the cache key, so it includes everything that affects their machine code.
 

@@ -46,7 +46,7 @@ class PullOutPoint(NamedTuple):
 
     @property
     def isolated(self) -> str:
-        """Text "success" or "failure" if both neighbours differ from the rate in the same direction, else empty."""
+        """Text "success" or "failure" if the torque is far above or far below that of both neighbours, else empty."""
         apart = [self.torque - torque for _, torque in self.neighbours]
         limit = APART * self.holding
         if apart and min(apart) > limit:

@@ -43,11 +43,11 @@ class Gear(Part):
 
     @property
     def position(self) -> float:
-        """Position of the driven shaft, in steps; a turn of this shaft has as many steps as a turn of the motor."""
+        """Position of the driven shaft, in steps; it has as many steps per revolution as the motor."""
         return float(self.shaft.place)
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the output shaft, in steps, and the number of steps per turn."""
+        """Return the position of the output shaft, in steps, and the number of steps per revolution."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
 
@@ -110,7 +110,7 @@ class Carriage(Part):
         return float(self.shaft.place * self.scale)
 
     def shows(self) -> dict[str, Any]:
-        """Return the position and the hard stops, in the carriage's unit; None: there is no stop."""
+        """Return the position and the hard stops, in the carriage's unit; None for a stop that does not exist."""
         low, high = (None if stop is None else float(stop * self.scale) for stop in self._stops)
         return {"place": self.place, "unit": self.unit, "low": low, "high": high}
 

@@ -3,7 +3,7 @@
     count    ... -1  0  1  2  3  4  5 ...        forward to the right: A leads B
     a             0  0  1  1  0  0  1
     b             1  0  0  1  1  0  0
-    index         1  0  1  1  1  1  1            low once per turn: at count 0, `counts` ...
+    index         1  0  1  1  1  1  1            low once per revolution: at count 0, `counts` ...
 
 All three outputs are promises derived from the motion of the shaft (shaft_counter.py): while PULSE follows a train, no
 step is an event.
@@ -41,7 +41,7 @@ CHANNELS = MappingProxyType({"a": LevelPattern(0, 1, 1, 0), "b": LevelPattern(0,
 
 
 class CountOutputs:
-    """The outputs A, B, and an optional index that show the counts of a shaft.  The shaft can be turned by hand.
+    """The outputs A and B, and an optional index, which show the counts of a shaft that can be turned by hand.
 
     Args:
         part: a part with the pins A and B; the index pin is added.
@@ -98,7 +98,7 @@ def add_channels(part: Part) -> None:
 
 
 def check_counts(part: Part, counts: object) -> None:
-    """Check that a value set by a user is a number of counts.
+    """Check that a number of counts set by a user is an integer.
 
     Raises:
         UsageError: the value is not an integer.
@@ -108,7 +108,7 @@ def check_counts(part: Part, counts: object) -> None:
 
 
 class ShowsCounts:
-    """Mixin for parts with such outputs: their count, and turning by hand. List it before `Part` among the bases."""
+    """Mixin for parts with `CountOutputs`: count, and turning by hand; list it before `Part` among the bases."""
 
     name: str
     _outputs: CountOutputs
@@ -129,7 +129,7 @@ class ShowsCounts:
 
     @property
     def idle(self) -> bool:
-        """Whether the part will change nothing unless an input changes."""
+        """True if the part will change nothing unless an input changes."""
         return not self._outputs.hand
 
     @property
@@ -199,7 +199,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         return motor.shaft
 
     def attached(self, own: str, row: Pin) -> None:
-        """Pass the neighbour's pin on to the inner motor, to whose pin it has been wired."""
+        """Pass on the neighbour's pin to the encoder's own motor, if the wired pin belongs to that motor."""
         if self._motor is not None and own in MOTOR:
             self._motor.attached(MOTOR[own], row)
 
@@ -245,7 +245,7 @@ class Quadrature(ShowsCounts, Part):
 
     @from_outside
     def run(self, rate: int) -> None:
-        """Turn at `rate` counts/s from now on; negative: backwards; 0: stop."""
+        """Turn at `rate` counts/s from now on, backwards if negative; 0 stops the shaft."""
         check_counts(self, rate)
         if abs(rate) > FASTEST:
             raise UsageError(f"{self.name}: {rate} counts/s; allowed {-FASTEST} to {FASTEST}")

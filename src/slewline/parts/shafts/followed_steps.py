@@ -43,7 +43,7 @@ class PulseFollowing:
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and other missed pulses."""
+    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further missed pulses."""
 
     lag_ps: int
     pull_in: float
@@ -52,7 +52,7 @@ class MotorLimits:
 
     @property
     def free(self) -> bool:
-        """Whether every pulse is a step without delay."""
+        """True if every pulse is a step without delay."""
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
@@ -78,7 +78,7 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return how many of n >= 1 pulses, (n,) int64 ps, are followed without a gap, including the first."""
+        """Return the number of leading pulses in (n,) int64 ps, n >= 1, that are followed; the first always is."""
         import numpy as np
 
         intervals = np.diff(times)
@@ -109,7 +109,7 @@ class FollowedSteps(Events):
         self._many = FEW
 
     def _made(self, n: int) -> int:
-        """Return how many of the first n pulses, which have been processed, are followed."""
+        """Return the number of followed pulses among the first n, all of which have been processed."""
         i = bisect_right(self._firsts, n) - 1
         return 0 if i < 0 else self._before[i] + min(n, self._lasts[i]) - self._firsts[i] + 1
 
@@ -123,7 +123,7 @@ class FollowedSteps(Events):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Process the first pulse, and, if it is followed, the run of followed pulses; return how many."""
+        """Process the first pulse or, if it is followed, the run of followed pulses; return the number processed."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW

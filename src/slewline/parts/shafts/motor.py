@@ -139,7 +139,7 @@ class Translator(Part):
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the shaft, in steps, and the steps per turn."""
+        """Return the position of the shaft, in steps, and the number of steps per revolution."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
 
@@ -226,7 +226,7 @@ class Motor(Part):
         return self.shaft.place // 1
 
     def shows(self) -> dict[str, Any]:
-        """Return the position of the shaft, in steps, and the steps per turn."""
+        """Return the position of the shaft, in steps, and the number of steps per revolution."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
     # ------------------------------------------------------------------------------------------------------- changes

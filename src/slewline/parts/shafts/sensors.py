@@ -73,7 +73,7 @@ class Sensor(Follower):
         self.schedule()
 
     def sources(self) -> Iterable[Follower]:
-        """Yield the rule of the part that turns the shaft, if it runs ahead."""
+        """Yield the rule of the part that turns the shaft, if that rule is a `Follower`."""
         source = self.shaft.source
         return [source] if isinstance(source, Follower) else []
 
@@ -173,7 +173,7 @@ class Switch(Part):
 
     @property
     def closed(self) -> bool:
-        """Whether the switch is closed."""
+        """True while the switch is closed."""
         return self._zone.closed_at(self.kernel.seen)
 
     def shows(self) -> dict[str, Any]:
@@ -195,7 +195,7 @@ class Switch(Part):
 def zone(
     low: Fraction | None, high: Fraction | None, hysteresis: Fraction
 ) -> tuple[CountScale, tuple[bool | None, ...]]:
-    """Return a switch's bounds, and its state by the number of bounds at or below the position.
+    """Return a switch's bounds, and its state for each number of bounds at or below the position.
 
     A state is closed (True), open (False), or unchanged (None).
     """

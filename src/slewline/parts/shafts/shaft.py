@@ -11,7 +11,7 @@ All parts on the shaft receive both announcements: in `on_cut` they follow the o
 only by 1 ps, so no edge causes another edge at the same instant, and the order of rounds within an instant does not
 matter.
 
-A shaft has no events of its own.  Positions are in steps; a turn has `per_turn` steps.
+A shaft has no events of its own.  Positions are in steps; one revolution is `per_turn` steps.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Shaft:
 
     # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
-        """End the present motion at an instant (ps); the shaft continues with it until `turn` is called."""
+        """End the present motion at an instant (ps); an identical motion continues it until `turn` is called."""
         motion = self.motion
         if ps > motion.since:
             self.look(ps)
@@ -224,7 +224,7 @@ class Shaft:
         del self.past[: max(0, n)]
 
     def _keep(self, motion: ShaftMotion, ps: int) -> None:
-        """Keep a past motion: the instants of single steps in one direction; none for a shaft at rest."""
+        """Keep a past motion, merging single steps in one direction; a motion without steps may be left out."""
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
@@ -334,7 +334,7 @@ class DrivenShaft(Shaft):
 
 
 class GearedShaft(DrivenShaft):
-    """A shaft driven by a gear: it turns `ratio` times as far; negative: in the opposite direction."""
+    """A shaft driven by a gear: it turns `ratio` times as far; a negative `ratio` reverses the direction."""
 
     def __init__(self, under: Shaft, ratio: Fraction) -> None:
         super().__init__(under)

@@ -80,7 +80,7 @@ class Counter(Protocol):
 
     @property
     def direction(self) -> int:
-        """Counting direction: 1 up, -1 down, 0: it may reverse."""
+        """Counting direction: 1 for up, -1 for down, 0 if it may reverse."""
 
     def level(self, ps: int) -> int:
         """Return the count shown at an instant (ps)."""
@@ -160,7 +160,7 @@ class StepCounter:
         return later(due, self.lag_ps)
 
     def _shown(self, ps: int) -> int:
-        """Return how many changes of this motion have been shown by an instant (ps)."""
+        """Return the number of changes of this motion that have been shown by an instant (ps)."""
         ps -= self.lag_ps
         k = self.motion.count(ps)
         if k <= 0:

@@ -113,7 +113,7 @@ class SwitchZone:
 
     @property
     def floats(self) -> bool:
-        """Whether the switch sometimes releases the wire."""
+        """True if the switch sometimes releases the wire."""
         return None in self.levels
 
     def closed_at(self, ps: int) -> bool:

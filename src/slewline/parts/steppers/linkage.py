@@ -46,7 +46,7 @@ class Linkage:
 
     @property
     def simple(self) -> bool:
-        """Whether the position follows from the rotor position alone."""
+        """True if the position follows from the rotor position alone."""
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:

@@ -39,7 +39,7 @@ class Losses:
         self._last = self._done + 1, 0.0  # last grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield the events up to an instant (ps), not after the last committed one: time, code and text."""
+        """Yield the events up to an instant (ps), but none after the last committed instant: time, code and text."""
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):

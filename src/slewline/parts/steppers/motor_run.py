@@ -30,7 +30,8 @@ class Stretch:
     """Grid points of one law, starting at `first`.
 
     Attributes:
-        changed: `first` does not continue the preceding stretch, because the law or the state was changed externally.
+        changed: True if `first` does not continue the preceding stretch, because the law or the state was changed
+            externally.
         times, states, commands, codes: the columns of the points, as in a `MotorTrace`; None: the points have been
             dropped.
     """
@@ -138,7 +139,7 @@ class Run:
 
     @property
     def compiled(self) -> bool:
-        """Whether all functions were compiled before time passed."""
+        """True if all functions were compiled before time passed."""
         return self._engine == "numba"
 
     @property
@@ -153,7 +154,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Return an instant (ps) up to which a rotor at rest may stay at rest; few edges occur until then."""
+        """Return an instant (ps) up to which a rotor at rest may stay at rest, with few input edges until then."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -181,7 +182,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Use the present inputs; drop the future after an instant (ps) from the first difference on."""
+        """Use the present inputs; if they change an edge after an instant (ps), drop the future from that edge on."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -265,7 +266,7 @@ class Run:
 
     @property
     def known_to_rest(self) -> int:
-        """The first instant (ps) more than a grid step after the last point: only then are losses counted."""
+        """The first instant (ps) more than a grid step after the last point; losses are not counted earlier."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:

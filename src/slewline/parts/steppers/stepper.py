@@ -278,7 +278,7 @@ class Stepper(Blockable, Part):
 
     @from_outside
     def push(self, steps: float) -> None:
-        """Turn the shaft immediately by some full steps; negative: backwards."""
+        """Turn the shaft immediately by some full steps, backwards if negative."""
         if isinstance(steps, bool) or not isinstance(steps, int | float) or not abs(steps) < MOST_PUSHED:
             raise UsageError(f"{self.name}: push by {steps!r} steps; expected a number up to +/-{MOST_PUSHED:g}")
         self.input("push", steps)

@@ -203,7 +203,7 @@ class MotorShaft(Shaft):
         raise UsageError("a motor with physics slips by itself; change its load, or block it")
 
     def push(self, steps: Fraction) -> None:
-        """Turn the rotor immediately by some steps; negative: backwards."""
+        """Turn the rotor immediately by some steps, backwards if negative."""
         self._alter(push=float(steps))
 
     def stop_at(self, low: Place, high: Place) -> None:

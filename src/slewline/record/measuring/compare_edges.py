@@ -323,7 +323,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Return whether two edge sequences of equal length differ only by clock drift, as across a long rest."""
+    """Return whether two edge sequences of equal length differ only by clock drift, as after a long pause."""
     import numpy as np
 
     if len(model) < 3:

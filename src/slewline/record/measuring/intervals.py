@@ -53,7 +53,7 @@ class SignalEdges(NamedTuple):
 
     @classmethod
     def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
-        """Return the measured edges in a window (ps); where nothing is known, the signal floats."""
+        """Return the measured edges in a window (ps); outside the known part, the signal is taken to float."""
         import numpy as np
 
         since, until = max(start, trace.since), min(stop, trace.until)

@@ -1,7 +1,7 @@
 """Measurements on arrays of instants, for tests and plots of steps and edges.  All functions are pure.
 
 Instants are int64 picoseconds, ascending.  A clock whose period is not a whole number of picoseconds makes equal
-intervals differ by one, so "the same interval" means: the same to a picosecond.
+intervals differ by 1 ps, so intervals that differ by no more than this count as equal.
 """
 
 from __future__ import annotations

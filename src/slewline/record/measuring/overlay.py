@@ -46,7 +46,7 @@ def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
     """Return the traces to draw over pins, keyed by pin name.
 
     Raises:
-        UsageError: the argument is anything else.
+        UsageError: the argument is not a mapping of pin names to traces.
     """
     if over is not None and not isinstance(over, Mapping):
         raise UsageError(f"over={over!r}: expected pins and traces, such as {{'x.slew': measured.trace('slew')}}")
@@ -93,7 +93,7 @@ def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray
 
 
 def differences(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return a line about how pins agree with the traces drawn over them in a window (ps); empty without traces."""
+    """Return a line on the agreement of pins with the traces over them in a window (ps); empty without traces."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []
 

@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterFormat, mark: int) -> list[Character]:
-    """Return the characters in a signal, which begins with the line at rest.
+    """Return the characters in a signal, which begins with the line idle.
 
     Args:
         stop: the end of the signal (ps); a character that is not complete by then, except its last stop
             bits, is left out.
         clock: the clock, at sixteen times the baud rate.
-        mark: the level of the line at rest.
+        mark: the level of the idle line.
     """
     import numpy as np
 

@@ -75,7 +75,7 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """A line about how lanes agree with the traces drawn over them; empty without such a lane."""
+        """A line on the agreement of lanes with the traces drawn over them; empty without such a lane."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 

@@ -80,7 +80,7 @@ def _picture_class() -> type[Figure]:
 
 
 def new_picture(width: float, height: float, dark: bool = False) -> Figure:
-    """Return an empty figure of a size in inches, in the style of slewline; call this function under `styled`."""
+    """Return an empty figure of a size in inches, in the style of slewline; call this function within `styled`."""
     picture = _picture_class()(figsize=(width, height), facecolor=palette(dark).ground)
     picture.dark = dark  # type: ignore[attr-defined]
     return picture

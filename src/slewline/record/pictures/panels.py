@@ -195,8 +195,8 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 def dense_line() -> type[Line2D]:
     """Return the class of a line of thousands of points.
 
-    Such a line is drawn in pieces, as the renderer sorts a path as a whole; each piece ends at the point where the next
-    begins, with round ends to avoid gaps.
+    Such a line is drawn in pieces, because the renderer sorts each path as a unit; each piece ends at the point where
+    the next begins, with round ends to avoid gaps.
     """
     import numpy as np
     from matplotlib.lines import Line2D

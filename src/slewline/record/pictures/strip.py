@@ -29,7 +29,7 @@ ROW = 0.21  # inches, of one value that was tried
 
 @dataclass(frozen=True, slots=True)
 class StripPicture:
-    """Values of one parameter, ascending, whether each holds, and a search: the indices it tried, and its result.
+    """Values of one parameter, ascending, with pass or fail for each; and a search: indices tried, and result.
 
     There are at least two values, all of them above 0.
     """

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Wires(NamedTuple):
-    """A bus queried wire by wire: its levels are 256 times the driven wires, plus the wires that are high."""
+    """A bus queried wire by wire: a level is 256 * (mask of driven wires) + (mask of wires that are high)."""
 
     net: Net
 

@@ -46,7 +46,7 @@ class Trace:
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
         """Return the trace of a recorded net or pin in a window (ps): as many of its edges as a picture needs.
 
-        If a trace is drawn over it, it has all of its edges, since any of them may differ.
+        If another trace is drawn over it, all edges are included, since any of them may differ.
         """
         since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)

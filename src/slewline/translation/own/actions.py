@@ -37,7 +37,7 @@ MOST_DELAYS = 20  # maximum number of commands for one delay
 
 
 class Actions(MotionWriter):
-    """Converts all actions to instructions."""
+    """A converter of all actions to instructions."""
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_setoutput(self, action: SetOutput) -> list[ResultPiece]:
@@ -76,7 +76,7 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_label(self, action: Label) -> list[ResultPiece]:
-        """Return a mark, if loops of the target need one; paths meet here, so the registers are no longer known."""
+        """Return the label, with a mark if the target's loops need one; register values are not known there."""
         self.rates.joined()
         self.replaced = self.replaced or self.may_replace
         self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}
@@ -189,7 +189,7 @@ class Actions(MotionWriter):
         return [ResultPiece(text=text) for text in found]
 
     def check_hold(self, text: str) -> None:
-        """Raise Impossible if a pin that would stop a motion acts otherwise on the start of the next one."""
+        """Raise Impossible if the abort pin is driven before a motion, unless the target's abort pin acts alike."""
         match = DRIVES.fullmatch(text)
         theirs = None if match is None else pin_of(self.source, match[3])
         mine = self.sheet.role("abort")

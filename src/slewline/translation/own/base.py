@@ -41,7 +41,7 @@ FULL_STEPS = 4  # patterns of the phases; above these the parts differ
 
 
 class Impossible(Exception):
-    """The target cannot perform an action: its limit, and advice to the user."""
+    """The error for an action that the target cannot perform: the limit of the target, and advice to the user."""
 
     def __init__(self, description: str, limit: str, remedy: str = "") -> None:
         super().__init__(description)
@@ -49,7 +49,7 @@ class Impossible(Exception):
 
 
 class ActionWriter:
-    """Converts actions to instructions."""
+    """A converter of actions to instructions."""
 
     def __init__(self, source: Sheet, sheet: Sheet, hz: int, rates: Rates, used: Mapping[str, Collection[int]]) -> None:
         self.source, self.sheet, self.hz, self.rates = source, sheet, hz, rates
@@ -108,7 +108,7 @@ class ActionWriter:
         return self.placed(action, self.in_order(action, first, found))
 
     def ended(self, action: Action) -> list[ResultPiece]:
-        """Return the wait for the end of a motion during which the host has acted, before its next command."""
+        """Return the wait, before the host's next command, for the end of a motion during which the host acted."""
         if self.unended is None or acts_during_motion(action):
             return []
         found, self.unended = [self.unended], None
@@ -150,7 +150,7 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return pieces after the rate settings, which are put inside a program if the part accepts them only there."""
+        """Return the rate settings, then the pieces; settings allowed only in a program come after its entry."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number

@@ -12,7 +12,7 @@ def no_command(sheet: Sheet, role: str) -> str:
 
 
 def no_pin(sheet: Sheet, role: str, number: int) -> str:
-    """Return text that states how many outputs or inputs a part has, for a program that needs more."""
+    """Return text with the number of outputs or inputs that a part has, for a program that needs more."""
     has = [pin.name for n in (1, 2, 3) if (pin := sheet.role(f"{role}{n}")) is not None]
     named = f": {', '.join(has)}" if has else ""
     return f"the {sheet.part.upper()} has {len(has)} {role}{'s' * (len(has) != 1)} for programs{named} ({sheet.manual})"

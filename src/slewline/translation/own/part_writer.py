@@ -56,7 +56,7 @@ MOST_ROUNDS = 5
 
 
 class OwnWriter:
-    """Writes a program in the dialect of one of our parts.
+    """A writer of a program in the dialect of one of our parts.
 
     Args:
         program: the effect of the program.
@@ -235,7 +235,7 @@ class OwnWriter:
 
     @staticmethod
     def _append(found: list[ResultPiece], piece: ResultPiece) -> None:
-        """Append a piece; of two waits in a row for the same, keep the one that the source states."""
+        """Append a piece; of two equal waits in a row, keep the one that comes from the source."""
         if found and piece.text.startswith("@until") and found[-1].text == piece.text and not found[-1].comment:
             if found[-1].source:
                 return

@@ -25,7 +25,7 @@ from .limits import no_command
 
 
 class MotionWriter(ActionWriter):
-    """Converts motions and their settings to instructions."""
+    """A converter of motions and their settings to instructions."""
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:

@@ -32,8 +32,8 @@ class StatedBounds:
         command_ps: an additional allowance for a pause, ps, because parts need time for a command.
         hosted: the number of events at the start that are caused by host commands, whose pauses are not
             compared; None: all.
-        runs: how often a host runs a stored program; the pause before every run except the first depends on
-            the host.
+        runs: the number of times that a host runs a stored program; the pause before every run except the first
+            depends on the host.
         long: moves with more steps than this reach the rate between the ramps on both sides.
     """
 
@@ -74,7 +74,7 @@ class Compared:
 
     @property
     def proven(self) -> bool:
-        """Whether both runs agree within the bounds of the report."""
+        """True if both runs agree within the bounds of the report."""
         return not self.differences
 
     @property

@@ -57,7 +57,7 @@ class Proof:
 
     @property
     def proven(self) -> bool:
-        """Whether the result was run, and agrees with the report."""
+        """True if the result was run, and agrees with the report."""
         return self.compared is not None and self.compared.proven and not self.lint
 
 
@@ -151,7 +151,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return the number of events at the start that are caused by host commands; None: possibly all."""
+    """Return the number of events at the start that are caused by host commands, or None if possibly all are."""
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

@@ -23,7 +23,7 @@ class BenchProof:
 
     @property
     def proven(self) -> bool:
-        """Whether every chip agrees with the report."""
+        """True if every chip agrees with the report."""
         return all(each.proven for each in self.compared.values())
 
 

@@ -41,11 +41,11 @@ class _Line(NamedTuple):
 
 
 class _Ended(Exception):
-    """End of the program: M2, or the end of the file."""
+    """The end of the program: M2, or the end of the file."""
 
 
 class _Return(Exception):
-    """Return from a subroutine."""
+    """The return from a subroutine."""
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:

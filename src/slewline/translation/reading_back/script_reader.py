@@ -17,11 +17,11 @@ METHODS = {"send", "move_by", "move_to", "feed", "set_position", "search", "leve
 
 
 class _FunctionLeft(Exception):
-    """Return from a function."""
+    """The return from a function."""
 
 
 class _Broken(Exception):
-    """Exit from a loop."""
+    """The exit from a loop."""
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:

@@ -37,7 +37,7 @@ INPUT = re.compile(r"INPUT(\d+)_PIN$")
 
 
 class _Returned(Exception):
-    """Return from a function."""
+    """The return from a function."""
 
 
 class _Function(NamedTuple):

@@ -21,7 +21,7 @@ START = ""  # the label at the start of a stored program, used by RunProgram
 
 @dataclass(frozen=True)
 class Repeat:
-    """Repeat `body` a number of times.  `head` and `line` are the source lines where the loop begins and ends."""
+    """A loop with a given number of passes of `body`; it begins and ends at source lines `head` and `line`."""
 
     passes: int
     body: tuple[Node, ...]
@@ -31,7 +31,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class Forever:
-    """Repeat `body` forever."""
+    """An endless loop of `body`."""
 
     body: tuple[Node, ...]
     head: int = 0
@@ -40,7 +40,7 @@ class Forever:
 
 @dataclass(frozen=True)
 class AsLongAs:
-    """Run `body`, and repeat it as long as all inputs have their levels after it."""
+    """A loop that runs `body`, and repeats it as long as all inputs have their levels after it."""
 
     inputs: tuple[Input, ...]
     body: tuple[Node, ...]
@@ -50,7 +50,7 @@ class AsLongAs:
 
 @dataclass(frozen=True)
 class Fork:
-    """Run `then` if all inputs have their levels, otherwise run `otherwise`; one of the two may be empty."""
+    """A branch: `then` if all inputs have their levels, else `otherwise`; one of the two may be empty."""
 
     inputs: tuple[Input, ...]
     then: tuple[Node, ...]
@@ -60,7 +60,7 @@ class Fork:
 
 @dataclass(frozen=True)
 class Stage:
-    """A piece of a program: its actions, and the number of the piece that follows; -1: the program ends.
+    """A piece of a program: its actions, and the number of the piece that follows, or -1 at the program's end.
 
     With `inputs`, the piece `to` follows if all inputs have their levels; with `passes`, `to` follows until this
     piece has been left `passes` times; otherwise `below` follows.
@@ -87,7 +87,7 @@ Node = Action | Repeat | Forever | AsLongAs | Fork | Stages
 
 
 class _NotNested(Exception):
-    """A jump leads out of a loop, or into one."""
+    """The error for a jump that leads out of a loop, or into one."""
 
 
 def structured(actions: Sequence[Action]) -> tuple[Node, ...]:

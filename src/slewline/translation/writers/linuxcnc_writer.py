@@ -1,8 +1,8 @@
 """G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
 
 Each move is `G91 G1` or `G90 G1` with the feed set by `F`, in exact stop mode (G61.1): a move ends before the next
-line begins, as in the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are the
-machine's: MAX_ACCELERATION in the INI file, from standstill.
+line begins, as in the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are
+those of the machine: from standstill, with MAX_ACCELERATION of the INI file.
 """
 
 from __future__ import annotations

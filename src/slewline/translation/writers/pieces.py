@@ -17,7 +17,7 @@ END = ""
 
 @dataclass
 class Portion:
-    """Actions without a wait, and the piece or decision that follows; END: none."""
+    """Actions without a wait, and the piece or decision that follows, or END if none does."""
 
     name: str
     body: list[Node] = field(default_factory=list)

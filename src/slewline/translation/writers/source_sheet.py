@@ -250,6 +250,6 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
 
 
 def wired(program: Program, names: Iterable[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
-    """Return the wires of the source and of the target; an empty name: the target has no such wire."""
+    """Return the wires of the source and of the target; the name is empty if the target has no such wire."""
     known = dict(names)
     return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())
