@@ -18,6 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from slewline.chips import PARTS
+from slewline.translation.program_facts import counter_of
 from slewline.translation.proof.play import Played
 from slewline.translation.proof.prove import played, prove
 from slewline.translation.reading import read_program
@@ -54,12 +55,20 @@ def outcome(source: str, to: str, text: str) -> tuple[str, str]:
     if proof.lint or proof.compared is None:
         return FAILED, "; ".join(proof.lint) or "not run"
     driven = any(each.value == DRIVEN for each in done.report.assumed)
-    if not proof.proven and (driven or any(finding.code in BROKEN for finding in proof.source.bench.findings)):
+    broken = any(finding.code in BROKEN for finding in proof.source.bench.findings) or overflowed(proof.source)
+    if not proof.proven and (driven or broken):
         return ASSUMED, proof.compared.text
     if not impossible:
         return (PROVEN if proof.proven else FAILED), proof.compared.text
     about = f"{len(impossible)} of {len(done.report.lines)} lines not possible; {impossible[0].verdicts[0].limit}"
     return (PROVEN_BUT if proof.proven else PARTLY), about
+
+
+def overflowed(source: Played) -> bool:
+    """Return whether a move has led through the overflow of the position counter: no program here moves so far."""
+    counter = counter_of(source.chip.sheet)
+    moves = [abs(each.value) for each in source.trace.happened if each.kind == "move"]
+    return counter is not None and max(moves, default=0) > (counter[1] - counter[0]) // 2
 
 
 def run(pairs: Iterable[tuple[str, str]], seeds: range, results: Path, made: Callable[[str, int], str]) -> None:

@@ -333,13 +333,13 @@ class RoleReader:
     def other(self, statement: Statement, common: Common) -> Iterable[Action]:
         """Yield the action of a command whose role is not common to all parts."""
         row = statement.row
-        if row.at_once and not waits_for_update(row):
+        if row.at_once and not waits_for_update(row) and row.form not in REMEDIES:
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
         elif row.form.startswith("GET_"):
             yield Query(**common)  # type: ignore[arg-type]
         else:
             remedy = REMEDIES.get(row.form, "")
-            needless = AT_THE_UPDATE if row.at_once else NEEDLESS.get(row.role, "") or NEEDLESS_FORMS.get(row.form, "")
+            needless = AT_THE_UPDATE if waits_for_update(row) else NEEDLESS.get(row.role, "") or NEEDLESS_FORMS.get(row.form, "")
             yield Special(description=row.description, needless=needless, remedy=remedy, **common)  # type: ignore[arg-type]
             if row.form == "MULTI_UPDATE":
                 yield from self._updates(statement, common)

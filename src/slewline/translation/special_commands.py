@@ -15,6 +15,7 @@ REMEDIES = {  # by the form of the command
     "MULTI_UPDATE": TOGETHER,
     "SET_PRFL_S_CRV": ALIKE,
     "SET_PRFL_VEL": "move to positions with SET_PRFL_TRAP, if the motion has an end",
+    "MTR_OFF": "let the host switch the driver off",
     "SET_PRFL_GEAR": "gear the axes by hand, or by a controller that follows an encoder",
 }
 AT_THE_UPDATE = "the update after it stops the motion"
