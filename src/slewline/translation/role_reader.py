@@ -339,7 +339,8 @@ class RoleReader:
             yield Query(**common)  # type: ignore[arg-type]
         else:
             remedy = REMEDIES.get(row.form, "")
-            needless = AT_THE_UPDATE if waits_for_update(row) else NEEDLESS.get(row.role, "") or NEEDLESS_FORMS.get(row.form, "")
+            unneeded = NEEDLESS.get(row.role, "") or NEEDLESS_FORMS.get(row.form, "")
+            needless = AT_THE_UPDATE if waits_for_update(row) else unneeded
             yield Special(description=row.description, needless=needless, remedy=remedy, **common)  # type: ignore[arg-type]
             if row.form == "MULTI_UPDATE":
                 yield from self._updates(statement, common)
