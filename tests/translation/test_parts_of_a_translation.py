@@ -382,7 +382,7 @@ def test_a_move_to_a_position_after_a_stop_ends_at_the_same_position() -> None:
     assert run.net + back.value == run_there.net + back_there.value
 
 
-def test_a_motor_that_is_off_makes_no_steps_at_a_target_without_such_a_command() -> None:
+def test_a_motor_that_is_off_does_not_move_at_a_target_without_such_a_command() -> None:
     text = "SET_VEL 90000\nSET_ACC 900\nMTR_OFF\nSET_POS 500\nCLR_STATUS\nUPDATE\n"
     for to in ("cy525", "gs-c200s", "linuxcnc"):
         (line,) = [line for line in translate_text(text, "mc1451a", to).report if line.code == "MTR_OFF"]

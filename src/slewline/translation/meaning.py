@@ -83,7 +83,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """An action that sets one value, `sets`, of the profile; `profile` is the result, as far as it is known.
+    """An action that sets one value, `sets`, of the profile; `profile` is the result, as far as known.
 
     `value` is the value set: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
     """

@@ -179,6 +179,11 @@ def takes_part(row: Row, parameters: Iterable[str]) -> bool:
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
 
 
+def stopping_row(sheet: Sheet, how: str) -> Row | None:
+    """Return the command that stops a running motor, "stop" or "brake"; None: there is none."""
+    return next((row for row in sheet.commands if row.at_once == how), None)
+
+
 def waits_for_update(row: Row) -> bool:
     """Return whether a command stops a motion, but not before the next update."""
     return bool(row.at_once) and getattr(row, "buffered", False)

@@ -132,7 +132,7 @@ class _BenchWriter:
     def _without_absent(self, text: str) -> str:
         """Return a program in which the lines for parts that are left out are comments."""
         names = "|".join(map(re.escape, sorted(self.absent)))
-        return re.sub(rf"^(?=@tell ({names})\b)", "; NOT POSSIBLE: ", text, flags=re.M) if names else text
+        return re.sub(rf"^(?=@\w+ ({names})\b)", "; NOT POSSIBLE: ", text, flags=re.M) if names else text
 
     def _programs(self) -> None:
         """Translate the programs."""

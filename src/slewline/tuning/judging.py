@@ -40,7 +40,7 @@ def judge(run: Trial) -> Verdict:
     """Return the verdict on a move: whether its lag is so large, at rest or in motion, that steps are lost.
 
     A lag of 0.6 full steps or more at rest, or of more than 3.9 in motion, is too large.  The rotor may ring
-    for a while: it is observed until its lag has been below 0.6 for 15 ms, but for at most 0.6 s.
+    for a while: it is observed until its lag has been below 0.6 for 15 ms, or until 0.6 s have passed.
     """
     import numpy as np
 

@@ -219,7 +219,7 @@ class Motion(motion.Motion):
         return rate
 
     async def zero_rate(self, old: int) -> Plan:
-        """Handle rate 0 on the fly: make no step until a higher rate resumes the motion or ABORT ends it (s.7)."""
+        """Handle rate 0 on the fly: output no step until a higher rate resumes the motion or ABORT ends it (s.7)."""
         chip = self.chip
         slew = self.outputs.slew
         blinks = chip.clock.ps(chip.tick + self.ticks["slew_blink"])

@@ -79,7 +79,7 @@ class CardPort(ChipsetPort):
             self._fetch()
 
     def _fetch(self, asked: bool = False) -> None:
-        """Read a message byte; with `asked`, IO_REQUEST is already low, and BUSY has responded."""
+        """Read a message byte; the argument: whether IO_REQUEST is already low."""
         if not asked:
             self.out(CONTROL, REQUEST)
             self.until(ANSWER, STEP_MS, IS_READY, 0)

@@ -6,7 +6,7 @@ import re
 
 from ...core.datasheet.table import Pin, Row, Sheet
 from ..host_directives import DRIVES, pin_of
-from ..source_registers import waits_for_update
+from ..source_registers import stopping_row, waits_for_update
 from .layout import ResultPiece
 
 NEUTRAL = ("wait", "note", "to", "tell", "power", "reset")
@@ -93,7 +93,7 @@ class Directives:
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
         """Return the replacement for an abort through a pin, for a part that is stopped by a command."""
-        row = next((row for row in self.sheet.commands if row.at_once == "brake"), None)
+        row = stopping_row(self.sheet, "brake")
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
         return (

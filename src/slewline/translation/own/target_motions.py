@@ -17,7 +17,7 @@ from ..meaning import (
     SetTarget,
     Stop,
 )
-from ..source_registers import rows_by_role
+from ..source_registers import rows_by_role, stopping_row
 from ..translation_report import LineKind, LineVerdict
 from .base import ActionWriter, Impossible
 from .layout import ResultPiece
@@ -190,8 +190,7 @@ class MotionWriter(ActionWriter):
 
     def on_stop(self, action: Stop) -> list[ResultPiece]:
         """Return the instructions that end a motion."""
-        wanted = "brake" if action.ramped else "stop"
-        row = next((row for row in self.sheet.commands if row.at_once == wanted), None)
+        row = stopping_row(self.sheet, "brake" if action.ramped else "stop")
         if row is not None:
             return self.directives.stopping(row)
         directive = self.directives.stop()
