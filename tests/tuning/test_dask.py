@@ -88,7 +88,7 @@ def test_a_cluster_that_dies_costs_no_run_of_the_log(tmp_path: Path) -> None:
         cluster.close()
     says = str(caught.value)
     assert f"Dask cluster {cluster.address!r} is gone; expected the address of a running scheduler" in says
-    assert "tune.jsonl has all verdicts so far: the same command resumes there" in says
+    assert "tune.jsonl has all verdicts so far: run the same command again to continue" in says
     assert monotonic() - killed[0] < 20
     kept = path.read_bytes().count(b"\n") - 1
     assert kept >= 40

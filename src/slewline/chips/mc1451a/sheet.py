@@ -385,7 +385,7 @@ LIMITS = (
     Limit("hostwrite rises", "hostwrite falls", "write recovery", _AC, least=60 * NS, symbol="t18", keeper="host", given=_WRITE, before=_SELECTED),
     *(Limit(f"quad{one}{n} changes", f"quad{one}{n} changes", f"axis {n}: a level of encoder channel {one.upper()}", _AC, least=1600 * NS, symbol="t1", keeper="host") for n in range(1, 5) for one in "ab"),
     *(Limit(f"quad{one}{n} changes", f"quad{two}{n} changes", f"axis {n}: a state of the encoder", _AC, least=800 * NS, symbol="t2", keeper="host") for n in range(1, 5) for one, two in ("ab", "ba")),
-    *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: a level of ~HOME that is seen", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
+    *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: ~HOME level long enough to be sampled", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
 )
 # fmt: on
 # fmt: off

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from ...core.messages.whole import counted
 from ..deviations import deviations
 from ..dialogue import RecordedDialogue
 from ..spoken import Speech
@@ -141,7 +142,7 @@ class Differences:
             else "times are those of the adapter, and are not compared"
         )
         rows = [
-            f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; {times}",
+            f"{self.part}: {self.exchanges} exchanges, {counted(len(self.rows), 'difference')}; {times}",
             *map(str, self.rows),
         ]
         if self.moments:

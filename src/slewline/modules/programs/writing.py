@@ -106,7 +106,7 @@ def _compare(restore: Restore) -> None:
 def _leave(restore: Restore) -> None:
     """End program entry, if a command can do so without running the program."""
     sheet, module = restore.sheet, restore.module
-    outcome = f"it holds the program, verified; {_kept(sheet)}"
+    outcome = f"the module holds the program (verified); {_kept(sheet)}"
     restore.status = f"{outcome}; program entry is open"
     end = harmless_end(sheet)
     if end is None:
@@ -155,7 +155,7 @@ class MemoryWriter:
             self.check_room()
         for _ in range(ROUNDS):
             if not wrong:
-                self.restore.status = "it holds the program, verified"
+                self.restore.status = "the module holds the program (verified)"
                 self.restore.report(f"verified: {len(self.wanted.program)} instructions")
                 return
             missed = set()

@@ -84,7 +84,7 @@ class BusHost(Host):
         port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
-            self.queue.post(f"sends to {chip}", lambda: port.send(data))
+            self.queue.post(f"sending to {chip}", lambda: port.send(data))
 
     @from_outside
     def start(self, chip: str) -> Request[None]:

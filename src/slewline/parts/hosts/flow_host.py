@@ -72,7 +72,7 @@ class FlowHost(Host):
         data = as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
-            self.queue.post(f"sends to {chip}", lambda: self.port.send(data))
+            self.queue.post(f"sending to {chip}", lambda: self.port.send(data))
 
     @from_outside
     def query(self, chip: str, command: str) -> Request[str | bytes]:

@@ -170,8 +170,8 @@ class SerialSide:
         elif len(self.buffer) >= ROOM:
             self.chip.finding(
                 "serial-overrun",
-                f"{character.byte:#04x} came while {ROOM} others waited: it is lost; pause between commands, or "
-                "wait for CTS",
+                f"{character.byte:#04x} arrived while {ROOM} characters were waiting, and is lost; pause between "
+                "commands, or wait for CTS",
             )
         else:
             self.buffer.append(character.byte)
