@@ -50,7 +50,7 @@ Listener = Callable[[Bench], object]
 
 
 class TooLong(UsageError):
-    """Going back would take longer than allowed; nothing was changed."""
+    """A refusal to go back, because it would take longer than allowed; nothing was changed."""
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:

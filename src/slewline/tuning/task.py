@@ -98,7 +98,7 @@ class MapPlace:
 
 
 class NothingHolds(UsageError):
-    """Every candidate loses steps, so no move in the grid holds."""
+    """A grid in which every candidate loses steps, so none can be recommended."""
 
 
 @dataclass(frozen=True, repr=False)
