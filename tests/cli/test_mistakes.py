@@ -135,7 +135,7 @@ MISTAKES = [  # the line, the end of the answer
     ("ramp cy525 F=3 R=80 --steps 500 --best 3.5", "'--best': '3.5': expected a whole number, such as 5"),
     (
         "ramp cy525 F=3 R=80 S=200 --distance 1,000",
-        "such as 400; most motors have 200 per turn; write 1000, with no sign",
+        "such as 400; most motors have 200 per revolution; write 1000, with no sign",
     ),
     ("ramp cy525 F = 3 R = 80", "NAME=VALUE without blanks; separate parameters by blanks; write F=3 R=80"),
     ("ramp cy525 F=3,R=80,S=200", "NAME=VALUE without blanks; separate parameters by blanks; write F=3 R=80 S=200"),

@@ -55,7 +55,7 @@ def test_workers_with_another_version_are_refused(cluster: Cluster, monkeypatch:
         pass
     says = str(caught.value)
     assert says.startswith(f"Dask cluster {cluster.address!r}: the worker tcp://127.0.0.1:"), says
-    assert f" has slewline {__version__}, this computer 9.9; install 9.9 for its workers, and start them again" in says
+    assert f" has slewline {__version__}, this computer 9.9; install 9.9 on its workers, and start them again" in says
 
 
 def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -328,7 +328,7 @@ class Circuit:
                 return chip.bus
         terminal = self.pin(name)
         if (row := terminal.row).in_out in ("power", "none"):
-            raise WiringError(f"{name} (pin {row.number}: {row.description}) carries no signal and stays unconnected")
+            raise WiringError(f"{name} (pin {row.number}: {row.description}) carries no signal; leave it unconnected")
         return terminal.net
 
     @property

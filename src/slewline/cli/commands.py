@@ -45,7 +45,7 @@ def _show_version(context: click.Context, _option: click.Parameter, asked: bool)
     is_eager=True,
     expose_value=False,
     callback=_show_version,
-    help="Show the version and which build of it runs, and exit.",
+    help="Show the version and the build, and exit.",
 )
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
@@ -77,7 +77,7 @@ def cli() -> None:
 @path("--journal", help="Record every external input, for --replay.")
 @path("--replay", help="Repeat the run of a journal, instead of FILE.")
 @MEMORY
-@path("--save-memory", help="Write the final content of that memory; .hex: as Intel HEX.")
+@path("--save-memory", help="Write the final content of the memory; .hex: as Intel HEX.")
 @click.option(
     "--other-laws", is_flag=True, help="Replay a journal even if the behaviour of parts has changed, with a warning."
 )
@@ -273,7 +273,7 @@ for motors in (calibrate_command, tune_command):
 @CRYSTAL
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of the times, if the file states none.")
 @click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--torn", is_flag=True, help="The file may be truncated; read its complete part.")
+@click.option("--torn", is_flag=True, help="Accept a truncated file, and read its complete part.")
 @path("--plot", metavar="F.svg", help="Draw the worst violation, or the time nearest to its limit (SVG, PNG, PDF).")
 @JSON
 def check_capture_command(**options: Any) -> int:

@@ -33,8 +33,8 @@ DESCRIPTIONS = (
     "velocity, position and pins",
     "the same",
     "all pins, velocity and position, for a waveform viewer such as PulseView",
-    "the same in order, for GTKWave",
-    "the same in order, for Surfer",
+    "their layout for GTKWave",
+    "their layout for Surfer",
 )
 PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 

@@ -137,7 +137,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
             "m: torque 0.49 N m; must be more than the detent torque (0.49 N m): "
             "give the holding torque at the rated current",
         ),
-        (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have one: leave it out"),
+        (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have a swing: leave it out"),
         (
             VR,
             "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "

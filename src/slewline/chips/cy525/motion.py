@@ -92,7 +92,10 @@ class Motion(motion.Motion):
         if self.crawling:
             return f"{self.text} aborted, abort=1 at rate {self.first}: continues to its target"
         if self.aborted:
-            return f"{self.text} aborted: down to rate {self.first}, then continues to its target unless abort=0 there"
+            return (
+                f"{self.text} aborted: decelerates to rate {self.first}, then continues to its target unless abort is "
+                "still 0"
+            )
         if self.continuous:
             return (
                 f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, because abort was low at the start'}"

@@ -154,7 +154,7 @@ def serve_command(**options: Any) -> int:
     "--filter",
     type=WholeNumber(3, least=0, most=15),
     default=0,
-    help="Number of equal samples of an input, 4 us apart, before it counts; an E-stop is not filtered.",
+    help="Number of equal samples, 4 us apart, before a change of an input counts; an E-stop is not filtered.",
 )
 @click.option(
     "--input",

@@ -59,7 +59,7 @@ def proxy_command(**options: Any) -> int:
 @ADDRESS
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of the times, if the file states none.")
 @click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--torn", is_flag=True, help="The file may be truncated; read its complete part.")
+@click.option("--torn", is_flag=True, help="Accept a truncated file, and read its complete part.")
 @path("--dialogue", help="Write the dialogue to this new file, which `slewline compare` replays with the model.")
 def decode_command(**options: Any) -> int:
     """Read the characters on two recorded wires, and print the dialogue of host and module.
@@ -138,7 +138,7 @@ def terminal_command(**options: Any) -> int:
 )
 @click.option("--threshold", metavar="VOLTS", help="Waveforms: the level of an oscilloscope's CSV, such as '1.4 V'.")
 @click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if none is stated.")
-@click.option("--torn", is_flag=True, help="Waveforms: a file may be truncated; read its complete part.")
+@click.option("--torn", is_flag=True, help="Waveforms: accept a truncated file, and read its complete part.")
 @click.option(
     "--port", metavar="PORT", help="Dialogue: repeat it with the module on this port, and compare the result."
 )

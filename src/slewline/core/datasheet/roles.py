@@ -24,7 +24,7 @@ AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
         "jog": "steps the motor by hand",
         "encoder_a": "takes channel A of an encoder, ahead of B in the positive direction",
         "encoder_b": "takes channel B of an encoder",
-        "index": "takes the index mark of an encoder, once per turn",
+        "index": "takes the index mark of an encoder, once per revolution",
     }
 )
 ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that are wired `to` a neighbour use it
@@ -71,7 +71,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that
 REFLEXES: Mapping[str, str] = (
     MappingProxyType(  # an input that stops the motor directly, so a board reacts immediately: it ...
         {
-            "stop": "stops the motor: the running step is its last one",
+            "stop": "stops the motor after the current step",
             "stop up": "stops the motor while it runs in the positive direction",
             "stop down": "stops the motor while it runs in the negative direction",
             "brake": "decelerates the motor to a stop",
@@ -86,7 +86,7 @@ REFLEXES: Mapping[str, str] = (
 )
 AT_ONCE: Mapping[str, str] = MappingProxyType(  # a command that does not wait for the end of a motion: it ...
     {
-        "stop": "stops the motor: the running step is its last one",
+        "stop": "stops the motor after the current step",
         "brake": "decelerates the motor to a stop",
     }
 )

@@ -250,8 +250,8 @@ class Troubles:
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
-            "the chip began to move before any command from a host, by a program that starts at power-up; the motor is "
-            "held at rest. To allow this, give --self-start (self_start=True)",
+            "the chip began to move before any command from a host, because of a program that starts at power-up; the "
+            "motor is held at rest. To allow this, give --self-start (self_start=True)",
         )
         self.feeder.halt()
         self.stopping.stopped(self._unknown())

@@ -160,12 +160,12 @@ class MemoryWriter:
                 return
             missed = set()
             for number in sorted(wrong, reverse=True):
-                self.restore.status = f"{whole} some are old and some new; program entry may be open"
+                self.restore.status = f"{whole}, some are old and some new; program entry may be open"
                 if not self.is_written(self.groups[number]):
                     missed.add(number)
             wrong = self.differing(missed)
         raise ListingDiffers(
-            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as sent; check that there is a "
+            f"{self.module.name}: {whole}, {len(wrong)} parts do not read back as sent; check that there is a "
             "writable memory.  For an EEPROM slower than 20 ms per byte, give --pace"
         )
 

@@ -245,7 +245,7 @@ def _consistent(motor: MotorData, name: str) -> MotorData:
             )
         return motor
     if motor.swing:
-        raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have one: leave it out")
+        raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have a swing: leave it out")
     if not motor.torque > motor.detent:
         raise UsageError(
             f"{name}: torque {motor.torque:g} N m; must be more than the detent torque ({motor.detent:g} N m): "

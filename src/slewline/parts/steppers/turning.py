@@ -200,7 +200,7 @@ class MotorShaft(Shaft):
         Raises:
             UsageError: always.
         """
-        raise UsageError("a motor with physics slips by itself; change its load, or block it")
+        raise UsageError("a motor with physics loses steps by itself; change its load, or block it")
 
     def push(self, steps: Fraction) -> None:
         """Turn the rotor immediately by some steps; negative: backwards."""
