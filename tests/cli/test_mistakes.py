@@ -294,7 +294,7 @@ MISTAKES = [  # the line, the end of the answer
         'straps set its rate: br0=0, br1=0, br2=0; straps={"br0": 0, ...}, or --strap br0=0',
     ),
     ("serve cy525 --tcp 0 --rfc2217 0", "--tcp and --rfc2217: a chip has one port; leave out all but one"),
-    ("serve cy525 --tcp 0 --lockstep --rate 2", "--lockstep: time follows no clock; leave out --rate"),
+    ("serve cy525 --tcp 0 --lockstep --rate 2", "--lockstep: time does not follow a clock; leave out --rate"),
     ("serve cy525 --tcp 0 --state d", "--state stores EEPROMs, but a cy525 has none; leave it out"),
     ("serve --bench none.toml", "none.toml: cannot be read: No such file or directory"),
     ("serve cy525 --bench b.toml", "give either a chip, such as gs-c200s, or --bench FILE"),

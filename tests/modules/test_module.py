@@ -105,7 +105,7 @@ def test_a_command_that_came_damaged_to_the_module_is_sent_again_for_nothing_was
     noise(x, "chip").plan("parity", 1)
     assert x.ask("S10").lines == ("Y",)
     assert x.ask("Q").lines == ("S10", "END")
-    assert x.transcript.notes == ["sent again: E1 is the answer to S10"]
+    assert x.transcript.notes == ["sent again: S10 was answered with E1"]
 
 
 def test_a_command_whose_answer_came_damaged_is_not_sent_again(module):

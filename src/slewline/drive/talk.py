@@ -192,7 +192,7 @@ class Talk:
         link.reset(signed(counted), known=known, power=power)
         value = sum((net.level or 0) << number for net, number in nets)
         link.outputs(sum(1 << number for _, number in nets), value)
-        self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
+        self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not accept its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
                 "the board remains halted: an emergency stop is active; close its contact, then "

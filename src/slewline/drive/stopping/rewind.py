@@ -317,7 +317,7 @@ class Rewind:
         best = min(tried.values(), key=lambda each: abs(each.missing))
         if best.is_at_rest:
             return self._take_at_rest(best, cause, now, position, sign)
-        return f"the law of the chip does not stop at the count of the board, {position}"
+        return f"by its equations of motion, the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
         """Run again with the inputs at an instant; compare the rest position of the chip with a board count."""
