@@ -88,7 +88,7 @@ def test_a_question_with_a_damaged_answer_is_repeated(module):
     noise(x).plan("parity", 1)
     assert x.ask("V1").lines == ("V+0",)
     assert x.transcript.sent == b"V1\rV1\r"
-    assert "parity or framing fault" in x.transcript.notes[0]
+    assert "parity or framing error" in x.transcript.notes[0]
 
 
 def test_a_question_without_answer_is_repeated(module):

@@ -285,7 +285,7 @@ MISTAKES = (
     row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),
     row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is not a command|write V1: leave out the address"),
     # who answers
-    row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 takes no command while one runs|wait for its end, or end it with RESET"),
+    row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 accepts no command while one runs|wait for its end, or end it with RESET"),
     row("an answer that goes to the bus", asked, "? P", part="cy545", over="serial", first="O 129\r", words="the mode register is 129 and sends answers elsewhere|send O 128 to get them here"),
     row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|send O 129 to get them here"),
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),

@@ -198,7 +198,7 @@ TIMES = MappingProxyType({
     "pulse_low": _T(5, 12, "PULSE low", _NONE, "inferred"),
     "ccw_lead": _T(20, 12, "CCW to the next PULSE", _NONE, "inferred"),
     "hold": _T(5000, 12, "end of the last step to STOPPED high", "ch.16, STOPPED"),
-    "jog_test": _T(100, 12, "end of a command, or of a step of jog, to the next sample of JOG", _NONE, "inferred"),
+    "jog_test": _T(100, 12, "end of a command, or of a jog step, to the next sample of JOG", _NONE, "inferred"),
     "shortest_bit": _T(1e6 / 19200, 11, "a bit of the highest rate on RXD; 19200 baud at 11 MHz", SERIAL, "derived"),
     "longest_bit": _T(1e6 / 300, 11, "a bit of the lowest rate on RXD; 300 baud at 11 MHz", SERIAL, "derived"),
     "initialize": _T(1000, 12, "I", _NONE, "inferred"),

@@ -32,7 +32,9 @@ PORTS = together(
     click.option(
         "--tcp", metavar="HOST:PORT", help="Serve on a TCP socket; 4001 alone: on this machine; port 0: any free port."
     ),
-    click.option("--rfc2217", metavar="HOST:PORT", help="Serve on a TCP socket that takes rate, parity, DTR and RTS."),
+    click.option(
+        "--rfc2217", metavar="HOST:PORT", help="Serve on a TCP socket that accepts rate, parity, DTR and RTS settings."
+    ),
     path("--serial", metavar="DEV", help="Serve on a serial port of this machine: /dev/ttyUSB0, COM3."),
     click.option(
         "--registers", metavar="HOST:PORT", help="Serve the bus of a chip that also has a serial line, on a TCP socket."

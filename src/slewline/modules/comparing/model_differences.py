@@ -146,7 +146,8 @@ class Differences:
             *map(str, self.rows),
         ]
         if self.moments:
-            rows.append(f"{counted(self.moments, 'answer')} would agree if the model were queried slightly earlier or later")
+            answers = counted(self.moments, "answer")
+            rows.append(f"{answers} would agree if the model were queried slightly earlier or later")
         if self.delays_us:
             least, middle, most = (
                 round(what(self.delays_us) / 1000, 1) + 0.0 for what in (min, median, max)

@@ -1,6 +1,6 @@
 """A queue of requests to a part, which a task performs one after another.
 
-    queue.post("pauses", wait)                          no call waits for it; an error in it ends the run
+    queue.post("pausing", wait)                         no call waits for it; an error in it ends the run
     request = queue.submit("in 0x340", read)            its result, or its failure, is kept
     queue.result(request, "5 s")                        let virtual time pass until it is done
 

@@ -85,7 +85,7 @@ class FlowHost(Host):
             shadow = self.port.shadow
             return await self.port.ask(shadow.sent(command), shadow.query(self.name, command))
 
-        return self.queue.submit(f"asks {chip} {command!r}", ask)
+        return self.queue.submit(f"querying {chip} with {command!r}", ask)
 
     @from_outside
     def heed(self, on: bool | None) -> None:
