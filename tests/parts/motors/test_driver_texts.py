@@ -158,7 +158,7 @@ def test_every_row_can_be_driven_within_its_data_sheet(name):
     for volts in (low - 0.1, high + 0.1):
         with pytest.raises(UsageError) as error:
             read_driver(f"{name}, {volts:g} V", "d", A)
-        assert str(error.value) == f"d: supply {volts:g} V; the {name} takes {low:g}..{high:g} V"
+        assert str(error.value) == f"d: supply {volts:g} V; the {name} allows {low:g}..{high:g} V"
 
 
 NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
