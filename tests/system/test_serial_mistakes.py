@@ -248,7 +248,7 @@ MISTAKES = (
     row("the letter O, CY545", bench, "R 8O\r", part="cy545", words="write 80, in digits: the letters O and l are not digits"),
     row("the letter O", bench, "Po\r", "S1O\r", words="E2: 'S1O' does not fit S<speed>|write S10, in digits: the letters O and l are not digits"),
     row("a query in small letters", bench, "? r\r", part="cy545", words="unknown-query: ? r is not answered|write ? R: letters are upper case"),
-    row("no pause between commands", url, b"\r\rD 300\rR 10\rF 1\rS 20\r? R\r", part="cy545b", bytesize=8, parity="N", stopbits=1, words="serial-overrun: 0x|it is lost; pause between commands, or wait for CTS"),
+    row("no pause between commands", url, b"\r\rD 300\rR 10\rF 1\rS 20\r? R\r", part="cy545b", bytesize=8, parity="N", stopbits=1, words="serial-overrun: 0x|is lost; pause between commands, or wait for CTS"),
     row("Ctrl-C in a motion", bench, "Po\r", "S10\r", "T20\r", "R5\r", "+900\r", "E\r", "\x03\r", "!\r", words=r"busy: '\x03', which is not a command, is answered with B|or end it with K or Z"),
     # checksums
     row("no checksum", bench, "V1\r", chs=1, words=f"E1: b'V1': checksum '1' (0x31), expected 'V' (0x56) after b'V'; V1 arrived without one|{CHECKED}"),
