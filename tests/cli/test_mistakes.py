@@ -181,7 +181,7 @@ MISTAKES = [  # the line, the end of the answer
     ("run p.cy525 --memory m.bin", "memory m.bin: a cy525 has no external memory; leave it out"),
     (
         "run p.cy525 --save-memory m.bin",
-        "m.bin: --save-memory needs one memory on the bench, which has none; leave it out",
+        "m.bin: --save-memory needs exactly one memory on the bench, which has none; leave it out",
     ),
     ("run p.cy525 --over serial", "host: over='serial'; cy525 (cy525) has these channels: bus"),
     ("run p.cy525 --replay j.jsonl", "give exactly one of these: a program, a bench file, --replay JOURNAL"),

@@ -39,7 +39,7 @@ VR = {"windings": "reluctance", "current": 1, "resistance": 5, "inductance": "8 
 NAMES = ", ".join(MOTORS)
 NEEDS = (
     "current (A: rated current of a phase), resistance (ohm: of a phase), "
-    "inductance (H: of a phase; of a reluctance motor the mean), torque (N m: holding torque at the rated current), "
+    "inductance (H: of a phase; for a reluctance motor, the mean), torque (N m: holding torque at the rated current), "
     "inertia (kg m2: of the rotor)"
 )
 TABLE = ", ".join(row.name for row in FIGURES)

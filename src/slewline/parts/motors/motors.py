@@ -85,7 +85,7 @@ FIGURES = (  # figures of a table, in the order of MotorData
     Option("phases", "int", 4, "windings of a reluctance motor", low=3),
     positive("current", "A", "rated current of a phase"),
     positive("resistance", "ohm", "of a phase"),
-    positive("inductance", "H", "of a phase; of a reluctance motor the mean"),
+    positive("inductance", "H", "of a phase; for a reluctance motor, the mean"),
     figure("swing", "H", "amplitude of the inductance of a reluctance motor around its mean"),
     figure("torque", "N m", "holding torque at the rated current"),
     Option("rated", "choice", "two", "number of phases on at the holding torque", choices=("two", "one")),
@@ -151,7 +151,7 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
     if given.get("step_angle") is not None and "teeth" in given:
         raise UsageError(f"{name}: step_angle and teeth both set the full steps per revolution; leave one out")
     if "step_angle" in given and given.get("windings") == "reluctance":
-        raise UsageError(f"{name}: step_angle of a reluctance motor; use its teeth and phases instead")
+        raise UsageError(f"{name}: step_angle does not apply to a reluctance motor; use its teeth and phases instead")
     if "step_angle" in given:
         given["teeth"] = _teeth(given.pop("step_angle"), name)
     return given
