@@ -31,7 +31,7 @@ DESCRIPTIONS = (
     "the bench file",
     "the program",
     "velocity, position and pins",
-    "the same",
+    "the same picture",
     "all pins, velocity and position, for a waveform viewer such as PulseView",
     "their layout for GTKWave",
     "their layout for Surfer",

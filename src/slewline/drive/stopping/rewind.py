@@ -263,7 +263,7 @@ class Rewind:
             if entry["do"] == "input" and entry["verb"] in WRITES and entry["t"] <= received_ps:
                 found = offset, entry
         if found is None:
-            raise UsageError(f"the journal has no record of the bytes of  since the motor was last at rest{text}")
+            raise UsageError(f"the journal has no record of the bytes of {text} since the motor was last at rest")
         offset, entry = found
         moved = given(entry["part"], entry["verb"], entry["args"], instant)
         return Cause([moved], (offset,), max(received_ps - int(entry["t"]), 0))
