@@ -327,7 +327,7 @@ class PacketHost(Host):
         """Queue polls of the status word until a bit has the wanted level."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
-        return self.queue.submit(f"waiting for {bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
+        return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
 
 
 @face
