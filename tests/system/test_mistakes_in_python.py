@@ -268,7 +268,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "switch: this switch needs a shaft; name the part that has it: on=motor or on='its name'",
     ),
-    ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter is not mounted on a shaft; leave out on="),
+    ('b.part("inverter", on=x)', "UsageError", "inverter: this inverter is not mounted on a shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),
     (
         'b.part("uart", baud="fast")',

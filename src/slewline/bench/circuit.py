@@ -208,7 +208,7 @@ class Circuit:
                 )
             return {}
         if not sits:
-            raise UsageError(f"{name}: a {kind} is not mounted on a shaft; leave out on=")
+            raise UsageError(f"{name}: this {kind} is not mounted on a shaft; leave out on=")
         from ..parts.shafts.shaft import Shaft
 
         carrier = self._there(on)

@@ -118,7 +118,7 @@ ASSUMED: Mapping[str, str] = MappingProxyType(  # for a user-defined motor, the 
         "detent": "no detent torque",
         "iron": f"iron loss {IRON_S * 1e3:g} ms times the holding torque",
         "viscous": "no bearing drag",
-        "friction": "no friction of the bearings",
+        "friction": "no bearing friction",
     }
 )
 
