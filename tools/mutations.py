@@ -216,7 +216,7 @@ def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutatio
     with ThreadPoolExecutor(WORKERS) as pool:
         files = list(dict.fromkeys(file for mutation in mutations for file in mutation.files))
         fails = dict(zip(files, pool.map(unbroken, files), strict=True))
-        print(f"{len(files)} files of tests run without any mutation", flush=True)
+        print(f"{len(files)} test file{'' if len(files) == 1 else 's'} ran without a mutation", flush=True)
         yield from zip(mutations, pool.map(judged, mutations), strict=True)
 
 

@@ -95,7 +95,7 @@ def test_show_opens_a_window_or_reports_that_none_is_available(run, monkeypatch)
 
     bench, shown = run[0], []
     with pytest.raises(
-        UsageError, match=r"its backend agg has no windows; bench\.plot\('run\.svg'\) draws into a file"
+        UsageError, match=r"the backend agg has no windows; bench\.plot\('run\.svg'\) draws into a file"
     ):
         bench.show()
     monkeypatch.setattr(pyplot, "get_backend", lambda: "tkagg")

@@ -89,7 +89,10 @@ MISTAKES = [  # the file, the end of the answer
         '[[chip]]\npart = "my_lab.mx10:Mx10"\n',
         "that (allow_code=True, --allow-code), or install it with an entry point slewline.chips",
     ),
-    ("[bench]\nuntil = 2.5\n", 'allowed a time such as "25 us"; text, because a number with a point would be rounded'),
+    (
+        "[bench]\nuntil = 2.5\n",
+        'allowed a time such as "25 us"; text, because a number with a decimal point would be rounded',
+    ),
     (
         '[bench]\nuntil = "2 sec"\n',
         "sec': expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
@@ -170,7 +173,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\ndelay = 0.1\n',
-        'allowed a time such as "25 us"; text, because a number with a point would be rounded',
+        'allowed a time such as "25 us"; text, because a number with a decimal point would be rounded',
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nscript = "A 0"\nfile = "a.cy525"\n',
@@ -194,7 +197,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[drive]]\npin = "x.abort"\nlevel = 0\nat = 0.5\n',
-        'allowed a time such as "25 us"; text, because a number with a point would be rounded',
+        'allowed a time such as "25 us"; text, because a number with a decimal point would be rounded',
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[drive]]\npin = "x.abrt"\nlevel = 0\n',

@@ -99,11 +99,11 @@ def test_a_chain_of_parts_is_made_from_any_order(tmp_path, order):
                 '[[part]]\nkind = "inverter"\nname = "a"\nto = "b"\n',
                 '[[part]]\nkind = "inverter"\nname = "b"\nto = "a"\n',
             ),
-            r"b.toml, line 16: \[\[part\]\] 2, to: parts that name each other in a circle: a -> b -> a; wire one",
+            r"b.toml, line 16: \[\[part\]\] 2, to: parts that name each other in a cycle: a -> b -> a; wire one",
         ),
         (
             ('[[part]]\nkind = "inverter"\nname = "a"\nto = "a"\n',),
-            r"line 12: \[\[part\]\] 1, to: parts that name each other in a circle: a -> a; wire one",
+            r"line 12: \[\[part\]\] 1, to: parts that name each other in a cycle: a -> a; wire one",
         ),
         (
             (

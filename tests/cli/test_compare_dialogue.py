@@ -43,7 +43,7 @@ def test_a_module_like_its_model(call, dialogue):
 def test_a_difference(call, dialogue):
     found = call("compare", dialogue(planted={3: b"V+7\r"}), "--tolerance", "1 ms")
     assert (found.status, found.err) == (1, "")
-    assert "1 differences; times may differ by 1 ms" in found.out
+    assert "1 difference; times may differ by 1 ms" in found.out
     assert "V1: module V+7, model V+0\n" in found.out
 
 

@@ -339,6 +339,6 @@ def test_check_needs_no_port_and_leaves_nothing(call, monkeypatch, folder):
     words = ("--enable", "--driver", "A4988", "--input", "A0=estop")
     ran = call("drive", "gs-c200s", "--board", "twin", "--check", *words)
     assert ran.status == 1 and [line.split()[0] for line in ran.out.splitlines()[-2:]] == ["jog", "e-stop"]
-    assert "10 steps up and 10 back" in ran.out and "not seen within 0.2 s: check its wire" in ran.out
+    assert "10 steps up and 10 back" in ran.out and "not detected within 0.2 s: check its wire" in ran.out
     assert "open the contact of the emergency stop" in ran.err
     assert not list(folder.iterdir())

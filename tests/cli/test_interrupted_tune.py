@@ -48,7 +48,7 @@ def test_the_store_has_the_content_in_the_message_and_the_same_command_resumes(t
     kept = lines(store)
     says = re.fullmatch(
         r"\s*slewline: interrupted; st\.jsonl has ([\d,]+) of up to ([\d,]+) runs: "
-        r"the same command resumes from there\n",
+        r"run the same command again to continue\n",
         err,
     )
     assert (process.returncode, out) == (1, "") and says is not None, err

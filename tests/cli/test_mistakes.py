@@ -135,7 +135,7 @@ MISTAKES = [  # the line, the end of the answer
     ("ramp cy525 F=3 R=80 --steps 500 --best 3.5", "'--best': '3.5': expected a whole number, such as 5"),
     (
         "ramp cy525 F=3 R=80 S=200 --distance 1,000",
-        "such as 400; most motors have 200 per turn; write 1000, with no sign",
+        "such as 400; most motors have 200 per revolution; write 1000, with no sign",
     ),
     ("ramp cy525 F = 3 R = 80", "NAME=VALUE without blanks; separate parameters by blanks; write F=3 R=80"),
     ("ramp cy525 F=3,R=80,S=200", "NAME=VALUE without blanks; separate parameters by blanks; write F=3 R=80 S=200"),
@@ -181,7 +181,7 @@ MISTAKES = [  # the line, the end of the answer
     ("run p.cy525 --memory m.bin", "memory m.bin: a cy525 has no external memory; leave it out"),
     (
         "run p.cy525 --save-memory m.bin",
-        "m.bin: --save-memory needs one memory on the bench, which has none; leave it out",
+        "m.bin: --save-memory needs exactly one memory on the bench, which has none; leave it out",
     ),
     ("run p.cy525 --over serial", "host: over='serial'; cy525 (cy525) has these channels: bus"),
     ("run p.cy525 --replay j.jsonl", "give exactly one of these: a program, a bench file, --replay JOURNAL"),
@@ -294,7 +294,7 @@ MISTAKES = [  # the line, the end of the answer
         'straps set its rate: br0=0, br1=0, br2=0; straps={"br0": 0, ...}, or --strap br0=0',
     ),
     ("serve cy525 --tcp 0 --rfc2217 0", "--tcp and --rfc2217: a chip has one port; leave out all but one"),
-    ("serve cy525 --tcp 0 --lockstep --rate 2", "--lockstep: time follows no clock; leave out --rate"),
+    ("serve cy525 --tcp 0 --lockstep --rate 2", "--lockstep: time does not follow a clock; leave out --rate"),
     ("serve cy525 --tcp 0 --state d", "--state stores EEPROMs, but a cy525 has none; leave it out"),
     ("serve --bench none.toml", "none.toml: cannot be read: No such file or directory"),
     ("serve cy525 --bench b.toml", "give either a chip, such as gs-c200s, or --bench FILE"),

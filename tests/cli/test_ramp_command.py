@@ -24,8 +24,8 @@ def test_a_ramp_is_described_in_five_lines(call: Any) -> None:
         "cy525, 11 MHz: F 3, R 80, S 100, Z 1",
         "rates         300 to 5978 steps/s",
         f"ramp          {readable(ramp.time_ps)}, {ramp.steps} steps",
-        f"acceleration  {mean} steps/s² on average, {first} at first, {greatest} at most",
-        f"reached       from {ramp.reached_from} steps on",
+        f"acceleration  {mean} steps/s² on average, initially {first}, maximum {greatest}",
+        f"reached       in moves of {ramp.reached_from} steps or more",
     ]
 
 

@@ -104,7 +104,7 @@ def test_a_firmware_that_runs_is_not_started_a_second_time():
 def test_a_missing_channel_or_pin_in_a_sheet_is_named():
     with pytest.raises(SheetError, match=r"^toy: needs a FlowBus among its channels; it has none: give it one"):
         SHEET.through(FlowBus)
-    with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready'; none of its pins has it"):
+    with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready', which none of its pins has"):
         SHEET.in_role("ready")
 
 

@@ -107,7 +107,7 @@ def test_a_unit_of_every_other_quantity_is_refused_and_named(unit):
 def test_a_rate_in_turns_needs_the_steps_of_a_motor(turns):
     for spelled in (turns, turns.upper()):
         assert quantity(f"90 {spelled}", "steps/s", "x", per_turn=400) == float(90 * 400 * TURNS[turns])
-        with pytest.raises(UsageError, match=f"{spelled} needs the steps per turn of a motor"):
+        with pytest.raises(UsageError, match=f"{spelled} needs the motor's steps per revolution"):
             quantity(f"90 {spelled}", "steps/s", "x")
         for other in UNITS.keys() - {"steps/s"}:
             with pytest.raises(UsageError, match=f"{spelled} is a unit of rate; allowed a number"):

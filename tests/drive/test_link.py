@@ -279,7 +279,7 @@ def test_bad_content_is_refused() -> None:
 
 
 def test_stop_has_two_modes() -> None:
-    with pytest.raises(UsageError, match=r"0 \(immediately\) or 1 \(along the tail\)"):
+    with pytest.raises(UsageError, match=r"0 \(immediately\) or 1 \(along the stop ramp\)"):
         Pipe().link.stop(2)
 
 

@@ -27,7 +27,7 @@ MOVERS = {  # part, options, text, and what makes it move 900 steps
 def test_a_rate_is_in_steps_and_another_unit_is_named():
     assert steps_a_second("500 steps/s") == steps_a_second(500) == 500
     for rate, says in {
-        "150 rpm": "rpm needs the steps per turn of a motor, which are not known here: write the rate in steps/s; ",
+        "150 rpm": "rpm needs the motor's steps per revolution, which are not known here: write the rate in steps/s; ",
         "5 Nm": "Nm is a unit of torque; ",
         "500": "500 has no unit; ",
         "0 steps/s": "",
@@ -52,7 +52,7 @@ def test_a_driver_describes_how_it_is_enabled_and_its_required_pulses():
     with pytest.raises(UnknownName, match="did you mean DM542"):
         driver_polarity(UNO, "DM524")
     for short in ("high", "low", "setup", "hold"):  # 1 us, and a DM542 needs 2.5 and 5
-        with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, but the driver needs"):
+        with pytest.raises(UsageError, match=r"driver DM542: .* for at least 1 µs, but the driver needs"):
             driver_polarity(UNO._replace(**{short: 16}), "DM542")
 
 

@@ -119,7 +119,7 @@ def test_severities_and_texts():
         "note",
         "T100 is not reached: each ramp takes 10 steps, but the move has 15",
     )
-    assert short.remedy == "the move reaches 777 steps/s; T is reached from 22 steps on"
+    assert short.remedy == "the move reaches 777 steps/s; T is reached in moves of 22 steps or more"
     (sudden,) = problems(stored("S10\nT100\nR1\n+9"), C200S)
     assert (sudden.severity, sudden.remedy) == ("note", "use a longer R")
     assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and back as abruptly"

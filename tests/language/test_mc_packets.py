@@ -430,7 +430,7 @@ def test_a_script_with_mistakes_is_refused_whole():
 def test_there_is_no_program_entry():
     assembly = assemble(TEXT, SHEET)
     for write in (to_ascii, to_binary):
-        with pytest.raises(UsageError, match="the MC1451A-E has no program entry; the formats hex and bin"):
+        with pytest.raises(UsageError, match="the MC1451A-E has no program entry; use format hex or bin"):
             write(assembly)
 
 

@@ -418,7 +418,7 @@ def test_a_bench_file_serves_a_bus(tmp_path):
 
 def test_the_command_line_has_one_protocol_on_a_port(capsys):
     assert invoke(["serve", "cy525", "--framing", "--prologix", "--tcp", "127.0.0.1:0"]) == 2
-    assert "--framing and --prologix: a port has one of the two" in capsys.readouterr().err
+    assert "--framing and --prologix: a port can have only one of the two" in capsys.readouterr().err
 
 
 # ---------------------------------------------------------------------------------------------------------- other hosts

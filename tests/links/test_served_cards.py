@@ -179,7 +179,7 @@ def test_a_host_program_for_a_c842_works_with_its_card_and_is_a_finding_without(
     ("arguments", "says"),
     [
         (("mc1451a", "--card", "c842", "--tcp", "127.0.0.1:0"), "card 'c842': not known; allowed pmd, pi-c842"),
-        (("gs-c200s", "--card", "pmd", "--tcp", "127.0.0.1:0"), "a card is for a chipset"),
+        (("gs-c200s", "--card", "pmd", "--tcp", "127.0.0.1:0"), "only a chipset has a card"),
         (("--bench", "x.toml", "--card", "pmd"), "leave out ports"),
     ],
 )

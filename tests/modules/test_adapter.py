@@ -353,7 +353,7 @@ def test_a_dialogue_is_compared_with_the_model_and_played_again(cy525, capfd):
     capfd.readouterr()
     assert invoke(["compare", "out.cy525.dialogue"]) == 1
     found = capfd.readouterr().out
-    assert "1 differences" in found
+    assert "1 difference" in found
     assert "?2: module ?2 07 00 00 00 00 00, model ?2 00 00 00 00 00 00" in found
 
 

@@ -112,7 +112,7 @@ BAD = {
     "no part": ('{"slewline":"dialogue 1"}\n', "names no part"),
     "line": ('{"slewline":"dialogue 1","part":"x"}\n\n{}\n', "line 2: b'' is not an entry"),
     "list": ('{"slewline":"dialogue 1","part":"x"}\n[]\n', r"line 2: b'\[\]' is not an entry \(not an object\)"),
-    "who": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF.replace("host", "me") + "}\n", "'from' 'me'|from 'me'"),
+    "who": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF.replace("host", "me") + "}\n", "'from' 'me'|from: 'me'"),
     "text": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + "}\n", "not an entry"),
     "letters": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + ',"text":"\\u0100"}\n', "not an entry"),
 }

@@ -170,7 +170,7 @@ def test_a_poll_that_meets_another_moment_counts():
     early = with_answer(dialogue, place - 2, b"R\r")
     found = compared(early)
     assert (found.agree, found.moments) == (True, 1)
-    assert "1 answers agree with a query that comes a little earlier or later" in str(found)
+    assert "1 answer would agree if the model were queried slightly earlier or later" in str(found)
     far = with_answer(dialogue, place - 12, b"R\r")
     assert [(row.module, row.model) for row in compared(far).rows] == [("R", "B")]
 

@@ -200,7 +200,7 @@ def check_said(said, fake, part):
     if part == "cy545":
         if "its program is unchanged" in said:
             assert fake.program == OLD[part], said
-        if "it holds the program, verified" in said:
+        if "the module holds the program (verified)" in said:
             assert fake.program == NEW[part], said
         return
     at_end = said.splitlines()[-3:]
@@ -210,7 +210,7 @@ def check_said(said, fake, part):
         assert fake.eeprom == KEPT, said
     if found := re.search(r"it holds ([0-9]+) of [0-9]+ instructions; program entry is open", said):
         assert fake.entering and len(fake.ram) in (int(found[1]), int(found[1]) + 1), said
-    if any("it holds the program, verified" in line and "not known" not in line for line in at_end):
+    if any("the module holds the program (verified)" in line and "not known" not in line for line in at_end):
         assert fake.ram == (OLD if "restoring the old program" in said else NEW)[part], said
     if any("and has stored it" in line for line in at_end):
         assert fake.eeprom == NEW[part], said

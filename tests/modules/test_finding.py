@@ -58,7 +58,7 @@ def test_a_part_that_finds_the_rate_is_queried_at_9600_baud_or_the_given_rate(pa
 
 def test_another_rate_than_the_detected_one_is_reported():
     with pytest.raises(
-        NoAnswer, match=r"no answer to \? P .* keeps the rate that it has detected first.*--baud \(now 9600"
+        NoAnswer, match=r"no answer to \? P .* keeps the rate that it detected first.*--baud \(now 9600"
     ):
         found("cy545?fixed_baud=1200")
 

@@ -88,7 +88,7 @@ def test_a_question_with_a_damaged_answer_is_repeated(module):
     noise(x).plan("parity", 1)
     assert x.ask("V1").lines == ("V+0",)
     assert x.transcript.sent == b"V1\rV1\r"
-    assert "parity or framing fault" in x.transcript.notes[0]
+    assert "parity or framing error" in x.transcript.notes[0]
 
 
 def test_a_question_without_answer_is_repeated(module):
@@ -105,7 +105,7 @@ def test_a_command_that_came_damaged_to_the_module_is_sent_again_for_nothing_was
     noise(x, "chip").plan("parity", 1)
     assert x.ask("S10").lines == ("Y",)
     assert x.ask("Q").lines == ("S10", "END")
-    assert x.transcript.notes == ["sent again: E1 is the answer to S10"]
+    assert x.transcript.notes == ["sent again: S10 was answered with E1"]
 
 
 def test_a_command_whose_answer_came_damaged_is_not_sent_again(module):

@@ -101,7 +101,7 @@ def test_the_line_of_a_server_that_has_a_host_already_is_shown(kind, command, ca
             assert invoke(command.format(url=module.url).split()) == (1 if kind == "tcp" else 2)
     finally:
         module.close()
-    assert f"{module.url}: the server there says: {name} {HAS}" in capsys.readouterr().err
+    assert f"{module.url}: the server reports: {name} {HAS}" in capsys.readouterr().err
 
 
 @UNCLOSED
@@ -120,5 +120,5 @@ def test_a_server_that_disconnects_silently_is_gone(collected):
 
 
 def test_only_the_words_of_a_server_at_the_end_are_its_reason():
-    assert dismissal(b"V70\rslewline: x has this port\r\n").startswith("the server there says: x has this port; ")
+    assert dismissal(b"V70\rslewline: x has this port\r\n").startswith("the server reports: x has this port; ")
     assert dismissal(b"slewline: x\r\nV70\r") == dismissal(b"slewline: \x1b[2J\r\n") == dismissal(b"") == ""

@@ -278,7 +278,7 @@ def test_a_program_is_sent_and_verified_without_a_step(found, stores, tmp_path, 
     assert holds(x, wanted(part))
     assert steps(x) == 0
     assert any(line.startswith("verified: ") for line in said)
-    assert said[-1].startswith("it holds the program, verified")
+    assert said[-1].startswith("the module holds the program (verified)")
 
 
 @pytest.mark.fact("GSC-CMD-M-1", "GSC-CMD-M-2")

@@ -402,7 +402,7 @@ MOVED = tuple(part for part in PARTS if part != "cy500")
 ALONE = Fit(needs="has no standard wiring; (connect|it has no pins)")
 ON_A_SHAFT = tuple(kind for kind in KINDS if part_class(kind).sits == "must")
 ON_THE_BUS = "a pin that (is a wire of the data bus|shows when the low byte of an address is on the bus)|data bus"
-HOSTLIKE = "a pin that requests the part to take a byte"
+HOSTLIKE = "a pin that requests that the part read or output a byte"
 FITS = {
     **dict.fromkeys(("inverter", "and", "or", "nand", "nor", "latch8", "delay"), ALONE),
     "uart": Fit(
@@ -433,7 +433,7 @@ FITS = {
     "motor": Fit(MOVED, "", turns),
     "stepper": Fit(MOVED, "", follows_by_itself, (("load", "friction 5 mNm"),)),
     "encoder": Fit(MOVED, "", counts, (("counts", 1), ("steps", 1))),
-    "quadrature": Fit(ENCODERS, "a pin that takes channel A of an encoder", runs_master),
+    "quadrature": Fit(ENCODERS, "a pin that receives channel A of an encoder", runs_master),
     "gs_d200": Fit(
         tuple(part for part in MOVED if part not in OUTSIDE), "is active low, and direction is active high", energises
     ),

@@ -315,5 +315,5 @@ def test_a_rule_names_the_part_and_its_pins_if_an_input_is_unknown(bench):
 
 def test_a_part_whose_rule_is_never_started_is_reported_when_time_is_about_to_pass(bench):
     bench.part(Unstarted, "p")
-    with pytest.raises(UsageError, match=r"^p: the rule is not started\. Call self\.rule\.start\(\) in rewired\(\)\.$"):
+    with pytest.raises(UsageError, match=r"^p: the rule has not been started\. Call self\.rule\.start\(\) in rewired"):
         bench.run("1 us")

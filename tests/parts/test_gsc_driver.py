@@ -195,7 +195,7 @@ def test_the_numbers_of_the_example_belong_to_the_driver_with_1200_ohm():
 
 def test_a_driver_is_not_loaded_beyond_its_rating():
     bench = slewline.Bench()
-    with pytest.raises(slewline.UsageError, match=r"c: 2\.1 A on ramps; the gs-d200 takes up to 2 A; use a larger r1"):
+    with pytest.raises(slewline.UsageError, match=r"c: 2\.1 A on ramps; the gs-d200 allows up to 2 A; use a larger r1"):
         bench.part("phase_current", "c", r1=to_supply(2.1, 937))
     with pytest.raises(slewline.UsageError, match="driver 'gs-d300'; allowed gs-d200, gs-d200s"):
         bench.part("phase_current", "c", driver="gs-d300")

@@ -296,11 +296,11 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
 @rows(
     ("call", "text"),
     [
-        (lambda host: host.change_rate(9), r"host: x \(cy525\) takes no rate on the fly: the part has no pin for this"),
+        (lambda host: host.change_rate(9), r"host: x \(cy525\) accepts no rate on the fly: the part has no pin"),
         (lambda host: host.read_position(), "outputs no position on the fly"),
         (lambda host: host.verify(0), "the part accepts commands but cannot be read"),
         (lambda host: host.ask("V 0"), "'V 0' has no answer; the part accepts commands but cannot be read"),
-        (lambda host: host.live("B"), "takes no commands while its program runs"),
+        (lambda host: host.live("B"), "accepts no commands while its program runs"),
     ],
 )
 def test_requests_without_pins_for_them_are_refused_immediately(call, text):

@@ -403,7 +403,7 @@ def test_a_chipset_that_is_never_ready_is_a_timeout_and_later_the_host_continues
     reset.drive(0)
     with pytest.raises(slewline.Timeout) as raised:
         desk.host.command("SET_POS", 5, timeout="20 ms")
-    assert "host: SET_POS (10 0000 0005) to x, 1 in the queue" in str(raised.value)
+    assert "host: sending SET_POS (10 0000 0005) to x since" in str(raised.value)
     reset.drive(1)
     desk.host.command("SET_POS", 6)
     assert desk.x.registers["pos"] == 6

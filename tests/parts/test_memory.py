@@ -147,7 +147,7 @@ def test_a_byte_that_comes_while_another_is_written_is_lost_and_reported() -> No
     bus.pass_time("20 ms")
     assert bus.part.content[:3] == b"\xff\x41\xff"
     assert [str(found).split("  ", 2)[2] for found in bus.part.findings] == [
-        "memory-busy: 42 for address 0002 came while address 0001 is being written: it is lost"
+        "memory-busy: 42 for address 0002 arrived while address 0001 was being written, and is lost"
     ]
 
 

@@ -427,7 +427,7 @@ def test_the_callers_axes_are_drawn_into():
     figure(contents(track(), track("y")), ax=alone)
     assert alone.get_legend() is not None
     assert alone.get_ylabel() == "Velocity, steps/s"
-    with pytest.raises(UsageError, match="ax: 3 axes; this picture takes 1 or 2: Velocity, steps/s; Position, steps"):
+    with pytest.raises(UsageError, match="ax: 3 axes; this picture needs 1 or 2: Velocity, steps/s; Position, steps"):
         figure(contents(track()), ax=Figure().subplots(3))
 
 

@@ -355,7 +355,7 @@ ENTRY = '{"at_us":%s,"last_us":%s,"from":"host","text":%s}'
         (ENTRY % ("1", "1e999", '"F"'), "line 2: .* is not an entry .*finite"),
         (ENTRY % (10**12 * 10, "1", '"F"'), "line 2: .* is not an entry .*at_us: expected a whole number"),
         (ENTRY % ("1.5", "1", '"F"'), "line 2: .* is not an entry .*at_us: expected a whole number"),
-        (ENTRY % ("1", "1", '["x"]'), "line 2: .* is not an entry .*text: allowed text"),
+        (ENTRY % ("1", "1", '["x"]'), "line 2: .* is not an entry .*text: expected a string"),
         ("[" * 100_000, r"line 2: .* is not an entry \(nested too deeply\)"),
     ],
 )

@@ -107,7 +107,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('b.add("cy525", bare="no")', "UsageError", "add('cy525'): bare 'no'; allowed True, False"),
     ('b.wire("x.abort", "x.slew", invert="no")', "UsageError", "invert 'no'; allowed True, False"),
-    ("b.close()", "NoSuchAttribute", "a bench needs no closing; a journal: bench.journal.close()"),
+    ("b.close()", "NoSuchAttribute", "a bench does not need to be closed; a journal does: bench.journal.close()"),
     (
         "b.run_until(lambda b: b.now > 1)",
         "UsageError",
@@ -137,17 +137,17 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "mb.run_until(x.reaches(3))",
         "UsageError",
-        "run_until(x at position 3): the condition belongs to another bench, whose time does not pass here",
+        "run_until(x at position 3): the condition belongs to another bench, which this call does not run",
     ),
     (
         'mb.run_until(x.pin("slew").is_(0) | m.reaches(3))',
         "UsageError",
-        "the condition belongs to another bench, whose time does not pass here",
+        "the condition belongs to another bench, which this call does not run",
     ),
     (
         "mb.run_until(x.at_instruction(3))",
         "UsageError",
-        "the condition belongs to another bench, whose time does not pass here",
+        "the condition belongs to another bench, which this call does not run",
     ),
     (
         'b.run_until(x.at_instruction(50), timeout="1 s")',
@@ -206,7 +206,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "b.host(x, baudrate=9600)",
         "UsageError",
-        "its arguments: chips, name, delay, baud, line, over; straps of the chip",
+        "its arguments: chips, name, delay, baud, line, over; the straps of the chip",
     ),
     ('b.plot("a.svg", figsize=(8, 6))', "UsageError", 'width is "page", "phone" or inches'),
     (
@@ -429,7 +429,7 @@ def test_a_p_of_a_cy500_that_waits_for_its_g_is_reported_at_rest():
     host = bench.host(bench.add("cy500"))
     host.send("A\rR 100\rF 10\rP 300\r")
     bench.run_until_idle()
-    assert told(bench, "no-go") == ["P 300 has no G after it; on the CY500 P only sets the target: send G"]
+    assert told(bench, "no-go") == ["P 300 is not followed by G; on the CY500 P only sets the target: send G"]
     for line in ("G\r", "P 5\rN 3\r", "P 9\rI\r"):
         host.send(line)
         bench.run_until_idle()

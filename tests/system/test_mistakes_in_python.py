@@ -190,7 +190,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any instruction",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or no address for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
@@ -268,7 +268,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "switch: this switch needs a shaft; name the part that has it: on=motor or on='its name'",
     ),
-    ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter takes no shaft; leave out on="),
+    ('b.part("inverter", on=x)', "UsageError", "inverter: this inverter is not mounted on a shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),
     (
         'b.part("uart", baud="fast")',
@@ -303,7 +303,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "wire x.db to x.wait: a bus of eight wires does not fit a single pin; wire bus to bus",
     ),
-    ('b.wire("x.vcc", "x.wait")', "WiringError", "x.vcc (pin 40: +5 V) carries no signal and stays unconnected"),
+    ('b.wire("x.vcc", "x.wait")', "WiringError", "x.vcc (pin 40: +5 V) carries no signal; leave it unconnected"),
     (
         'b.connect("x.slew", "x.wait")',
         "UsageError",
@@ -491,7 +491,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("mb.host(m)", "WiringError", "host: mc1451a has a host on this channel already; use bench['host']"),
     ('gh.ask("V1\\r\\n")', "UsageError", "host: command 'V1\\r\\n'; expected one command without a carriage return"),
     ('gh.query("V1")', "NoSuchAttribute", "host has no 'query'; write host.ask(...)"),
-    ("gb.host(g)", "WiringError", "host: host is on the line of gs_c200 already; a line takes one host"),
+    ("gb.host(g)", "WiringError", "host: host is on the line of gs_c200 already; a line can have only one host"),
     (
         "slewline.CY525",
         "AttributeError",

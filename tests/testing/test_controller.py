@@ -122,7 +122,7 @@ def test_the_number_of_steps_and_their_direction(moving):
     moving.assert_steps(200)
     differs("200 steps found, expected 199", moving.assert_steps, 199)
     first = readable(int(moving.chip.steps().times_ps[0]))
-    said = f"step 1 is cw at {first}, expected ccw; 199 more are wrong"
+    said = f"step 1 is cw at {first}, expected ccw; 199 more errors"
     differs(said, moving.assert_steps, 200, direction=-1)
 
 

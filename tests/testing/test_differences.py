@@ -53,8 +53,8 @@ def test_one_that_is_missing_or_too_many_does_not_make_all_others_wrong():
 
 def test_how_many_more_there_are():
     found = [(time + 10**6 * (n > 1), sign) for n, (time, sign) in enumerate(STEPS)]
-    assert told(found) == "step 3 is 1 µs late: cw at 3.001 ms, expected cw at 3 ms; 2 more are wrong"
-    assert told(found[:4]).endswith("; 1 more are wrong; 4 steps found, expected 5")
+    assert told(found) == "step 3 is 1 µs late: cw at 3.001 ms, expected cw at 3 ms; 2 more errors"
+    assert told(found[:4]).endswith("; 1 more error; 4 steps found, expected 5")
 
 
 def test_missing_steps_at_the_end():

@@ -34,7 +34,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.assert_edges('slew', [])", "has no pin 'slew'"),
     ("gs_c200s", "gs_c200s.assert_edges('mov', ['10 ms'])", 'then the level from that instant on: ("10 ms", 1)'),
     ("gs_c200s", "gs_c200s.assert_edges('mov', [('10 ms', 'high')])", "then the level from that instant on"),
-    ("cy525", "cy525.host.send('A 0'); cy525.assert_steps(3)", "0 steps found, expected 3; host: sends to cy525"),
+    ("cy525", "cy525.host.send('A 0'); cy525.assert_steps(3)", "0 steps found, expected 3; host: sending to cy525"),
     ("cy525", "cy525.url", "cy525 (cy525) has no url, because no program can reach it"),
     ("cy525", "cy525.ask('A 0')", "'A 0' has no answer; use ask() for 'V 0'"),
     ("cy525", "cy525.host.query('V 0')", "host has no 'query'; write host.ask(...)"),

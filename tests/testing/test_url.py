@@ -359,7 +359,7 @@ def test_a_read_without_timeout_reports_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
     with pytest.raises(
-        Timeout, match=r"read\(4\) without timeout received 3, .* can arrive \(gs_c200s: waiting for a command"
+        Timeout, match=r"read\(4\) without timeout received 3 bytes, .* can arrive \(gs_c200s: waiting for a command"
     ):
         port.read(4)
     assert port.read(3) == b"RR\r"

@@ -165,5 +165,5 @@ def test_an_interrupt_while_the_picture_is_drawn_reports_that_all_runs_are_kept(
 
     monkeypatch.setattr("slewline.cli.motors.tune.draw", interrupt)
     status, out, err = call("cy525", *QUICK, "--plot", "found.svg", "--store", "log.jsonl", "--jobs", "1")
-    says = "interrupted after all runs; log.jsonl has every run: the same command continues from there"
+    says = "interrupted after all runs; log.jsonl has every run: repeat the same command to continue"
     assert (status, out, err.strip()) == (1, "", f"slewline: {says}")

@@ -114,7 +114,7 @@ def test_an_interrupt_reports_the_kept_runs(path: Path, stored: bool) -> None:
     with pytest.raises(KeyboardInterrupt) as caught:
         perform(made, ramps_of(made.part), store=path if stored else None, full_map=True, judge=until_interrupted)
     if stored:
-        says = f"interrupted; {path} has 30 of up to {most:,} runs: the same command resumes from there"
+        says = f"interrupted; {path} has 30 of up to {most:,} runs: run the same command again to continue"
         assert len(lines(path)) == 31
     else:
         says = (
@@ -133,7 +133,7 @@ def test_an_interrupt_while_the_moves_are_listed_reports_the_kept_runs(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("slewline.tuning.tune_ramp.Candidates", interrupt)
-    with pytest.raises(KeyboardInterrupt, match=f"has {runs:,} runs: the same command resumes from there"):
+    with pytest.raises(KeyboardInterrupt, match=f"has {runs:,} runs: run the same command again to continue"):
         sweep(path)
 
 

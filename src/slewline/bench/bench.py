@@ -365,7 +365,8 @@ missing(
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
     **dict.fromkeys(
-        ("close", "stop", "quit", "shutdown", "exit"), "a bench needs no closing; a journal: bench.journal.close()"
+        ("close", "stop", "quit", "shutdown", "exit"),
+        "a bench does not need to be closed; a journal does: bench.journal.close()",
     ),
     save_edges='bench.save_csv("edges.csv"), or save_npz("edges.npz")',
     **dict.fromkeys(("picture", "draw", "savefig", "save_plot"), 'bench.plot("run.svg")'),

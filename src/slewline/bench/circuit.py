@@ -208,7 +208,7 @@ class Circuit:
                 )
             return {}
         if not sits:
-            raise UsageError(f"{name}: a {kind} takes no shaft; leave out on=")
+            raise UsageError(f"{name}: this {kind} is not mounted on a shaft; leave out on=")
         from ..parts.shafts.shaft import Shaft
 
         carrier = self._there(on)
@@ -328,7 +328,7 @@ class Circuit:
                 return chip.bus
         terminal = self.pin(name)
         if (row := terminal.row).in_out in ("power", "none"):
-            raise WiringError(f"{name} (pin {row.number}: {row.description}) carries no signal and stays unconnected")
+            raise WiringError(f"{name} (pin {row.number}: {row.description}) carries no signal; leave it unconnected")
         return terminal.net
 
     @property

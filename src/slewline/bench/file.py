@@ -82,7 +82,7 @@ if TYPE_CHECKING:
     from ..parts.hosts.host import Host
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
-TIMES = 'a time such as "25 us"; text, because a number with a point would be rounded'
+TIMES = 'a time such as "25 us"; text, because a number with a decimal point would be rounded'
 ALLOWED = {  # by key, or by type
     **dict.fromkeys(("until", "timeout", "delay", "at", "keep"), TIMES),
     "crystal": 'a frequency such as "11 MHz", or whole hertz',

@@ -89,7 +89,7 @@ class HostRequest(NamedTuple):
             chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 
 
-@answering("host()", "; straps of the chip are the address of a module")
+@answering("host()", "; the straps of the chip set the address of a module")
 def host(
     circuit: Circuit,
     *chips: Chip,
@@ -203,7 +203,7 @@ def _serial_host(request: HostRequest) -> SerialHost:
     line = request.line
     if found := request.of(SerialHost):
         raise WiringError(
-            f"host: {found[0].name} is on the line of {', '.join(found[1])} already; a line takes one host"
+            f"host: {found[0].name} is on the line of {', '.join(found[1])} already; a line can have only one host"
         )
     for chip in request.chips:
         for role in ("serial_in", "serial_out"):

@@ -50,7 +50,7 @@ Listener = Callable[[Bench], object]
 
 
 class TooLong(UsageError):
-    """Going back would take longer than allowed; nothing was changed."""
+    """A refusal to go back, because it would take longer than allowed; nothing was changed."""
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
@@ -237,7 +237,7 @@ class Instant:
         """
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
         if not (more or without):
-            raise UsageError("going back: no input; give at least one")
+            raise UsageError("going back: no input given; give at least one")
         past, first = self.past, self._first(more, without, to_ps)
         other = Path(f"{past.path}.other" if copy is None else copy)
         fitting = [each for each in past.shadows if each.now_ps < first]

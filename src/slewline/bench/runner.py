@@ -272,7 +272,7 @@ class Runner:
         if isinstance(condition, Condition):
             if not condition.belongs(self.kernel):
                 raise UsageError(
-                    f"{verb}({condition}): the condition belongs to another bench, whose time does not pass here"
+                    f"{verb}({condition}): the condition belongs to another bench, which this call does not run"
                 )
             condition.begin()
             return condition

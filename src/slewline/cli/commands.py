@@ -45,7 +45,7 @@ def _show_version(context: click.Context, _option: click.Parameter, asked: bool)
     is_eager=True,
     expose_value=False,
     callback=_show_version,
-    help="Show the version and which build of it runs, and exit.",
+    help="Show the version and the build, and exit.",
 )
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
@@ -77,7 +77,7 @@ def cli() -> None:
 @path("--journal", help="Record every external input, for --replay.")
 @path("--replay", help="Repeat the run of a journal, instead of FILE.")
 @MEMORY
-@path("--save-memory", help="Write the final content of that memory; .hex: as Intel HEX.")
+@path("--save-memory", help="Write the final content of the memory; .hex: as Intel HEX.")
 @click.option(
     "--other-laws", is_flag=True, help="Replay a journal even if the behaviour of parts has changed, with a warning."
 )
@@ -135,7 +135,7 @@ def run_command(**options: Any) -> int:
     type=click.Choice(["listing", "hex", "bin", "image", "ascii", "binary"]),
     help="hex, bin: the program buffer; image: in Intel HEX, at its address; ascii, binary: host data.",
 )
-@click.option("--resolve", is_flag=True, help="Replace labels by addresses.")
+@click.option("--resolve", is_flag=True, help="Replace labels with addresses.")
 @click.option("--checksum", is_flag=True, help="With --format ascii: every line ends in its checksum (GS-C).")
 @JSON
 def asm_command(**options: Any) -> int:
@@ -249,7 +249,7 @@ for motors in (calibrate_command, tune_command):
 )
 @click.option("--driver", metavar="NAME", help="The driver that receives them: DM542, or 'high 5 us, low 5 us'.")
 @click.option("--edge", type=click.Choice(["rising", "falling", "both"]), default="rising", show_default=True,
-              help="The edge of STEP that begins a step, at the point of the recording.")  # fmt: skip
+              help="The edge of STEP that begins a step, at the point of recording.")  # fmt: skip
 @click.option(
     "--forward",
     type=WholeNumber(1, least=0, most=1),
@@ -272,8 +272,8 @@ for motors in (calibrate_command, tune_command):
 )
 @CRYSTAL
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of the times, if the file states none.")
-@click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--torn", is_flag=True, help="The file may be truncated; read its complete part.")
+@click.option("--threshold", metavar="VOLTS", help="The threshold for an oscilloscope's CSV, such as '1.4 V'.")
+@click.option("--torn", is_flag=True, help="Accept a truncated file, and read its complete part.")
 @path("--plot", metavar="F.svg", help="Draw the worst violation, or the time nearest to its limit (SVG, PNG, PDF).")
 @JSON
 def check_capture_command(**options: Any) -> int:
@@ -350,7 +350,7 @@ def demo_command(output: str) -> int:
     return demo(output)
 
 
-@cli.command("examples", short_help="List the examples, or copy one out.", epilog=EXIT)
+@cli.command("examples", short_help="List the examples, or copy one.", epilog=EXIT)
 @click.argument("name", required=False, shell_complete=completion.example)
 @INTO
 def examples_command(**options: Any) -> int:

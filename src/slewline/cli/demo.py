@@ -31,10 +31,10 @@ DESCRIPTIONS = (
     "the bench file",
     "the program",
     "velocity, position and pins",
-    "the same",
+    "the same picture",
     "all pins, velocity and position, for a waveform viewer such as PulseView",
-    "the same in order, for GTKWave",
-    "the same in order, for Surfer",
+    "their layout for GTKWave",
+    "their layout for Surfer",
 )
 PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 

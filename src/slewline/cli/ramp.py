@@ -182,7 +182,7 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
         yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} step{'' if ramp.steps == 1 else 's'}"
         yield f"acceleration  {accelerations(ramp)}"
     reached = ramp.reached_from
-    yield "reached       " + ("by no move" if reached is None else f"from {counted(reached, 'step')} on")
+    yield "reached       " + ("by no move" if reached is None else f"in moves of {counted(reached, 'step')} or more")
 
 
 def accelerations(ramp: Ramp) -> str:
@@ -190,7 +190,7 @@ def accelerations(ramp: Ramp) -> str:
     first, mean, greatest = (number(each) for each in ramp.accelerations)
     if first == mean == greatest:
         return f"{mean} steps/s²"
-    return f"{mean} steps/s² on average, {first} at first, {greatest} at most"
+    return f"{mean} steps/s² on average, initially {first}, maximum {greatest}"
 
 
 def move_line(move: Move | None) -> Iterator[str]:

@@ -346,7 +346,7 @@ def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
     found = [part for part in bench.parts.values() if isinstance(part, Eeprom | Ram)]
     if len(found) != 1:
         what = f"{len(found)} of them" if found else "none"
-        raise Refused(f"{path}: --save-memory needs one memory on the bench, which has {what}; leave it out")
+        raise Refused(f"{path}: --save-memory needs exactly one memory on the bench, which has {what}; leave it out")
     return found[0]
 
 

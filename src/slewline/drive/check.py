@@ -144,7 +144,7 @@ class Checkup(NamedTuple):
             rows.append(
                 "e-stop    its contact opened, and the board switched the driver off"
                 if self.estop
-                else f"e-stop    not seen within {ESTOP_S:g} s: check its wire and contact"
+                else f"e-stop    not detected within {ESTOP_S:g} s: check its wire and contact"
             )
         return rows
 

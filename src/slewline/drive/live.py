@@ -178,7 +178,7 @@ class Live:
         """Continue after a halt, from the position of the chip, which is released.
 
         Raises:
-            UsageError: the drive is not halted, the chip is in motion, or the board does not leave its halt.
+            UsageError: the drive is not halted, the chip is in motion, or the board remains halted.
         """
         state, feeder, stopping = self.state, self.feeder, self.watch.stopping
         if state.phase == "ok":

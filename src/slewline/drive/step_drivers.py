@@ -119,6 +119,6 @@ def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, ho
     for what, has, needs in rows:
         if has < needs:
             raise UsageError(
-                f"driver {driver.name}: {what} for {readable(has)} at least, but the driver needs {readable(needs)}; "
+                f"driver {driver.name}: {what} for at least {readable(has)}, but the driver needs {readable(needs)}; "
                 "use another driver"
             )

@@ -149,7 +149,7 @@ class Talk:
             power: the driver may be switched on.
 
         Raises:
-            UsageError: no board answers, or one with another version; the board does not leave its halt, or does not
+            UsageError: no board answers, or one with another version; the board remains halted, or does not
                 switch the driver on; its count is to be kept, but is not that of the motor.
         """
         found = self._shake_hands(known)
@@ -192,10 +192,10 @@ class Talk:
         link.reset(signed(counted), known=known, power=power)
         value = sum((net.level or 0) << number for net, number in nets)
         link.outputs(sum(1 << number for _, number in nets), value)
-        self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
+        self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not accept its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
-                "the board does not leave its halt: an emergency stop is active; close its contact, then "
+                "the board remains halted: an emergency stop is active; close its contact, then "
                 "clear the drive"
             )
 

@@ -142,7 +142,7 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
             drift.
     """
     if counts < 1 or steps < 1:
-        raise UsageError(f"{counts} counts and {steps} steps; a turn has at least one of each")
+        raise UsageError(f"{counts} counts and {steps} steps; a revolution has at least one of each")
     exact = Fraction(counts << arg.fraction, steps)
     if exact.denominator != 1:
         shown = f"{float(exact):.6g}"

@@ -42,7 +42,7 @@ def line_to(
             raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
     if card is not None:
         if not isinstance(channels[0], HostPort):
-            raise UsageError(f"{name}: a card is for a chipset, whose host port has registers on it; leave out card")
+            raise UsageError(f"{name}: only a chipset has a card, which maps the host port to registers; omit card")
         return register_line(server, name, chips, framing, over, card)
     return row_for(channels[0], LINES, "serves")(server, name, chips, framing, over)
 

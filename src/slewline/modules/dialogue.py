@@ -294,7 +294,7 @@ def _entry(entry: Any) -> DialogueEntry:
         if not _whole(value, -LATEST_US, LATEST_US):
             raise ValueError(f"{name}: expected a whole number up to {LATEST_US}")
     if speaker not in ("host", "module", "tool"):
-        raise ValueError(f"from {speaker!r}")
+        raise ValueError(f"from: {speaker!r}")
     if not isinstance(entry["text"], str):
-        raise TypeError("text: allowed text")
+        raise TypeError("text: expected a string")
     return DialogueEntry(at_us, last_us, speaker, entry["text"].encode("latin-1"))

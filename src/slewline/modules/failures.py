@@ -6,14 +6,14 @@ from ..errors import SlewlineError
 
 
 class ModuleFailure(SlewlineError, OSError):
-    """A module has not executed a command, or its state is no longer known."""
+    """A command that a module has not executed, or a module whose state is no longer known."""
 
     def __str__(self) -> str:  # OSError would print numbers
         return str(self.args[0]) if self.args else ""
 
 
 class PortLost(ModuleFailure):
-    """The port is gone: for example, a cable was unplugged or a connection was closed."""
+    """The loss of a port: for example, a cable was unplugged or a connection was closed."""
 
 
 class NoAnswer(ModuleFailure):
@@ -25,7 +25,7 @@ class NoAnswer(ModuleFailure):
 
 
 class EndlessInput(ModuleFailure):
-    """Characters still arrive when a complete answer would be over; `received` contains the characters so far."""
+    """An answer that continues beyond the length of a complete one; `received` contains the characters so far."""
 
     def __init__(self, text: str, received: bytes) -> None:
         super().__init__(text)
@@ -37,7 +37,7 @@ class DamagedAnswer(ModuleFailure):
 
 
 class RefusedCommand(ModuleFailure):
-    """The module has refused a command.
+    """A command that the module has refused.
 
     Args:
         code: the answer, such as "E2".
@@ -50,12 +50,12 @@ class RefusedCommand(ModuleFailure):
 
 
 class MotionRefused(ModuleFailure):
-    """A command was not sent, because it may step the motor."""
+    """A command that was not sent, because it may step the motor."""
 
 
 class ReplacementRefused(ModuleFailure):
-    """A dialogue was not played, because it would replace the program of the module."""
+    """A dialogue that was not played, because it would replace the program of the module."""
 
 
 class ListingDiffers(ModuleFailure):
-    """The listing of a module differs from the program sent to it, or from its own second listing."""
+    """A listing that differs from the program sent to the module, or from the module's second listing."""

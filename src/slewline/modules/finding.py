@@ -233,7 +233,7 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
         try:
             _probed(module)
         except NoAnswer:
-            others = f"it keeps the rate that it has detected first, so reset it or give --baud (now {speech.baud})"
+            others = f"it keeps the rate that it detected first, so reset it or give --baud (now {speech.baud})"
             raise NoAnswer(
                 f"{silence}  It is also silent during a program or a motion, in binary mode, "
                 f"and while its mode register sends answers elsewhere; {others}"

@@ -125,7 +125,7 @@ class Module:
             refused = repeatable and last != self.speech.busy and bool(self.speech.refusal(last))
             if not (refused or self.speech.is_garbled(last)) or not tries_left:
                 break
-            self.transcript.note(f"sent again: {last} is the answer to {command}")
+            self.transcript.note(f"sent again: {command} was answered with {last}")
         self._check(command, last)
         return answer
 

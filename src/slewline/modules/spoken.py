@@ -108,7 +108,7 @@ class Speech:
             DamagedAnswer: a character arrived with a fault, or the checksum does not match.
         """
         if FAULTY in line:
-            raise DamagedAnswer(f"{line!r}: a character came with a parity or framing fault")
+            raise DamagedAnswer(f"{line!r}: a character arrived with a parity or framing error")
         return line.decode("latin-1")
 
     def refusal(self, line: str) -> str:

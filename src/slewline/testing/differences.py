@@ -32,7 +32,7 @@ def difference(
         return f"{noun} {n + 1} is missing: expected {_event(expected[n], words)}"
     if found[n + 1 :] == expected[n:]:
         return f"{noun} {n + 1} is one too many: {_event(found[n], words)}"
-    more = f"; {len(wrong) - 1} more are wrong" if len(wrong) > 1 else ""
+    more = f"; {counted(len(wrong) - 1, 'more error')}" if len(wrong) > 1 else ""
     many = f"; {counted(len(found), noun)} found, expected {len(expected)}" if len(found) != len(expected) else ""
     return _wrong(found[n], expected[n], f"{noun} {n + 1}", words, hz) + more + many
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from ..core.messages.whole import counted
 from ..core.time.timebase import PS_PER_S
 from ..core.wires.serial import PARITIES, CharacterFormat, bit_clock
 from ..errors import Timeout, UsageError
@@ -150,8 +151,8 @@ class SerialEndpoint:
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
-                f"{self.where}: read({size}) without timeout received {len(self.buffer)}, and no more can "
-                f"arrive ({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
+                f"{self.where}: read({size}) without timeout received {counted(len(self.buffer), 'byte')}, and no more "
+                f"can arrive ({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing

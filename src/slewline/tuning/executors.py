@@ -172,7 +172,7 @@ def _check_versions(client: Any, where: str) -> None:
             has = f"slewline {found}" if isinstance(found, str) else f"no slewline ({_first_line(found)})"
             raise UsageError(
                 f"{where}: the worker {worker} has {has}, this computer {__version__}; "
-                f"install {__version__} for its workers, and start them again"
+                f"install {__version__} on its workers, and start them again"
             )
 
 

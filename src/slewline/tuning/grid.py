@@ -100,7 +100,7 @@ def read_grid(
     for name, text in texts.items():
         known = calculator.quantity(name).name
         if known in named:
-            raise UsageError(f"{part}: {name} twice; give its values once")
+            raise UsageError(f"{part}: {name} is given twice; give its values once")
         named[known] = text
     values: dict[str, tuple[Value, ...]] = {}
     for quantity in calculator.quantities:
@@ -134,7 +134,7 @@ def _split(part: str, text: str) -> dict[str, Given]:
     texts: dict[str, Given] = {}
     for match, end in zip(found, ends, strict=True):
         if match[1] in texts:
-            raise UsageError(f"{part}: {match[1]} twice; give its values once")
+            raise UsageError(f"{part}: {match[1]} is given twice; give its values once")
         texts[match[1]] = text[match.end() : end].strip(" \t\r\n;")
     return texts
 

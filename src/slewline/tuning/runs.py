@@ -182,5 +182,6 @@ class Runs:
 
     def _gone(self, error: BaseException) -> UsageError:
         found = (str(error).splitlines() or [""])[0] or type(error).__name__
-        kept = "" if self.log is None else f"; {self.log.path} has all verdicts so far: the same command resumes there"
+        again = "run the same command again to continue"
+        kept = "" if self.log is None else f"; {self.log.path} has all verdicts so far: {again}"
         return UsageError(f"{self.workers.remedy or 'the executor has failed'} ({found}){kept}")

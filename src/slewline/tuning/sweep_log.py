@@ -47,7 +47,7 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
             f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, "
             "and the same command resumes from there"
         )
-    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command resumes from there"
+    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: run the same command again to continue"
 
 
 class Log:

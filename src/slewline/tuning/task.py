@@ -98,7 +98,7 @@ class MapPlace:
 
 
 class NothingHolds(UsageError):
-    """The error that no move in the grid holds, because every candidate loses steps."""
+    """A grid in which every candidate loses steps, so none can be recommended."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -343,7 +343,7 @@ def test_the_waiting_text_of_an_aborted_motion(mover: Make) -> None:
     x.on(look - 1, "abort", 0)
     x.till(look + LOW)
     assert x.x.waiting.startswith(
-        "x: G aborted: down to rate 10, then continues to its target unless abort=0 there since "
+        "x: G aborted: decelerating to rate 10 (it then continues to its target unless abort=0) since "
     )
     x.put(x.now, "abort", 1)
     x.till(look + sum(DOWN) + 10)

@@ -513,7 +513,7 @@ def test_verify_in_a_running_program_is_refused_and_changes_nothing(rig):
         each.send(WALK)
         each.host.run_program()
         each.bench.run("120 ms")
-    remedy = r"host: x takes no command while its program runs; verify\(0, live=True\) reads through PROG/LIVE"
+    remedy = r"host: x accepts no command while its program runs; verify\(0, live=True\) reads through PROG/LIVE"
     with pytest.raises(slewline.UsageError, match=remedy):
         r.host.verify(0)
     with pytest.raises(slewline.UsageError, match="wait until RUN is high, or use live commands"):
@@ -534,7 +534,7 @@ def test_run_program_ends_when_run_is_low(rig):
     assert r.x.position == 5 and r.codes == []
     r.host.send("J 0\r")  # queued in front of it
     r.bench.run("1 ms")
-    with pytest.raises(slewline.UsageError, match="takes no command while its program runs"):
+    with pytest.raises(slewline.UsageError, match="accepts no command while its program runs"):
         r.host.run_program()
 
 

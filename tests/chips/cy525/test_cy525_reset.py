@@ -169,7 +169,7 @@ STATES = {
         lambda h: (h.put(h.now, "abort", 0), moving(h, "H\rG\r", 30 * STEP)),
     ),
     "aborted": (
-        "G aborted: down to rate 10, then continues to its target unless abort=0 there", ENDLESS,
+        "G aborted: decelerating to rate 10 (it then continues to its target unless abort=0)", ENDLESS,
         lambda h: (moving(h, "H\rG\r", 50 * STEP), h.put(h.now, "abort", 0), h.run(STEP)),
     ),
     "rate zero, request low": (ZERO, ENDLESS, lambda h: at_rate_zero(h, up=False)),

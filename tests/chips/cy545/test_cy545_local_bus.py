@@ -126,7 +126,7 @@ def test_without_a_memory_a_byte_takes_the_full_timeout_and_is_reported() -> Non
     low = [two - one for (one, level), (two, _) in pairwise(rig.edges("busy", start)) if level == 0]
     assert 20 * MS <= low[0] < 20 * MS + 300 * US
     assert rig.codes == ["unfinished", "verify-timeout"]  # no Q has come
-    assert "address 0: 41 was written, FF is read back" in rig.x.findings[1].text
+    assert "address 0: 41 was written, but FF was read back" in rig.x.findings[1].text
     assert len(rig.falls("rd", start)) == 201
     rig.send("\rQ? Y\r")
     assert rig.answer == "Y=00002\r" and rig.codes == ["unfinished", *["verify-timeout"] * 2]

@@ -58,7 +58,7 @@ def test_a_reply_without_a_receiver_is_lost_and_reported():
     assert rig.falls("txd") == [] and rig.codes == ["not-adapted"]
     rig.send("Y 65300\r? M,1\r")  # a memory without a return: a line of 236 characters, 944 as they are written
     assert len(rig.codes) == 3 and all(len(found.text) < 500 for found in rig.x.findings)
-    assert rig.x.findings[-1].text.endswith("is lost: the rate was not yet known when it was to be sent")
+    assert rig.x.findings[-1].text.endswith("is lost, because no baud rate was known yet")
 
 
 @pytest.mark.fact("CY545-SER-3", "CY545-UND-BAUD-ADAPT")

@@ -101,7 +101,7 @@ def test_a_query_that_is_given_up_is_sent_completely_and_leaves_the_host_in_orde
 
 def test_a_journal_takes_no_functions(tmp_path):
     bench = slewline.Bench(journal=tmp_path / "run.jsonl")
-    with pytest.raises(BenchFileError, match=r"add: .*function.*; a journal takes only numbers and text"):
+    with pytest.raises(BenchFileError, match=r"add: .*function.*; journals store only numbers and text"):
         bench.add("gs-c200", law=lambda start, top, ramp, k: start)
 
 

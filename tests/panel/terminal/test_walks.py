@@ -157,7 +157,7 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         (":until 200", "until: no instruction begins at 200"),
         (":clear 6", "clear: removes all breakpoints; :break 6 removes one"),
         ("HELP", "HELP: is not a command of cy525; ? shows its help"),
-        ("R 100", "R 100: is sent while time runs, and time is paused: press Esc, then"),
+        ("R 100", "R 100: can be sent only while time runs, but time is paused: press Esc, then"),
     ],
 )
 def test_a_mistake_is_answered_at_the_foot(typed, says):

@@ -158,7 +158,7 @@ def test_every_row_can_be_driven_within_its_data_sheet(name):
     for volts in (low - 0.1, high + 0.1):
         with pytest.raises(UsageError) as error:
             read_driver(f"{name}, {volts:g} V", "d", A)
-        assert str(error.value) == f"d: supply {volts:g} V; the {name} takes {low:g}..{high:g} V"
+        assert str(error.value) == f"d: supply {volts:g} V; the {name} allows {low:g}..{high:g} V"
 
 
 NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
@@ -207,9 +207,9 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
             "d: supply '24 V'; not for kind 'current', only for: averaged, chopper, voltage, bilevel",
         ),
         ("24 V, 1 A, series 5 ohm", "d: series '5 ohm'; not for kind 'averaged', only for: voltage, bilevel"),
-        ("GS-D200, 24 V, 2.5 A", "d: 2.5 A per phase; the GS-D200 takes up to 2 A: use a smaller current"),
-        ("GS-D200, 24 V, 1 A, ramp 2.5 A", "d: 2.5 A per phase; the GS-D200 takes up to 2 A: use a smaller current"),
-        ("GS-D200, 24 V, 1.5 A, boost", "d: 2.12 A per phase; the GS-D200 takes up to 2 A: use a smaller current"),
+        ("GS-D200, 24 V, 2.5 A", "d: 2.5 A per phase; the GS-D200 allows up to 2 A: use a smaller current"),
+        ("GS-D200, 24 V, 1 A, ramp 2.5 A", "d: 2.5 A per phase; the GS-D200 allows up to 2 A: use a smaller current"),
+        ("GS-D200, 24 V, 1.5 A, boost", "d: 2.12 A per phase; the GS-D200 allows up to 2 A: use a smaller current"),
         ("GS-D200, 1 A", f"d: needs supply: {NUMBER.format('V')}"),
         (3, f"d 3; expected text such as '24 V, 1 A', or a table with like, {TABLE}"),
         ({}, "d: needs the option kind: current, averaged, chopper, voltage, bilevel"),

@@ -39,7 +39,7 @@ VR = {"windings": "reluctance", "current": 1, "resistance": 5, "inductance": "8 
 NAMES = ", ".join(MOTORS)
 NEEDS = (
     "current (A: rated current of a phase), resistance (ohm: of a phase), "
-    "inductance (H: of a phase; of a reluctance motor the mean), torque (N m: holding torque at the rated current), "
+    "inductance (H: of a phase; for a reluctance motor, the mean), torque (N m: holding torque at the rated current), "
     "inertia (kg m2: of the rotor)"
 )
 TABLE = ", ".join(row.name for row in FIGURES)
@@ -137,7 +137,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
             "m: torque 0.49 N m; must be more than the detent torque (0.49 N m): "
             "give the holding torque at the rated current",
         ),
-        (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have one: leave it out"),
+        (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have a swing: leave it out"),
         (
             VR,
             "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "

@@ -124,9 +124,9 @@ def test_assumed_values_are_those_of_the_model():
         (f"{EXAMPLE}, curent 1 A", "m: no option 'curent'; its options: name, windings"),
         (f"{EXAMPLE}, step angle 7 deg", "m: step_angle '7 deg'; expected an angle that divides 90 deg"),
         (f"{EXAMPLE}, step angle 0 deg", "m: step_angle '0 deg'; expected an angle"),
-        (f"{EXAMPLE}, step angle 1.8 deg, teeth 50", "m: step_angle and teeth both set the full steps per turn"),
+        (f"{EXAMPLE}, step angle 1.8 deg, teeth 50", "m: step_angle and teeth both set the full steps per revolution"),
         (f"{EXAMPLE}, inertia", "inertia is given twice"),
-        (f"reluctance, swing 1 mH, step angle 15 deg, {EXAMPLE}", "step_angle of a reluctance motor; use its teeth"),
+        (f"reluctance, swing 1 mH, step angle 15 deg, {EXAMPLE}", "step_angle does not apply to a reluctance motor"),
         (f"{without('inertia')}, inertia", "m: inertia ''; allowed a number (kg m2)"),
     ],
 )  # fmt: skip

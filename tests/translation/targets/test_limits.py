@@ -214,7 +214,7 @@ def test_a_setting_selects_library_port_and_repetitions():
 @pytest.mark.parametrize(
     ("to", "setting", "says"),
     [
-        ("grbl", {"repeat": "3"}, "grbl takes repeats .*did you mean repeats"),
+        ("grbl", {"repeat": "3"}, "grbl accepts repeats .*did you mean repeats"),
         ("grbl", {"repeats": "none"}, "repeats none: allowed 1 or more"),
         ("linuxcnc", {"output1": "off"}, "output1=off: allowed low or high"),
         ("gs-c200s", {"output1": "low"}, "gs-c200s takes none"),

@@ -74,7 +74,7 @@ def test_each_meaningful_line_has_a_verdict(path, name):
 @pytest.mark.parametrize("name", TARGETS)
 def test_comments_are_kept(name):
     done = translate(PROGRAMS / "weld.cy525", to=name)
-    assert "WAIT high: a workpiece lies ready." in done.text
+    assert "WAIT high: a workpiece is in place." in done.text
 
 
 BAD = {

@@ -90,7 +90,7 @@ class Journal:
         try:
             self.file.write(json.dumps(entry | what, separators=(",", ":"), default=_plain) + "\n")
         except TypeError as error:
-            raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal takes only numbers and text") from None
+            raise BenchFileError(f"journal {self.path}: {do}: {error}; journals store only numbers and text") from None
         except OSError as error:
             self.failure = self._refusal(error)
             closed(self.file)

@@ -59,6 +59,6 @@ def ordered(
             if other in path:
                 circle = [*path][[*path].index(other) :]
                 shown = " -> ".join(names[each] for each in [*circle, other])
-                raise error(number, key, f"parts that name each other in a circle: {shown}; wire one with [[wire]]")
+                raise error(number, key, f"parts that name each other in a cycle: {shown}; wire one with [[wire]]")
             path[other] = None
     return [*placed]

@@ -26,7 +26,7 @@ _APART = re.compile(
 )
 _REFUSED = {
     re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{PARTS}}}"): f"a key of more than {PARTS} parts; "
-    "allowed table and key with a dot between, such as options.rate",
+    "allowed table and key joined by a dot, such as options.rate",
     re.compile(rf"(?<![\w-])\d\w{{{DIGITS}}}"): f"a number of more than {DIGITS} digits; write a shorter one",
 }
 

@@ -78,7 +78,8 @@ class Cy500(Cy5xx):
         found, state = super().left_over(), self.state
         if state.waits:
             part = self.sheet.part.upper()
-            found.append(("no-go", f"P {state.target} has no G after it; on the {part} P only sets the target: send G"))
+            text = f"P {state.target} is not followed by G; on the {part} P only sets the target: send G"
+            found.append(("no-go", text))
         return found
 
     def _law(self) -> Law:

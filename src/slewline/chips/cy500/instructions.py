@@ -116,7 +116,8 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         number = self.registers.values["number"]
         if self.chip.options.early_part and number % 256 == 0 and number:
             number -= 256
-            self.chip.finding("early-part", f"a part of the first batch moves {number} steps for this multiple of 256")
+            text = f"a chip of the first batch takes only {number} steps for this multiple of 256"
+            self.chip.finding("early-part", text)
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
@@ -125,7 +126,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         distance = (target - self.axis.position) * self.sign
         if distance < 0:
             self.chip.finding(
-                "wrong-way", f"P {target} is in the other direction: the motion passes through the overflow at 65535"
+                "wrong-way", f"P {target} is opposite to the set direction: the motion wraps around at 65535"
             )
         return self.takes(distance % (1 << 16), f"P {target}")
 

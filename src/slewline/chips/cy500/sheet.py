@@ -40,8 +40,8 @@ _OWN = (
 )
 _ITS: Mapping[str, dict[str, Any]] = {  # different from the CY525
     "io_request": {"description": "byte strobe", "seen": "level"},
-    "abort": {"description": "ends a motion after the running step, without ramp", "reflex": "stop", "seen": "as a step begins"},
-    "ready": {"description": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
+    "abort": {"description": "ends a motion after the current step, without a ramp", "reflex": "stop", "seen": "as a step begins"},
+    "ready": {"description": "high: ready for a byte, or a program runs; low while a byte, or the motion of a host command, is in progress"},
     "programmable_output": {"where": "art. T.2 B, C", "trust": "stated"},
     "pulse": {"where": "art. T.2 L; as the CY525"},
     "wait": {"description": "tested by U (low)", "active": 0, "sense": 0, "seen": "polled every 8 µs at 11 MHz by U", "where": "art. T.1, T.2 U; as the CY525"},
@@ -72,7 +72,7 @@ COMMANDS = Table(
     _row("D", "DOITNOW", "run the program from its start", like="X"),
     _row("E", "ENTER", "enter program code"),
     _row("F", "FACTOR", "divide the rate; not in a slope", Arg("factor", 1, 1, 255), like="A", role="rate_divisor"),
-    _row("G", "GOSTEP", "step as N or P specifies"),
+    _row("G", "GOSTEP", "take the steps that N or P specifies"),
     _row("H", "HALFSTEP", "half steps, until I or RESET", role="half_steps"),
     _row("I", "INITIALIZE", "command mode, program and modes erased, coils off"),
     _row("J", "JOG", "XSS low runs the motor, until I or RESET", like="B", role=""),
@@ -80,7 +80,7 @@ COMMANDS = Table(
     _row("N", "NUMBER", "number of steps of a relative move; right after A, one less", Arg("steps", 2, 1, 65535)),
     _row("O", "ONESTEP", "take one step immediately", like="B", motion=True, role="single"),
     _row("P", "POSITION", "target of an absolute move", Arg("position", 2, 0, 65535), motion=False, role="target"),
-    _row("Q", "QUIT", "end program entry; never terminated"),
+    _row("Q", "QUIT", "end program entry; has no terminator"),
     _row("R", "RATE", "maximum step rate", Arg("rate", 1, 1, RATE_TOP)),
     _row("S", "SLOPE", "ramps; the rate changes by this much at each step", Arg("slope", 1, 1, 255)),
     _row("T", "TIL", "run the program from its start while XSS is low", flow="n0", role="branch_low"),
@@ -91,7 +91,7 @@ COMMANDS = Table(
 )
 
 REGISTERS = tuple(replace(row, where=f"art. T.2 {row.letter}") for row in sheet.SLOPED_REGISTERS)
-_DESCRIPTIONS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U samples WAIT", "inhibit_poll": "a held step samples TRIGGER", "step_lead": "READY low to the first step"}
+_DESCRIPTIONS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "sampling interval of WAIT in U", "inhibit_poll": "sampling interval of TRIGGER while a step is held", "step_lead": "READY low to the first step"}
 TIMES = MappingProxyType({name: replace(time, description=_DESCRIPTIONS.get(name, time.description), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
 
 # The rate equation is not printed.  Inferred: the period falls by the same 78.18 µs with each unit of the parameter, as
@@ -105,7 +105,7 @@ PERIODS = tuple(
 
 OPTIONS = (
     *sheet.OPTIONS,
-    Option("early_part", "bool", False, "a part of the first batch: N a multiple of 256 makes 256 steps too few (quirk UND-N256)", where="art. T.2 N"),
+    Option("early_part", "bool", False, "a chip of the first batch: if N is a multiple of 256, it takes 256 steps too few (quirk UND-N256)", where="art. T.2 N"),
     Option("p_starts", "bool", False, "P starts the motion by itself, without G (quirk CON-P)", where="CY525 s.1"),
     *at_power_up(REGISTERS),
     Option("inferred", "table", MappingProxyType({}), "facts that no source states and the model infers: replace them where you have better data", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
@@ -134,7 +134,7 @@ SHEET = sheet.socket(
     suffix=".cy500",
     slips=SLIPS,
     sections=MappingProxyType({"text": "art. text", "running": "art. text"}),
-    key="art. is the article, T. a table of it; s. is a section of the CY525 manual",
+    key="art. is the article, T. one of its tables; s. is a section of the CY525 manual",
     notes=MappingProxyType(
         {"supply": "5 V; 40 pins", "instructions": "22 here; 24 on the data sheet page, 21 in the selection guide"}
     ),

@@ -34,7 +34,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     if distance and state.rate:
         ramp = steps(LAW.up(state.rate, state.slope))
         if distance < 2 * ramp:
-            found = f"{distance} steps are too few for two ramps of {ramp}: all are made at R {LAW.start}"
+            found = f"{distance} steps are too few for two ramps of {ramp}: the whole move is made at R {LAW.start}"
             yield Odd("short-move", "note", found, "s.3, comparison, item 10", f"at least {2 * ramp} steps")
 
 

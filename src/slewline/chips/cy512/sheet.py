@@ -87,13 +87,13 @@ _ITS: Mapping[str, dict[str, Any]] = {
     "io_request": {"description": "byte strobe; low at the end of a step it ends the motion"},
     "abort": {"description": "ramp down to the lowest rate and stop", "trust": "inferred"},
     "step_inhibit": {"description": "high holds the next step, with PULSE high"},
-    "ready": {"description": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
+    "ready": {"description": "high: ready for a byte, or a program runs; low while a byte, or the motion of a host command, is in progress"},
     "prog": {"in_out": "out", "pull": None, "description": "low during program entry", "seen": "", "transcript": ("program entry", "")},
     "io_select": {"description": "low: host writes, high: chip writes", "seen": "level; not in motion"},
 }
 PINS = (
     *(replace(pin, **_ITS.get(pin.name, {})) for pin in sheet.PINS),
-    Pin(0, "terminate", "in", "low ends the running step; pin number not known", active=0, pull=1, tie=1, seen="during a step, except its first 125 µs", where=PAGE, trust="inferred"),
+    Pin(0, "terminate", "in", "low ends the current step; pin number not known", active=0, pull=1, tie=1, seen="during a step, except its first 125 µs", where=PAGE, trust="inferred"),
 )
 
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
@@ -105,7 +105,7 @@ PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in rang
 TIMES = MappingProxyType({
     **sheet.SLOPED_TIMES,
     "millisecond": Timing(1000, 11, "unit of X", COMPARED, "inferred"),
-    "terminated": Timing(MIN_TICKS / 11, 11, "shortest step that TERMINATE leaves", f"s.1; {PAGE}", "inferred"),
+    "terminated": Timing(MIN_TICKS / 11, 11, "minimum duration of a step that TERMINATE cuts short", f"s.1; {PAGE}", "inferred"),
 })
 
 _EDGES = ("reset falls", "io_request falls", "ready falls", "run falls", "programmable_output rises", "programmable_output falls", "clk15 falls", "clk15 rises")

@@ -92,7 +92,8 @@ class Motion(motion.Motion):
         if self.crawling:
             return f"{self.text} aborted, abort=1 at rate {self.first}: continues to its target"
         if self.aborted:
-            return f"{self.text} aborted: down to rate {self.first}, then continues to its target unless abort=0 there"
+            then = "it then continues to its target unless abort=0"
+            return f"{self.text} aborted: decelerating to rate {self.first} ({then})"
         if self.continuous:
             return (
                 f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, because abort was low at the start'}"

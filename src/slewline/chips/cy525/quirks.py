@@ -72,7 +72,7 @@ QUIRKS = (
        "an 8-bit counter that is decremented first", "test_a_loop_makes_the_counted_number_of_passes"),
     _Q("UND-LOOP-NEST", "s.3 L", "there is one counter, which another L takes over",
        "loops may not be nested", "test_there_is_one_loop_counter_and_another_loop_takes_it_over"),
-    _Q("UND-LOOP-EXIT", "s.3 L", "a loop that is left keeps its count; a start or stop from outside clears it",
+    _Q("UND-LOOP-EXIT", "s.3 L", "a loop that is left keeps its count; an external start or stop clears it",
        "nothing resets the counter in between", "test_a_loop_that_is_left_keeps_its_count"),
     _Q("UND-LT-COMMAND", "T.V", "L and T as commands act like J if they would branch, otherwise they do nothing",
        "a branch outside a program can only start it",
@@ -185,7 +185,7 @@ QUIRKS = (
     _Q("CON-SCALE-INVERSE", "s.7 against s.8, s.9", "times scale with 11/f, rates with f/11",
        "a faster clock is faster", "test_every_instant_is_the_same_clock_at_any_crystal"),
     _Q("UND-CONV-TIME", "T.V note c", "a decimal digit takes 40 µs to convert",
-       "one instruction time a digit", "test_a_decimal_number_takes_40_us_a_digit_to_convert"),
+       "one instruction time per digit", "test_a_decimal_number_takes_40_us_a_digit_to_convert"),
     _Q("UND-PROG-TIME", "T.V; s.7", "instructions take 40 µs, the first acts 60 µs after RUN; U and W sample every 8 µs",
        "the figures of B, C and 0 show this; two chips stay synchronised within 10 µs",
        "test_every_instruction_that_does_not_wait_takes_40_us"),
@@ -226,7 +226,7 @@ QUIRKS = (
        "the first step, where a curve of velocity begins, the measured column is met within 4.5 %, mean 2.4 % (38.7 ms for "
        "the 38 of S 250); other laws match less well (479 clocks 10.8 and 4.9 %, several units per step 28.2 and 5.0 %, units "
        "delayed by a late one 43.5 and 8.5 %); 479 agrees with the formula with D = 100, 410 ms for F 3 to R 40 where "
-       "this law takes 388, 480 with a timer of 32 machine cycles, 22988 a second at 11.03 MHz",
+       "this law takes 388, 480 with a timer of 32 machine cycles, 22988 per second at 11.03 MHz",
        "test_ramp_times_from_3_to_127_are_the_computed_column_and_near_the_measured_one"),
     _Q("UND-RAMP-TIME", "s.6; s.7", "a delay by STEP INHIBIT and the 20 µs of a read-out do not count as ramp time",
        "the ramp is counted in steps as planned, so both ramps remain equal and the target is reached at F",
@@ -272,7 +272,7 @@ QUIRKS = (
        "the motion has been commanded by then, and STEP INHIBIT may last; the case is meant for a switch that is already closed",
        "test_abort_lowered_while_the_first_step_is_inhibited_aborts_the_motion"),
     _Q("UND-ABORT-SAMPLE", "s.7", "ABORT is sampled as a step begins; a low between two samples is missed",
-       "I/O REQUEST is, and is checked once a step", "test_abort_is_sampled_once_in_a_step_as_it_begins"),
+       "I/O REQUEST is, and is checked once per step", "test_abort_is_sampled_once_in_a_step_as_it_begins"),
     _Q("UND-ABORT-DECEL", "s.7", "during the normal ramp down ABORT decides at its end; at F it stops the motor immediately",
        "the motor already decelerates", "test_abort_on_the_normal_down_ramp_decides_at_the_bottom"),
     _Q("UND-ABORT-TURN", "s.7", "during acceleration an abort decelerates from the rate of the last step",

@@ -51,7 +51,7 @@ SHORT_SLEW_STEPS = 256  # below this number of steps there is no slewing (s.8, s
 OPTIONS = (
     *sheet.OPTIONS,
     Option(RAMP_UNIT.name, "int", RAMP_UNIT_TICKS, "duration of one rate unit at S 255 and Z 1 (quirk UND-RAMP-LAW); 479 follows the formula of s.8 with the D of the low rates", low=RAMP_UNIT.low, high=RAMP_UNIT.high, unit=RAMP_UNIT.unit, where="s.8"),
-    Option("ramp_jumps", "bool", False, "take all rate units that are due when a step begins, not one"),
+    Option("ramp_jumps", "bool", False, "take all rate units that are due when a step begins, not just one"),
     *at_power_up(REGISTERS),
 )
 # fmt: on

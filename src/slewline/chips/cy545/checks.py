@@ -101,7 +101,7 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
         source.report(item, "not-immediate", "warning", found, section="ch.16", remedy="stop the program with 0 first")
     elif not live and item.row.role == "stop":
         found = f"{item.text}: {begun}, and the chip accepts no command until it has ended"
-        source.report(item, "not-heard", "warning", found, section="ch.16", remedy="end the program with a 0 inside it")
+        source.report(item, "not-heard", "warning", found, section="ch.16", remedy="put a 0 into the program to end it")
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:

@@ -157,7 +157,7 @@ class Interpreter:
             where = "the parallel port" if device == "parallel" else "the HP display"
             remedy = f"O {mode & ~sheet.MB_PARALLEL} sends answers to TXD"
             self.chip.finding(
-                "answer-elsewhere", f"{command.text} came on RXD, but its answer goes to {where}: {remedy}"
+                "answer-elsewhere", f"{command.text} arrived on RXD, but its answer goes to {where}: {remedy}"
             )
 
     async def start(self) -> None:

@@ -14,7 +14,7 @@ QUIRKS = (
     _Q("CY545-UND-VARIANT", "ch.16, CY545B", "CY545 and CY545B differ in FPL, in BUSY during a program, and in immediate commands",
        "no other difference is stated", "test_the_two_parts_differ_in_three_things"),
     _Q("CY545-UND-LETTER", "ch.4", "an unknown letter is skipped with its line, in binary with its count and data; it is reported",
-       "as in its sisters; there is no register of errors", "test_an_unknown_letter_takes_its_line_along"),
+       "as in its sisters; there is no error register", "test_an_unknown_letter_takes_its_line_along"),
     _Q("CY545-UND-LOWERCASE", "ch.4", "lower-case letters are neither commands nor hexadecimal digits",
        "as in its sisters", "test_a_command_with_an_invalid_number_is_ignored_and_reported"),
     _Q("CY545-UND-LF", "not mentioned", "a line feed in place of a letter: the command after it is lost, and this is reported",

@@ -35,7 +35,7 @@ PORT, MEMORY = "ch.16, The Parallel Handshake", "ch.16, External Memory"
 HP, SWITCHES, SERIAL = "ch.16, HP LED Display", "ch.16, Thumbwheel Switch", "ch.16, The Serial Interface"
 # fmt: off
 PINS = (
-    Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or the host is ready for one", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
+    Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or the host is ready for one", active=0, pull=1, tie=1, seen="between commands, and for each byte of a command", where=PORT, role="request"),
     Pin(0, "busy", "out", "low: a byte has been read, or is on the bus; a command is in progress", active=0, reset=1, sense=1, where=PORT, role="ready"),
     *(Pin(0, f"db{bit}", "both", f"data bus, bit {bit}: host, memory, display, switches; or user bit {bit + 8}", active=1, pull=1, where="ch.16; ch.6", role="data") for bit in range(8)),
     *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", reflex="stop sought", transcript=("", "")) for bit in range(6)),
@@ -84,13 +84,13 @@ COMMANDS = Table(
     _row("F", "FIRSTRATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "rate at which every motion starts and ends; a twentieth of it for jog and home", "ch.5", role="start_rate"),
     _row("G", "GO", (), "take the number of steps set by N", "ch.4", motion=True, role="move"),
     _row("H", "HOME", (BIT,), "seek the edge of the home sensor", "ch.4; ch.16, Home Signal", motion=True, role="home"),
-    _row("I", "INITIALIZE", (), "state at power-up; a program ends", "ch.10", flow=""),
+    _row("I", "INITIALIZE", (), "return to the state at power-up; ends a program", "ch.10", flow=""),
     _row("J", "JUMP", (TARGET,), "continue at a byte of this page", "ch.4", flow="t", starts=True, role="jump"),
     _row("L", "LOOP", (Arg("count", 1, 0, 255), TARGET), "branch until the count has run out", "ch.4; ch.10", flow="nt", role="loop", starts=True),
     _row("N", "NUMBER", (Arg("steps", 3, 0, POSITIONS - 1, unit="steps"),), "number of steps of a relative motion", "ch.4", role="distance"),
     _row("O", "MODE", (Arg("mode", 1, 0, 255),), "write the mode register", "ch.9"),
     _row("P", "POSITION", (POSITION,), "step to a position", "ch.4", motion=True, role="goto"),
-    _row("Q", "QUIT", (), "end program entry; never terminated", "ch.7; 2002, Binary format", terminated=False, stored=False, role="leave"),
+    _row("Q", "QUIT", (), "end program entry; has no terminator", "ch.7; 2002, Binary format", terminated=False, stored=False, role="leave"),
     _row("R", "RATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "highest step rate", "ch.5", role="top_rate"),
     _row("S", "SLOPE", (Arg("slope", 1, 1, 255),), "acceleration, 255 is steepest", "ch.5", role="ramp"),
     _row("T", "TIL", (BIT, TARGET), "branch until the bits match", "ch.4", flow="nt", starts=True, role="branch_bits"),
@@ -190,15 +190,15 @@ TIMES = MappingProxyType({
     "program_command": _T(PROGRAM_US, 12, "a command of a program, after its last byte", _NONE, "inferred"),
     "store": _T(100, 12, "a byte into RAM, read back", _NONE, "inferred"),
     "verify_poll": _T(100, 12, "between two reads of a written byte", _NONE, "inferred"),
-    "verify_timeout": _T(20_000, 12, "limit for a byte that reads back wrong", _NONE, "inferred"),
+    "verify_timeout": _T(20_000, 12, "time within which a byte must read back correctly", _NONE, "inferred"),
     "millisecond": _T(1000, 12, "unit of D", "ch.10"),
-    "wait_poll": _T(20, 12, "W samples its bits", _NONE, "inferred"),
+    "wait_poll": _T(20, 12, "sampling interval of the bits in W", _NONE, "inferred"),
     "first_step": _T(100, 12, "G or P to the first PULSE", _NONE, "inferred"),
     "inhibit_release": _T(25, 12, "INHIBIT_ABORT high to the first PULSE that it has delayed", _NONE, "inferred"),
     "pulse_low": _T(5, 12, "PULSE low", _NONE, "inferred"),
     "ccw_lead": _T(20, 12, "CCW to the next PULSE", _NONE, "inferred"),
     "hold": _T(5000, 12, "end of the last step to STOPPED high", "ch.16, STOPPED"),
-    "jog_test": _T(100, 12, "end of a command, or of a step of jog, to the next sample of JOG", _NONE, "inferred"),
+    "jog_test": _T(100, 12, "end of a command, or of a jog step, to the next sample of JOG", _NONE, "inferred"),
     "shortest_bit": _T(1e6 / 19200, 11, "a bit of the highest rate on RXD; 19200 baud at 11 MHz", SERIAL, "derived"),
     "longest_bit": _T(1e6 / 300, 11, "a bit of the lowest rate on RXD; 300 baud at 11 MHz", SERIAL, "derived"),
     "initialize": _T(1000, 12, "I", _NONE, "inferred"),
@@ -206,7 +206,7 @@ TIMES = MappingProxyType({
 })
 US = 1_000_000  # ps
 LIMITS = (
-    Limit("io_request falls", "busy falls", "a byte of the host, or for it", PORT, typical=25 * US, mhz=12, given=(("stopped", 1),)),
+    Limit("io_request falls", "busy falls", "a byte from or to the host", PORT, typical=25 * US, mhz=12, given=(("stopped", 1),)),
     Limit("pulse falls", "pulse falls", "a step at the highest rate, 27K steps/s", "guide", least=37 * US, mhz=12, trust="inferred"),
     Limit("pulse falls", "pulse rises", "PULSE low", _NONE, typical=5 * US, mhz=12, trust="inferred"),
 )
@@ -244,8 +244,8 @@ OPTIONS = (
 # -------------------------------------------------------------------------------------------------------------- sheets
 NOTES = MappingProxyType({
     "program": "64K bytes outside, none inside; loops of up to 64K passes; 16 lines for inputs and outputs (guide; the guide's 1.6M steps are 16,777,215, ch.4)",
-    "limits": "the limit inputs are no safety device: cut the power of the drivers independently (ch.16)",
-    "errors": "the part has no register of errors (overview of the CY550)",
+    "limits": "the limit inputs are not a safety device: cut the power of the drivers independently (ch.16)",
+    "errors": "the part has no error register (overview of the CY550)",
     "numbers": "pin numbers and electrical data are in chapters that are not readable",
 })
 SLIPS = MappingProxyType({
@@ -297,7 +297,7 @@ DIFFERENCES = MappingProxyType(
             "rises after IO_REQUEST of the last byte, before BUSY rises",
         ),
         "BUSY": ("low until a program has stopped", "high while a program runs"),
-        "immediate commands": ("none while a program runs", "between two commands of a program, over either side"),
+        "immediate commands": ("none while a program runs", "between two commands of a program, from either side"),
     }
 )
 

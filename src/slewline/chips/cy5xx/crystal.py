@@ -18,4 +18,5 @@ def check_crystal(chip: ChipContext, where: str) -> None:
     low, high = chip.sheet.crystal_low_hz, chip.sheet.crystal_high_hz
     if not low <= chip.crystal_hz <= high:
         allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz of {where}"
-        chip.finding("crystal", f"{chip.crystal_hz / 1e6:g} MHz is outside the {allowed}; all times scale")
+        text = f"{chip.crystal_hz / 1e6:g} MHz is outside the {allowed}; all times scale with the clock"
+        chip.finding("crystal", text)

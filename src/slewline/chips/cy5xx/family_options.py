@@ -44,7 +44,7 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
         phases: the half-step patterns, with phase 1 in the high bit.
     """
     top = len(periods) - 1
-    law = f"inferred: clocks of a step by rate parameter, 0 to {top}; none: from {periods[0]} to {periods[top]}"
+    law = f"inferred: clocks per step by rate parameter, 0 to {top}; none: from {periods[0]} to {periods[top]}"
     start = "inferred: the rate parameter at which ramps begin and end"
     half = "inferred: the phases in half steps, phase 1 in the high bit, 0 energises; full steps use every second one"
     whole = _many(0, top + 1)

@@ -45,7 +45,7 @@ class Interpreter:
     def _selected(self, _net: Net) -> None:
         if self.chip.task is not None and self.chip.pins["ready"].net.is_inactive and not self.program.motion.moving:
             self.chip.finding(
-                "select-while-busy", "I/O SELECT changed while READY is low: it takes effect at the next READY"
+                "select-while-busy", "I/O SELECT changed while READY was low: it takes effect at the next READY"
             )
 
     def lead(self, row: Row) -> int:

@@ -112,7 +112,7 @@ def reach(source: Source, motion: MotionCommand, start: int, top: int, length: i
         up = ramp(start, top, length)
         fastest = round(PS_PER_S / up[max(steps - 2, 0) // 2][0])
         found = f"T{top} is not reached: each ramp takes {length} steps, but the move has {steps}"
-        remedy = f"the move reaches {fastest} steps/s; T is reached from {2 * length + 2} steps on"
+        remedy = f"the move reaches {fastest} steps/s; T is reached in moves of {2 * length + 2} steps or more"
         source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
     elif length == 1:
         speeds = f"{RATE_UNIT * start} steps/s, then {RATE_UNIT * top}"

@@ -329,7 +329,8 @@ def script(source: Source) -> None:
         chipset.direct(item)
         if item.verb == "expect" and not returned:
             found, remedy = "no command above returns a value", "such as GET_STATUS"
-            source.report(item, "nothing-returned", "error", found, remedy=f"add one above it, {remedy}")
+            remedy = f"add such a command above this line, {remedy}"
+            source.report(item, "nothing-returned", "error", found, remedy=remedy)
     chipset.end()
 
 

@@ -297,7 +297,7 @@ class Port:
         """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
-                "odd-byte", f"half a word, byte {self.bytes[0]:02x}, came before command {code:02x}: it is dropped"
+                "odd-byte", f"half a word, byte {self.bytes[0]:02x}, arrived before command {code:02x} and is dropped"
             )
             self.bytes = []
         if self.wanted:

@@ -307,7 +307,7 @@ QUIRKS = (
        "it is not in the table", "test_a_motion_error_may_switch_the_motor_off"),
     _Q("PMD-UND-ENC-ILLEGAL", "encoder position feedback", "when A and B change at the same time nothing is counted, and the new levels are used; finding",
        "the direction is unknown", "test_a_change_of_both_channels_at_one_tick_is_not_counted_but_taken_over"),
-    _Q("PMD-UND-ENC-FAST", "AC electrical characteristics", "above 1.25 million counts a second all counts that pass the filter are counted; finding",
+    _Q("PMD-UND-ENC-FAST", "AC electrical characteristics", "above 1.25 million counts per second all counts that pass the filter are counted; finding",
        "only the filter limits them", "test_faster_counts_count_and_every_burst_is_reported_once"),
     _Q("PMD-UND-GEAR-ENTRY", "electronic gear", "following begins with the count at the entry into the mode, and a fraction of 0",
        "the axis must not jump", "test_counts_from_before_the_gear_move_nothing"),
@@ -323,7 +323,7 @@ QUIRKS = (
        "otherwise there is nothing to compare", "test_a_part_without_encoder_detects_no_stall"),
     _Q("PMD-CON-INDEX", "encoder feedback against pins", "there is no index input",
        "no chip has a pin for it", "test_axes_and_encoders_that_a_part_lacks_have_no_pins"),
-    _Q("PMD-CON-ANGLE", "set_step_ratio", "any number of steps may be a turn; 12800 are 64 microsteps",
+    _Q("PMD-CON-ANGLE", "set_step_ratio", "a revolution may have any number of steps; 12800 are 64 microsteps",
        "as in the section on stalls", "test_the_step_ratio_is_a_whole_number_or_none"),
     # ---------------------------------------------------------------------------------------- reset, clock, board, pins
     _Q("PMD-UND-CLOCK-OTHER", "AC electrical characteristics, note 2", "every internal time scales with the clock",

@@ -76,7 +76,7 @@ PINS = (
     *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", reflex="stop down", transcript=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
     Pin(24, "clkin", "power", "master clock", where=_CP),
     Pin(19, "clkout", "out", "a quarter of the master clock, for the other chips", where=_CP, role="clock"),
-    Pin(17, "reset", "in", "low resets the chipset; after power-up, not before 0.25 s", active=0, tie=1, seen="level, low for 1 µs", where=_CP, role="reset", transcript=("the chipset is held in reset", "the chipset starts again")),
+    Pin(17, "reset", "in", "low resets the chipset; must not end within 0.25 s of power-up", active=0, tie=1, seen="level, low for 1 µs", where=_CP, role="reset", transcript=("the chipset is held in reset", "the chipset starts again")),
     *_wires(_CP, (16, 18, 68, 67), "cp_iocntrl", "none", "control between the chips"),
     *_wires(_CP, (58, 57, 50, 49, 46, 43, 40, 39, 36, 35), "cp_data", "none", "data between the chips", first=2),
     *_wires(_CP, (28, 9, 6, 5), "cp_ioaddr", "none", "address to the other chips"),
@@ -242,7 +242,7 @@ ROWS = (
     _do("SET_BRK_PNT", 0x16, "comparison value of breakpoints", COMPARISON, loads="comparison", bits=32),
     _do("UPDATE", 0x1A, "buffered values take effect with the next cycle", role="update"),
     _do("MULTI_UPDATE", 0x5B, "an update of several axes, in the same cycle", AXES, acts="mask"),
-    _do("SET_AUTO_UPDATE_ON", 0x5C, "a breakpoint is an update", sets=("auto_update", True)),
+    _do("SET_AUTO_UPDATE_ON", 0x5C, "a breakpoint triggers an update", sets=("auto_update", True)),
     _do("SET_AUTO_UPDATE_OFF", 0x5D, "a breakpoint only sets its flag", sets=("auto_update", False)),
     _do("GET_BRK_PNT", 0x57, "comparison value of breakpoints", reads=COMPARISON, shows="comparison"),
     # interrupt processing
@@ -336,7 +336,7 @@ REGISTERS = (  # named like the commands that write and read them
     Register("actl_pos", 31, 0, "actual position", "SET_ACTL_POS", _RT, unit="counts"),
     Register("actl_pos_err", 16, 0, "position error", "", _RT, unit="counts"),
     Register("capt", 31, 0, "captured position", "", _RT, unit="counts"),
-    Register("status", 16, 0x0300, "status word; axis 2 to 4 have their number in bits 12 and 13", "", _RT, unit="bits"),
+    Register("status", 16, 0x0300, "status word; axes 2 to 4 have their number in bits 12 and 13", "", _RT, unit="bits"),
     Register("mode", 16, 0, "mode word", "", _RT, unit="bits"),
     Register("time", 32, 0, "cycles since reset", "", _RT, unit="cycles"),
 )
@@ -351,7 +351,7 @@ TIMES = MappingProxyType({
     "read_access": Timing(0.04, MHZ, "HostRead low to the byte on the bus; at most 50 ns", _AC, "chosen"),
     "read_release": Timing(0.04, MHZ, "HostRead high to a free bus; 10 to 50 ns", _AC, "chosen"),
     "release": Timing(2, MHZ, "longest HostSlct low after the last strobe of a word", _AC),
-    "filter": Timing(FILTER_TICKS / MHZ, MHZ, "shortest level of HOME, QUADA and QUADB that is seen", "encoder position feedback"),
+    "filter": Timing(FILTER_TICKS / MHZ, MHZ, "shortest level of HOME, QUADA and QUADB that is detected", "encoder position feedback"),
     "dwell": Timing(0.8, MHZ, "shortest state of an encoder: 1.25 Mcounts/s", _AC),
     "clkout": Timing(CLKOUT_TICKS / MHZ, MHZ, "period of CLKOUT", _AC),
 })
@@ -385,7 +385,7 @@ LIMITS = (
     Limit("hostwrite rises", "hostwrite falls", "write recovery", _AC, least=60 * NS, symbol="t18", keeper="host", given=_WRITE, before=_SELECTED),
     *(Limit(f"quad{one}{n} changes", f"quad{one}{n} changes", f"axis {n}: a level of encoder channel {one.upper()}", _AC, least=1600 * NS, symbol="t1", keeper="host") for n in range(1, 5) for one in "ab"),
     *(Limit(f"quad{one}{n} changes", f"quad{two}{n} changes", f"axis {n}: a state of the encoder", _AC, least=800 * NS, symbol="t2", keeper="host") for n in range(1, 5) for one, two in ("ab", "ba")),
-    *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: a level of ~HOME that is seen", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
+    *(Limit(f"home{n} changes", f"home{n} changes", f"axis {n}: ~HOME level long enough to be sampled", "encoder position feedback", least=480 * NS, keeper="host") for n in range(1, 5)),
 )
 # fmt: on
 # fmt: off

@@ -83,7 +83,7 @@ class Supply:
                 "short-reset", f"RESET was low for {readable(width)}; required at least {readable(least)}"
             )
         if self.fell_ps == self.up_ps and since < self.power_up_reset_ps:
-            self.chip.finding("early-reset", f"RESET ends {readable(since)} after power-on; required at least 250 ms")
+            self.chip.finding("early-reset", f"RESET ended {readable(since)} after power-on; required at least 250 ms")
         self._start_in(0)
 
     def request(self) -> None:

@@ -32,7 +32,9 @@ PORTS = together(
     click.option(
         "--tcp", metavar="HOST:PORT", help="Serve on a TCP socket; 4001 alone: on this machine; port 0: any free port."
     ),
-    click.option("--rfc2217", metavar="HOST:PORT", help="Serve on a TCP socket that takes rate, parity, DTR and RTS."),
+    click.option(
+        "--rfc2217", metavar="HOST:PORT", help="Serve on a TCP socket that accepts rate, parity, DTR and RTS settings."
+    ),
     path("--serial", metavar="DEV", help="Serve on a serial port of this machine: /dev/ttyUSB0, COM3."),
     click.option(
         "--registers", metavar="HOST:PORT", help="Serve the bus of a chip that also has a serial line, on a TCP socket."
@@ -154,7 +156,7 @@ def serve_command(**options: Any) -> int:
     "--filter",
     type=WholeNumber(3, least=0, most=15),
     default=0,
-    help="Number of equal samples of an input, 4 us apart, before it counts; an E-stop is not filtered.",
+    help="Number of equal samples, 4 us apart, before a change of an input counts; an E-stop is not filtered.",
 )
 @click.option(
     "--input",

@@ -133,9 +133,9 @@ class ServeCommand(BenchOptions):
         if self.registers is not None:
             ports.append((REGISTERS, self.registers))
         if self.framing and self.prologix:
-            raise click.UsageError("--framing and --prologix: a port has one of the two; leave out the other")
+            raise click.UsageError("--framing and --prologix: a port can have only one of the two; leave one out")
         if self.lockstep and self.rate is not None:
-            raise click.UsageError("--lockstep: time follows no clock; leave out --rate")
+            raise click.UsageError("--lockstep: time does not follow a clock; leave out --rate")
         if self.anywhere and self.bench is None:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:

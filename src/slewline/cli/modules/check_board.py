@@ -89,7 +89,7 @@ def firmware(
         modules = ", ".join(each for each in FIRMWARE if each in PARTS)
         raise UsageError(f"--check: {name} does not replace a module; boards that can be checked: {modules}")
     if output or source:
-        raise UsageError("--check: writes no firmware; leave out --output and --from")
+        raise UsageError("--check: does not write firmware; leave out --output and --from")
     if check["move"] and not check["replace"]:
         raise UsageError("--move: a program moves the motor; give --replace, too, to enter the program")
     if check["replace"] and not check["move"] and not entry(name)[1]:

@@ -104,7 +104,7 @@ class CompareDialogue(SettingOptions):
         if not exchanges_of(dialogue.entries, speech):
             lines = sum(entry.speaker == "host" for entry in dialogue.entries)
             whose = f"none of its {lines} lines is for address {speech.address}" if lines else "no host has sent data"
-            raise UsageError(f"{self.dialogue}: nothing to compare: {whose}; name another dialogue, or --address")
+            raise UsageError(f"{self.dialogue}: nothing to compare: {whose}; name another dialogue, or give --address")
         tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
         if self.tolerance is not None:
             tolerance = tolerance._replace(fixed_us=self.tolerance / PS_PER_US)

@@ -21,7 +21,12 @@ CHECKSUM = click.option(
 @click.command(
     "proxy", cls=HintingCommand, short_help="Record the dialogue of a host program and its module.", epilog=EXIT
 )
-@click.option("--serial", metavar="DEV", required=True, help="The serial port of the module, as pySerial takes it.")
+@click.option(
+    "--serial",
+    metavar="DEV",
+    required=True,
+    help="The serial port of the module: a device or URL that pySerial accepts.",
+)
 @click.option("--pty", metavar="LINK", help="Open a pseudo-terminal for the host, with a link of this name.")
 @click.option("--tcp", metavar="HOST:PORT", help="Open this TCP port for the host.")
 @chip_option("The part number of the module.")
@@ -58,8 +63,8 @@ def proxy_command(**options: Any) -> int:
 @CHECKSUM
 @ADDRESS
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of the times, if the file states none.")
-@click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--torn", is_flag=True, help="The file may be truncated; read its complete part.")
+@click.option("--threshold", metavar="VOLTS", help="The threshold for an oscilloscope's CSV, such as '1.4 V'.")
+@click.option("--torn", is_flag=True, help="Accept a truncated file, and read its complete part.")
 @path("--dialogue", help="Write the dialogue to this new file, which `slewline compare` replays with the model.")
 def decode_command(**options: Any) -> int:
     """Read the characters on two recorded wires, and print the dialogue of host and module.
@@ -136,14 +141,16 @@ def terminal_command(**options: Any) -> int:
     multiple=True,
     help="Waveforms: this signal was measured inverted, as after an optocoupler; all: every signal. May be repeated.",
 )
-@click.option("--threshold", metavar="VOLTS", help="Waveforms: the level of an oscilloscope's CSV, such as '1.4 V'.")
+@click.option(
+    "--threshold", metavar="VOLTS", help="Waveforms: the threshold for an oscilloscope's CSV, such as '1.4 V'."
+)
 @click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if none is stated.")
-@click.option("--torn", is_flag=True, help="Waveforms: a file may be truncated; read its complete part.")
+@click.option("--torn", is_flag=True, help="Waveforms: accept a truncated file, and read its complete part.")
 @click.option(
     "--port", metavar="PORT", help="Dialogue: repeat it with the module on this port, and compare the result."
 )
-@click.option("--move", is_flag=True, help="With --port: even if it has commands that may step the motor.")
-@click.option("--replace", is_flag=True, help="With --port: even if the module loses its program.")
+@click.option("--move", is_flag=True, help="With --port: allow commands that may step the motor.")
+@click.option("--replace", is_flag=True, help="With --port: allow commands that replace the program of the module.")
 @path("--report", help="Dialogue: write a file for a report: part, markings, crystal and transcript only.")
 @chip_option("Dialogue: the part, if it differs from the recorded one.", required=False)
 @click.option(

@@ -25,7 +25,7 @@ from .module_options import PORT, chip_option, module_options, setting_options
 @click.option(
     "--eeprom",
     is_flag=True,
-    help="Also save the program in the EEPROM; RAM is restored.",
+    help="Also save to a file the program that the EEPROM holds; RAM is restored.",
 )
 @click.option("--replace", is_flag=True, help="Replace an existing file.")
 def pull_command(**options: Any) -> int:
@@ -54,7 +54,7 @@ def pull_command(**options: Any) -> int:
     "--pace",
     type=TimeWithUnit(),
     metavar="TIME",
-    help="Interval of the characters of a program, into a memory with addresses; 21 ms by default.",
+    help="Interval between the characters of a program sent to a memory with addresses; 21 ms by default.",
 )
 @click.option("--move", is_flag=True, help="Also send commands that may step the motor.")
 def push_command(**options: Any) -> int:

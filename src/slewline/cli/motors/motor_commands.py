@@ -45,7 +45,7 @@ def calibrate_command(**options: Any) -> int:
 
 
 @click.command(
-    "tune", cls=AskingCommand, short_help="Find the fastest ramp of a chip that a motor follows.", epilog=EXIT
+    "tune", cls=AskingCommand, short_help="Find the fastest ramp of a chip that a motor can follow.", epilog=EXIT
 )
 @click.argument("chip", type=PartName())
 @click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
@@ -79,10 +79,12 @@ def calibrate_command(**options: Any) -> int:
 )
 @path("--store", metavar="F.jsonl", help="Log of all runs, from which an interrupted sweep continues.")
 @click.option(
-    "--map", "full_map", is_flag=True, help="Simulate every candidate, and print the perturbation that fails it."
+    "--map", "full_map", is_flag=True, help="Simulate every candidate, and print the perturbation that makes it fail."
 )
 @click.option(
-    "--switching/--no-switching", default=True, help="Also simulate the recommended ramp with a real chopper, or not."
+    "--switching/--no-switching",
+    default=True,
+    help="Also simulate the recommended ramp with a switching chopper, or not.",
 )
 @CRYSTAL
 @JSON

@@ -71,7 +71,7 @@ def tune(
     try:
         write(outputs, found, calculator, plot, bench)
     except KeyboardInterrupt as interrupt:
-        kept = f"; {store} has every run: the same command continues from there" if store else ""
+        kept = f"; {store} has every run: repeat the same command to continue" if store else ""
         interrupt.args = (f"interrupted after all runs{kept}",)
         raise
     if as_json:

@@ -128,7 +128,7 @@ class AnyNumber(click.ParamType[float]):
             self.fail(f"{value!r}: expected a number, such as {self.example}{without_comma(value)}", param, ctx)
 
 
-STEPS = WholeNumber(400, "steps", "; most motors have 200 per turn")
+STEPS = WholeNumber(400, "steps", "; most motors have 200 per revolution")
 
 
 class QuantityWithUnit(click.ParamType[float]):

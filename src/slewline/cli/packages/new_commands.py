@@ -11,7 +11,7 @@ from ..options.shared import EXIT
 from ..options.values import DIRECTORY
 
 INTO = click.option(
-    "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
+    "--output", "-o", metavar="DIR", default=".", show_default=True, help="Folder for the files.", type=DIRECTORY
 )
 
 

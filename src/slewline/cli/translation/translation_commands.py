@@ -31,7 +31,7 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
     help="Greatest number of lines of an unrolled loop, if the target has no loops.",
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
-              help="A setting that the program leaves open: output1=low, and others of a target.")  # fmt: skip
+              help="A setting that the program leaves open: output1=low, or another of the target.")  # fmt: skip
 @click.option("--strict", is_flag=True, help="Write nothing unless every line is the same.")
 @click.option("--prove", is_flag=True, help="Run source and result, and compare steps, outputs and times.")
 @path("--plot", metavar="F.svg", help="With --prove: draw both runs in one picture (SVG, PNG or PDF).")

@@ -22,9 +22,9 @@ AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
         "end_plus": "signals that the motor is at the end of its travel in the positive direction",
         "end_minus": "signals that the motor is at the end of its travel in the negative direction",
         "jog": "steps the motor by hand",
-        "encoder_a": "takes channel A of an encoder, ahead of B in the positive direction",
-        "encoder_b": "takes channel B of an encoder",
-        "index": "takes the index mark of an encoder, once per turn",
+        "encoder_a": "receives channel A of an encoder, ahead of B in the positive direction",
+        "encoder_b": "receives channel B of an encoder",
+        "index": "receives the index mark of an encoder, once per revolution",
     }
 )
 ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that are wired `to` a neighbour use it
@@ -39,7 +39,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that
         # the port of a host
         "data": "is a wire of the data bus",
         "ready": "shows that the part is ready for a command or a byte",
-        "request": "requests the part to take a byte, or to output one",
+        "request": "requests that the part read or output a byte",
         "select": "selects whether the host or the part drives the data bus",
         "in_strobe": "shows that a byte is being read from the data bus",
         "out_strobe": "shows that a byte is being put on the data bus",
@@ -61,7 +61,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that
         "switch_select": "selects thumbwheel switches",
         "address_latch": "shows when the low byte of an address is on the bus",
         "read_strobe": "lets the selected part drive the bus",
-        "write_strobe": "lets the selected part take the byte on the bus",
+        "write_strobe": "lets the selected part read the byte on the bus",
         # IEEE-488
         "dio": "is a data line of an IEEE-488 bus",
         **{line: f"is {line.upper()} of an IEEE-488 bus" for line in ("dav", "nrfd", "ndac", "atn", "ifc", "srq")},
@@ -71,7 +71,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that
 REFLEXES: Mapping[str, str] = (
     MappingProxyType(  # an input that stops the motor directly, so a board reacts immediately: it ...
         {
-            "stop": "stops the motor: the running step is its last one",
+            "stop": "stops the motor after the current step",
             "stop up": "stops the motor while it runs in the positive direction",
             "stop down": "stops the motor while it runs in the negative direction",
             "brake": "decelerates the motor to a stop",
@@ -86,7 +86,7 @@ REFLEXES: Mapping[str, str] = (
 )
 AT_ONCE: Mapping[str, str] = MappingProxyType(  # a command that does not wait for the end of a motion: it ...
     {
-        "stop": "stops the motor: the running step is its last one",
+        "stop": "stops the motor after the current step",
         "brake": "decelerates the motor to a stop",
     }
 )

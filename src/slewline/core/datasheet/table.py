@@ -654,7 +654,7 @@ class Sheet:
         pin = self.role(role)
         if pin is None:
             raise SheetError(
-                f"{self.part}: needs a pin with the role {role!r}; none of its pins has it: set it for one"
+                f"{self.part}: needs a pin with the role {role!r}, which none of its pins has; set it for one of them"
             )
         return pin
 

@@ -117,7 +117,7 @@ def other_kind(value: object, unit: str) -> str:
     if not spelled:
         return f"{found[1]} has no unit; "
     if spelled in TURNS and unit == "steps/s":
-        return f"{name} needs the steps per turn of a motor, which are not known here: write the rate in steps/s; "
+        return f"{name} needs the motor's steps per revolution, which are not known here: write the rate in steps/s; "
     for each, sizes in (*UNITS.items(), ("steps/s", TURNS)):
         if each != unit and any(spelled == _plain(known) for known in sizes):
             return f"{name} is a unit of {KINDS[each]}; "

@@ -25,7 +25,7 @@ HEX = (".hex", ".ihx", ".ihex")  # extensions of Intel HEX; any other file has t
 def named_file(owner: str, name: str) -> UsageError:
     """Return the error to raise when a file name is given instead of an image."""
     return UsageError(
-        f"{owner}: image {name!r} is the name of a file, but text is taken for the content itself; pass "
+        f"{owner}: image {name!r} is the name of a file, but text is taken as the content itself; pass "
         f"slewline.read_image({name!r}), or use the key file in a bench file"
     )
 

@@ -399,8 +399,8 @@ class Axis:
         at = np.asarray(times)
         if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
             raise UsageError(
-                f"expected instants of the past, int64 picoseconds up to {self.kernel.now}; found {at.dtype}, or later "
-                "instants"
+                f"expected past instants, int64 picoseconds up to {self.kernel.now}; found {at.dtype}, or an "
+                "instant in the future"
             )
         if self.since and at.size:
             self.check_kept(int(at.min()))

@@ -105,7 +105,7 @@ class Plan:
             if left < count:
                 return interval
             left -= count
-        raise AssertionError("a leg counts its own runs")
+        raise AssertionError("the runs of a leg cover all of its steps")
 
     def verified(self, number: int | None = None) -> Plan:
         """Check the plan, and return it.

@@ -136,7 +136,7 @@ def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingE
     return f"{who} is set to {baud} baud, and {whom} to {theirs}{by}: {remedy}"
 
 
-BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate must be whole hertz")
+BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate must be a whole number of hertz")
 
 
 def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
@@ -160,7 +160,7 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
         rate = Fraction(0)
     if rate < 1 or rate.denominator != 1:
         raise UsageError(
-            f"{owner}: baud {baud!r}; expected 9600, '37.5' ...: sixteen times the rate must be whole hertz"
+            f"{owner}: baud {baud!r}; expected 9600, '37.5' ...: sixteen times the rate must be a whole number of hertz"
         )
     return Clock(rate.numerator)
 

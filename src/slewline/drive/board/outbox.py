@@ -95,7 +95,7 @@ class Outbox:
             UsageError: `how` is neither.
         """
         if how not in (0, 1):
-            raise UsageError(f"stop({how!r}); expected 0 (immediately) or 1 (along the tail)")
+            raise UsageError(f"stop({how!r}); expected 0 (immediately) or 1 (along the stop ramp)")
         if self._opening or self.is_open:
             self._stops.append(how)
 

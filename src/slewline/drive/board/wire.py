@@ -292,7 +292,7 @@ class BoardConfig:
         if len(self.reflex) != INPUTS or not all(map(_is_reflex, self.reflex)):
             raise UsageError(
                 f"CONFIG: reflex {self.reflex}; expected {INPUTS} numbers, 0 to {Reflex.ESTOP} "
-                "(for 1 and 2, + 16: only upwards, + 32: only downwards)"
+                "(1 and 2: add 16 for upwards only, 32 for downwards only)"
             )
         if len(self.pattern) != PHASES or not all(0 <= each <= 15 for each in self.pattern):
             raise UsageError(f"CONFIG: pattern {self.pattern}; expected {PHASES} numbers, 0 to 15")

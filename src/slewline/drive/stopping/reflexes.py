@@ -113,7 +113,7 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
         if wired == f"!{ESTOP}":
             raise UsageError(
                 f"input {name}: an E-stop is active while its contact is open, so that a broken wire stops the motor; "
-                f"wire a contact that opens, and give {name}={ESTOP}"
+                f"wire a normally closed contact, and give {name}={ESTOP}"
             )
         if any(row.name == pin for row in chip.sheet.pins if row.in_out == "out"):
             raise UsageError(

@@ -263,7 +263,7 @@ class Rewind:
             if entry["do"] == "input" and entry["verb"] in WRITES and entry["t"] <= received_ps:
                 found = offset, entry
         if found is None:
-            raise UsageError(f"the journal since the motor was last at rest lacks the bytes of {text}")
+            raise UsageError(f"the journal has no record of the bytes of {text} since the motor was last at rest")
         offset, entry = found
         moved = given(entry["part"], entry["verb"], entry["args"], instant)
         return Cause([moved], (offset,), max(received_ps - int(entry["t"]), 0))
@@ -317,7 +317,7 @@ class Rewind:
         best = min(tried.values(), key=lambda each: abs(each.missing))
         if best.is_at_rest:
             return self._take_at_rest(best, cause, now, position, sign)
-        return f"the law of the chip does not stop at the count of the board, {position}"
+        return f"by its equations of motion, the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
         """Run again with the inputs at an instant; compare the rest position of the chip with a board count."""

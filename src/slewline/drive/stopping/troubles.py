@@ -26,7 +26,7 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by the event of 
     Happening.STOPPED: ("board-stopped", "{cause} stopped the motor immediately"),
     Happening.BRAKED: ("board-stopped", "{cause} stops the motor along its stop ramp"),
     Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
-    Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
+    Happening.LATE: ("board-late", "a step was due too soon for the board, which has stopped; choose a lower rate"),
 }
 MOVING = (BoardState.RUN, BoardState.BRAKE)
 AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no stop ramp
@@ -250,8 +250,8 @@ class Troubles:
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
-            "the chip began to move before any command from a host, by a program that starts at power-up; the motor is "
-            "held at rest. To allow this, give --self-start (self_start=True)",
+            "the chip began to move before any command from a host, because of a program that starts at power-up; the "
+            "motor is held at rest. To allow this, give --self-start (self_start=True)",
         )
         self.feeder.halt()
         self.stopping.stopped(self._unknown())

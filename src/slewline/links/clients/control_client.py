@@ -37,7 +37,7 @@ NONE = "no control port answers there; use the address that slewline serve --con
 
 
 class ConnectionEnded(SlewlineError, ConnectionError):
-    """The server has terminated, or has closed the connection."""
+    """The loss of the connection: the server has terminated, or has closed it."""
 
 
 class ControlClient:

@@ -93,9 +93,9 @@ REQUESTS = (
     ),
     RequestSpec(
         "subscribe",
-        "Send events from now on: changes of the view, entries of the dialogue, stops.",
+        "Send events from now on: changes of the view, entries of the dialogue, and pauses.",
         {"every": "33 ms"},
-        (Key("every", TIME, "the least time between two, of the wall clock; 0: no more"),),
+        (Key("every", TIME, "minimum wall-clock time between two events; 0: send no more"),),
         (Key("view", VIEW, "the present view"),),
         reads=True,
     ),
@@ -215,7 +215,7 @@ EVENTS = (
         "Entries are new, or have grown: a grown entry keeps its number.",
         (Key("entries", array(ENTRY), "as in the reply to `said`"),),
     ),
-    EventSpec("stopped", "Time is paused, because a breakpoint is met.", (Key("why", TEXT, "the breakpoint"),)),
+    EventSpec("stopped", "Time has paused, because a breakpoint was met.", (Key("why", TEXT, "the breakpoint"),)),
     EventSpec(
         "branch",
         "The server shows another branch, or another instant; a complete view follows.",

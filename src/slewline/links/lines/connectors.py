@@ -107,7 +107,7 @@ def device_of(bench: Bench, chip: Chip) -> GpibDevice | None:
             continue
         if isinstance(part, GpibListener):
             raise UsageError(
-                f"{chip.name}: {part.name} has no address, and cannot answer; put a gpib_device in its place"
+                f"{chip.name}: {part.name} has no address, and cannot answer; replace it with a gpib_device"
             )
         return part
     return None

@@ -21,7 +21,7 @@ NUMBER = re.compile(r"[0-9]{2,5}", re.ASCII)
 def dismissal(received: bytes) -> str:
     """Return the reason why a server has closed the connection, if its last line gave one; empty if unknown."""
     found = DISMISSED.search(received[-TAIL:])
-    return f"the server there says: {found[1].decode('ascii')}; end the other program, and call again" if found else ""
+    return f"the server reports: {found[1].decode('ascii')}; end the other program, and call again" if found else ""
 
 
 def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:

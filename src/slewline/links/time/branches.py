@@ -75,7 +75,7 @@ class Branches:
             if parent is None:
                 answer({"error": f"back: branch {number} has ended"})
             elif at > parent.now_ps:
-                answer({"error": f"back: {readable(at)} has not come; the time is {readable(parent.now_ps)}"})
+                answer({"error": f"back: {readable(at)} is in the future; the time is {readable(parent.now_ps)}"})
             else:
                 self._ask_time(lambda: self._go_back(at, parent, answer), True)
 

@@ -153,7 +153,7 @@ class ServedPast(Past):
         old, shown = self.server.bench, self.server.branches.current
         if bench.now_ps != old.now_ps:
             raise UsageError(
-                f"exchange: the other bench is at {readable(bench.now_ps)}; expected the present, "
+                f"exchange: the other bench is at {readable(bench.now_ps)}; expected the present time, "
                 f"{readable(old.now_ps)}"
             )
         missing = [name for name in (*old.chips, *old.parts) if name not in bench]

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from ...core.messages.whole import counted
 from ..deviations import deviations
 from ..dialogue import RecordedDialogue
 from ..spoken import Speech
@@ -141,11 +142,12 @@ class Differences:
             else "times are those of the adapter, and are not compared"
         )
         rows = [
-            f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; {times}",
+            f"{self.part}: {self.exchanges} exchanges, {counted(len(self.rows), 'difference')}; {times}",
             *map(str, self.rows),
         ]
         if self.moments:
-            rows.append(f"{self.moments} answers agree with a query that comes a little earlier or later")
+            answers = counted(self.moments, "answer")
+            rows.append(f"{answers} would agree if the model were queried slightly earlier or later")
         if self.delays_us:
             least, middle, most = (
                 round(what(self.delays_us) / 1000, 1) + 0.0 for what in (min, median, max)

@@ -57,7 +57,7 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
     if found.moving and not module.may_move:
         raise MotionRefused(
             f"{module.name}: {', '.join(found.moving)} may step the motor; no command was sent; allow motion with "
-            "--move, or record a dialogue without such commands"
+            "--move, or record a dialogue without motion"
         )
     if found.replacing and not may_replace:
         raise ReplacementRefused(

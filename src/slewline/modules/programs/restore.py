@@ -156,7 +156,7 @@ class Restore:
             ModuleFailure: it is unknown whether the program was stored.
         """
         (row,) = self.sheet.acting("store")
-        outcome = "it holds the program, verified"
+        outcome = "the module holds the program (verified)"
         self.status = f"{outcome}; it is unknown whether it was stored: push again, with --store"
         self.report(f"{row.form}: {row.description} ...")
         try:
@@ -168,7 +168,7 @@ class Restore:
         except RefusedCommand as refused:
             self.status = f"{outcome}; it was not stored ({refused.code}: {refused.description})"
             raise
-        self.status = f"{outcome}, and has stored it"
+        self.status = f"{outcome} and has stored it"
 
 
 def can_store(sheet: Sheet) -> bool:

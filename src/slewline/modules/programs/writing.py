@@ -106,7 +106,7 @@ def _compare(restore: Restore) -> None:
 def _leave(restore: Restore) -> None:
     """End program entry, if a command can do so without running the program."""
     sheet, module = restore.sheet, restore.module
-    outcome = f"it holds the program, verified; {_kept(sheet)}"
+    outcome = f"the module holds the program (verified); {_kept(sheet)}"
     restore.status = f"{outcome}; program entry is open"
     end = harmless_end(sheet)
     if end is None:
@@ -155,17 +155,17 @@ class MemoryWriter:
             self.check_room()
         for _ in range(ROUNDS):
             if not wrong:
-                self.restore.status = "it holds the program, verified"
+                self.restore.status = "the module holds the program (verified)"
                 self.restore.report(f"verified: {len(self.wanted.program)} instructions")
                 return
             missed = set()
             for number in sorted(wrong, reverse=True):
-                self.restore.status = f"{whole} some are old and some new; program entry may be open"
+                self.restore.status = f"{whole}, some are old and some new; program entry may be open"
                 if not self.is_written(self.groups[number]):
                     missed.add(number)
             wrong = self.differing(missed)
         raise ListingDiffers(
-            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as sent; check that there is a "
+            f"{self.module.name}: {whole}, {len(wrong)} parts do not read back as sent; check that there is a "
             "writable memory.  For an EEPROM slower than 20 ms per byte, give --pace"
         )
 

@@ -252,7 +252,8 @@ async def obey(session: DebugSession, text: str) -> None:
         check_verb(session, text)
         await session.client.request("send", chip=session.selected, text=text)
         if session.paused:
-            session.trouble = f"{text}: is sent while time runs, and time is paused: press Esc, then the space bar"
+            paused = "can be sent only while time runs, but time is paused"
+            session.trouble = f"{text}: {paused}: press Esc, then the space bar"
         return
     name, *words = text[1:].split() or [""]
     verb = BY_NAME.get(name) or only(name)

@@ -259,7 +259,7 @@ class Part(Component):
             UsageError: the part has a rule, and a subclass without this method has not started it.
         """
         if not getattr(vars(self).get("rule"), "is_started", True):
-            raise UsageError(f"{self.name}: the rule is not started. Call self.rule.start() in rewired().")
+            raise UsageError(f"{self.name}: the rule has not been started. Call self.rule.start() in rewired().")
 
     @property
     def idle(self) -> bool:

@@ -1,6 +1,6 @@
 """A queue of requests to a part, which a task performs one after another.
 
-    queue.post("pauses", wait)                          no call waits for it; an error in it ends the run
+    queue.post("pausing", wait)                         no call waits for it; an error in it ends the run
     request = queue.submit("in 0x340", read)            its result, or its failure, is kept
     queue.result(request, "5 s")                        let virtual time pass until it is done
 
@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any, Generic, TypeVar
 
+from ...core.messages.whole import counted
 from ...core.time.kernel import Kernel, Task
 from ...core.time.timebase import Time, readable
 from ...errors import SlewlineError, Timeout, UsageError
@@ -104,7 +105,8 @@ class RequestQueue:
         """The request under way, in words, and its start time."""
         if not self.requests:
             return f"{self.name}: nothing to do"
-        return f"{self.name}: {self.requests[0].text}, {len(self.requests)} in the queue, since {readable(self.since)}"
+        queued = counted(len(self.requests), "command")
+        return f"{self.name}: {self.requests[0].text} since {readable(self.since)}, {queued} queued"
 
     # -------------------------------------------------------------------------------------------------------- waiting
     def result(self, request: Request[T], timeout: Time) -> T:

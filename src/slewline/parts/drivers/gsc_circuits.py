@@ -159,7 +159,7 @@ class Damping(Part):
             if now < self._braked_ps:
                 self.finding(
                     "damping-cut",
-                    "a motion begins before the braking of the last one has ended; use longer pauses or a shorter t2",
+                    "a motion begins before the previous braking has ended; use longer pauses or a shorter t2",
                 )
             return
         pulses = [self._t1_ps, *[self._t2_ps] * (self._t2_ps > 0)]

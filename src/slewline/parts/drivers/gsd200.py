@@ -217,7 +217,7 @@ class PhaseCurrent(Part):
         }
         if self._currents[True, False] > most:
             raise UsageError(
-                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} takes up to {most:g} A; use a "
+                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} allows up to {most:g} A; use a "
                 "larger r1"
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)

@@ -59,7 +59,7 @@ class Keyboard(Part):
             taken = await first_of(kernel, up, (ready, 0))
             request.drive(1)
             if taken is None:
-                self.finding("key-lost", f"{byte:#04x} was released before the chip took it")
+                self.finding("key-lost", f"{byte:#04x} was released before the chip read it")
         await until(kernel, up)
         self.drivers["db"].drive(None)
         await until(kernel, up + self._apart_ps)

@@ -84,21 +84,21 @@ class BusHost(Host):
         port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
-            self.queue.post(f"sends to {chip}", lambda: port.send(data))
+            self.queue.post(f"sending to {chip}", lambda: port.send(data))
 
     @from_outside
     def start(self, chip: str) -> Request[None]:
         """Queue the start of the program of a chip."""
         port = served(self.name, self.ports, chip)
         self.input("start", chip)
-        return self.queue.submit(f"starts the program of {chip}", port.start)
+        return self.queue.submit(f"starting the program of {chip}", port.start)
 
     @from_outside
     def interject(self, chip: str, commands: Sequence[str]) -> Request[list[tuple[int, bytes]]]:
         """Queue commands to the running program of a chip."""
         port = served(self.name, self.ports, chip)
         self.input("interject", chip, list(commands))
-        text = f"live commands {', '.join(commands)} to {chip}"
+        text = f"sending live commands {', '.join(commands)} to {chip}"
         return self.queue.submit(text, lambda: port.live(commands))
 
     @from_outside
@@ -106,7 +106,7 @@ class BusHost(Host):
         """Queue the read-out of a verify group of a chip."""
         port = served(self.name, self.ports, chip)
         self.input("read_group", chip, group, number, live)
-        text = f"reads verify group {group} of {chip}"
+        text = f"reading verify group {group} of {chip}"
         return self.queue.submit(text, lambda: port.verify(group, number, live))
 
     @from_outside
@@ -114,14 +114,14 @@ class BusHost(Host):
         """Queue a request to a chip to change its rate."""
         port = served(self.name, self.ports, chip)
         self.input("request_rate", chip, rate)
-        return self.queue.submit(f"requests rate {rate} of {chip}", lambda: port.change_rate(rate))
+        return self.queue.submit(f"requesting rate {rate} of {chip}", lambda: port.change_rate(rate))
 
     @from_outside
     def request_position(self, chip: str) -> Request[int]:
         """Queue a read-out of the position of a moving chip."""
         port = served(self.name, self.ports, chip)
         self.input("request_position", chip)
-        return self.queue.submit(f"reads the position of {chip} on the fly", port.read_position)
+        return self.queue.submit(f"reading the position of {chip} on the fly", port.read_position)
 
     # -------------------------------------------------------------------------------------- calls that let time pass
     @answering("host.ask()", TO_ONE)
@@ -163,7 +163,7 @@ class BusHost(Host):
             if not isinstance(command, str) or not command or not command.isascii():
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
         if not self.port.sheet.takes_live:
-            raise UsageError(f"{self._part} takes no commands while its program runs; wait until it ends")
+            raise UsageError(f"{self._part} accepts no commands while its program runs; wait until it ends")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
                 f"{self.name}: live commands need a running program, and {self.port.chip} runs none; send() sends "
@@ -212,7 +212,7 @@ class BusHost(Host):
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127, or up to 255 to test the part's reaction")
-        self._needs("slewing", "takes no rate on the fly")
+        self._needs("slewing", "accepts no rate on the fly")
         taken = "a rate is taken while the motor slews, in a motion after H and G"
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
 

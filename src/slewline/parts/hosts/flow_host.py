@@ -72,7 +72,7 @@ class FlowHost(Host):
         data = as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
-            self.queue.post(f"sends to {chip}", lambda: self.port.send(data))
+            self.queue.post(f"sending to {chip}", lambda: self.port.send(data))
 
     @from_outside
     def query(self, chip: str, command: str) -> Request[str | bytes]:
@@ -85,7 +85,7 @@ class FlowHost(Host):
             shadow = self.port.shadow
             return await self.port.ask(shadow.sent(command), shadow.query(self.name, command))
 
-        return self.queue.submit(f"asks {chip} {command!r}", ask)
+        return self.queue.submit(f"querying {chip} with {command!r}", ask)
 
     @from_outside
     def heed(self, on: bool | None) -> None:

@@ -292,7 +292,7 @@ class PacketHost(Host):
         if axis != UNKNOWN:
             self._check_axis(axis)
         self.input("perform", chip, axis, code, list(words), reads, checked)
-        return self.queue.submit(f"{packet.spelled(port.sheet)} to {chip}", lambda: port.exchange(packet, axis))
+        return self.queue.submit(f"sending {packet.spelled(port.sheet)} to {chip}", lambda: port.exchange(packet, axis))
 
     @from_outside
     def strobe(
@@ -310,7 +310,7 @@ class PacketHost(Host):
             elif command:
                 port.axis = UNKNOWN
 
-        return self.queue.submit(f"{data.hex()} to {chip}", action)
+        return self.queue.submit(f"sending {data.hex()} to {chip}", action)
 
     @from_outside
     def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Request[bytes]:
@@ -319,7 +319,8 @@ class PacketHost(Host):
         if whole(number) is None or not 0 < number <= LONGEST_READ:
             raise UsageError(f"{self.name}: a read of {number!r} bytes; allowed 1..{LONGEST_READ}")
         self.input("sample", chip, number, low_ps, gap_ps, ready)
-        return self.queue.submit(f"a word from {chip}", lambda: port.take(number, Strobes(low_ps, gap_ps, ready)))
+        strobes = Strobes(low_ps, gap_ps, ready)
+        return self.queue.submit(f"reading a word from {chip}", lambda: port.take(number, strobes))
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:

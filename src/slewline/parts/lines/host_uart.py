@@ -247,7 +247,7 @@ class OverUart:
         """Change rate and format, regardless of the other end.
 
         Args:
-            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
+            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be a whole number of hertz.
             bits: the number of data bits, 5 to 8.
             parity: "none", "odd" or "even".
             stop: the number of stop bits: 1, "1.5" or 2.

@@ -68,7 +68,7 @@ class SerialSender(Part):
         data = as_bytes(self.name, data)
         self.input("send", data)
         for byte in data:
-            self.queue.post(f"sends {byte:#04x}", lambda byte=byte: self._character(byte))  # type: ignore[misc]
+            self.queue.post(f"sending {byte:#04x}", lambda byte=byte: self._character(byte))  # type: ignore[misc]
 
     @from_outside
     def pause(self, time: Time) -> None:
@@ -79,7 +79,7 @@ class SerialSender(Part):
         async def wait() -> None:
             await until(self.kernel, self.kernel.now + ps)
 
-        self.queue.post("pauses", wait)
+        self.queue.post("pausing", wait)
 
     async def _character(self, byte: int) -> None:
         await transmit(self.drivers["txd"], self._frames, bytes([byte]))
@@ -173,7 +173,7 @@ class Uart(Part):
                 "oe",
                 self._available,
                 "uart-overrun",
-                f"{byte:#04x} came before {self.held:#04x} was read: {self.held:#04x} is lost",
+                f"{byte:#04x} arrived before {self.held:#04x} was read: {self.held:#04x} is lost",
             ),
         ):
             self.drivers[flag].drive(int(wrong))

@@ -37,7 +37,7 @@ class Workpieces(Part):
         super().__init__(kernel, name)
         self.pieces, self.welds, self._change_ps = pieces, welds, picoseconds(change)
         self.add_pin("in_place", "out", "high: a workpiece is ready", initial=0)
-        self.add_pin("last", "out", "low: another workpiece is to come", initial=int(pieces == 0))
+        self.add_pin("last", "out", "low: another workpiece follows", initial=int(pieces == 0))
         self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
         self.finished = 0
         self.left = 0  # welds that the workpiece in place still needs

@@ -226,8 +226,8 @@ class Eeprom(Part):
         """Begin to write a byte, unless another write is in progress."""
         address = self._core.address
         if self.writing is not None:
-            busy = f"address {self.writing[0]:04X} is being written"
-            self.finding("memory-busy", f"{byte:02X} for address {address:04X} came while {busy}: it is lost")
+            busy = f"address {self.writing[0]:04X} was being written"
+            self.finding("memory-busy", f"{byte:02X} for address {address:04X} arrived while {busy}, and is lost")
             return
         self.writing = address, byte
         self._writes = number = self._writes + 1

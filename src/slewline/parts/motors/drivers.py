@@ -302,11 +302,11 @@ def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
     """Return a driver after checking that its data sheet allows the supply voltage and the current."""
     low, high = row.supply
     if not low <= driver.supply <= high:
-        raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} takes {low:g}..{high:g} V")
+        raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} allows {low:g}..{high:g} V")
     current = driver.current * max(driver.rest, driver.slew, driver.ramp) * (sqrt(2) if driver.boost else 1)
     if current > row.most * (1 + 1e-9):
         raise UsageError(
-            f"{name}: {current:.3g} A per phase; the {row.data.name} takes up to {row.most:g} A: use a smaller current"
+            f"{name}: {current:.3g} A per phase; the {row.data.name} allows up to {row.most:g} A: use a smaller current"
         )
     return driver
 

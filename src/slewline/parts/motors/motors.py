@@ -49,7 +49,7 @@ def _motor(
 
 
 # fmt: off
-_ROWS = (  # hybrid motors with 200 full steps per turn, holding torque with two phases on
+_ROWS = (  # hybrid motors with 200 full steps per revolution, holding torque with two phases on
     #                           A     ohm   H        N m    N m     kg m2
     _motor("QSH4218-35-10-027", 1.0,  5.3,  6.6e-3,  0.27,  22e-3,  35e-7,   QSH4218),
     _motor("QSH4218-41-10-035", 1.0,  4.5,  7.5e-3,  0.35,  25e-3,  54e-7,   QSH4218),
@@ -81,18 +81,18 @@ MOTORS: Mapping[str, MotorData] = MappingProxyType({row.name: row for row in _RO
 FIGURES = (  # figures of a table, in the order of MotorData
     Option("name", "text", "own", "its name", like="'my motor'"),
     Option("windings", "choice", "bipolar", "type of windings", choices=("bipolar", "unipolar", "reluctance")),
-    Option("teeth", "int", 50, "pairs of poles; 50 make 200 full steps per turn", low=1),
+    Option("teeth", "int", 50, "pole pairs; 50 make 200 full steps per revolution", low=1),
     Option("phases", "int", 4, "windings of a reluctance motor", low=3),
     positive("current", "A", "rated current of a phase"),
     positive("resistance", "ohm", "of a phase"),
-    positive("inductance", "H", "of a phase; of a reluctance motor the mean"),
+    positive("inductance", "H", "of a phase; for a reluctance motor, the mean"),
     figure("swing", "H", "amplitude of the inductance of a reluctance motor around its mean"),
     figure("torque", "N m", "holding torque at the rated current"),
     Option("rated", "choice", "two", "number of phases on at the holding torque", choices=("two", "one")),
     figure("detent", "N m", "detent torque, without current"),
     positive("inertia", "kg m2", "of the rotor"),
     figure("iron", "N m s", "drag by iron loss; None: 2.66e-3 s times the holding torque", None),
-    figure("viscous", "N m s", "drag of the bearings"),
+    figure("viscous", "N m s", "bearing drag"),
     figure("friction", "N m", "Coulomb friction of bearings and seals"),
     Option("source", "text", "own figures", "source of the figures", like="'data sheet, 2012'"),
 )
@@ -113,12 +113,12 @@ NEEDED = ("current", "resistance", "inductance", "torque", "inertia")
 ASSUMED: Mapping[str, str] = MappingProxyType(  # for a user-defined motor, the default for a figure that is left out
     {
         "windings": "bipolar windings",
-        "teeth": "200 full steps per turn (step angle 1.8 deg)",
+        "teeth": "200 full steps per revolution (step angle 1.8 deg)",
         "rated": "holding torque with two phases on",
         "detent": "no detent torque",
         "iron": f"iron loss {IRON_S * 1e3:g} ms times the holding torque",
-        "viscous": "no drag of the bearings",
-        "friction": "no friction of the bearings",
+        "viscous": "no bearing drag",
+        "friction": "no bearing friction",
     }
 )
 
@@ -149,9 +149,9 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
     """
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
-        raise UsageError(f"{name}: step_angle and teeth both set the full steps per turn; leave one out")
+        raise UsageError(f"{name}: step_angle and teeth both set the full steps per revolution; leave one out")
     if "step_angle" in given and given.get("windings") == "reluctance":
-        raise UsageError(f"{name}: step_angle of a reluctance motor; use its teeth and phases instead")
+        raise UsageError(f"{name}: step_angle does not apply to a reluctance motor; use its teeth and phases instead")
     if "step_angle" in given:
         given["teeth"] = _teeth(given.pop("step_angle"), name)
     return given
@@ -245,7 +245,7 @@ def _consistent(motor: MotorData, name: str) -> MotorData:
             )
         return motor
     if motor.swing:
-        raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have one: leave it out")
+        raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have a swing: leave it out")
     if not motor.torque > motor.detent:
         raise UsageError(
             f"{name}: torque {motor.torque:g} N m; must be more than the detent torque ({motor.detent:g} N m): "

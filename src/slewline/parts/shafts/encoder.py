@@ -55,7 +55,7 @@ class CountOutputs:
         self.hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
         if index > 1:
-            part.add_pin("index", "out", "low once per turn", initial=0, role="index")
+            part.add_pin("index", "out", "low once per revolution", initial=0, role="index")
             self._codes["index"] = LevelPattern(0, *(1,) * (index - 1))
         self.rule = Sensor(part, shaft, scale, lag_ps, show=self._promise)
 

@@ -124,9 +124,14 @@ class Switch(Part):
         Option("axis", "int", 1, "of the neighbour", low=1, high=4),
         Option("low", "float", None, "lowest position at which it is closed; None: no limit", unit="steps", none=True),
         Option(
-            "high", "float", None, "lowest position above where it is open; None: no limit", unit="steps", none=True
+            "high",
+            "float",
+            None,
+            "lowest position above `low` at which it is open again; None: no limit",
+            unit="steps",
+            none=True,
         ),
-        Option("hysteresis", "float", 0, "distance by which it opens farther out", low=0, unit="steps"),
+        Option("hysteresis", "float", 0, "distance beyond these positions at which it opens", low=0, unit="steps"),
         Option("lag", "time", "1 us", "from a step to the edge", low=1),
         Option("active", "choice", None, "level while closed; None: that of the input", choices=(0, 1), none=True),
     )

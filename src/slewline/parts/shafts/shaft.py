@@ -314,7 +314,7 @@ class DrivenShaft(Shaft):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("its driving shaft turns it")
+        raise NotImplementedError("this shaft is turned by its driving shaft")
 
     def block(self) -> None:
         """Block the driving shaft."""

@@ -184,7 +184,7 @@ class MotorShaft(Shaft):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("its rotor turns it")
+        raise NotImplementedError("this shaft is turned by its rotor")
 
     def block(self) -> None:
         """Block the shaft, so that the rotor stops and loses steps."""
@@ -200,7 +200,7 @@ class MotorShaft(Shaft):
         Raises:
             UsageError: always.
         """
-        raise UsageError("a motor with physics slips by itself; change its load, or block it")
+        raise UsageError("a motor with physics slips only when its load is too great; change its load, or block it")
 
     def push(self, steps: Fraction) -> None:
         """Turn the rotor immediately by some steps, backwards if negative."""

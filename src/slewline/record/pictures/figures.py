@@ -283,7 +283,7 @@ def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
         raise UsageError(f"ax: {odd[0]!r}; expected axes of matplotlib, such as those of plt.subplots()")
     wanted = [panel.heading or "pins" for panel in layout.panels]
     if len(given) not in (1, len(wanted)):
-        raise UsageError(f"ax: {len(given)} axes; this picture takes 1 or {len(wanted)}: {'; '.join(wanted)}")
+        raise UsageError(f"ax: {len(given)} axes; this picture needs 1 or {len(wanted)}: {'; '.join(wanted)}")
     for axes, panel in zip(given, layout.panels, strict=False):
         if panel.heading:
             axes.set_ylabel(panel.heading)

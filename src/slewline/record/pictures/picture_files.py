@@ -70,7 +70,7 @@ def show(figure: Figure) -> None:
     remedy = "bench.plot('run.svg') draws into a file"
     try:
         if plt.get_backend().lower() in ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template"):
-            raise ImportError(f"its backend {plt.get_backend()} has no windows")
+            raise ImportError(f"the backend {plt.get_backend()} has no windows")
         plt.figure(FigureClass=lambda *_, **__: figure)  # type: ignore[arg-type]
     except ImportError as error:
         raise UsageError(f"show: matplotlib has no window here: {error}; {remedy}") from None

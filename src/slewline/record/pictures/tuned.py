@@ -168,7 +168,7 @@ def _curve(axes: Axes, curve: TorqueCurve, colours: Palette) -> None:
     axes.axvline(curve.resonance, color=colours.dashed, linewidth=0.9, linestyle="dashed")
     series = colours.series
     axes.fill_between(curve.rates, curve.least, curve.most, color=f"{series[0]}30", linewidth=0)
-    axes.plot(curve.rates, curve.torques, color=series[0], label="pull-out, with what perturbations make of it")
+    axes.plot(curve.rates, curve.torques, color=series[0], label="pull-out; shaded: its range with perturbations")
     for demand in curve.demands:
         colour = colours.alarm if demand.fails else series[1]
         axes.plot(

@@ -41,7 +41,7 @@ FULL_STEPS = 4  # patterns of the phases; above these the parts differ
 
 
 class Impossible(Exception):
-    """The error for an action that the target cannot perform: the limit of the target, and advice to the user."""
+    """An action that the target cannot perform: the limit, and advice to the user."""
 
     def __init__(self, description: str, limit: str, remedy: str = "") -> None:
         super().__init__(description)

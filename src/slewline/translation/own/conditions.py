@@ -18,7 +18,7 @@ WAIT_INPUT, BRANCH_INPUT = 1, 2  # input of commands that name no input
 
 
 class CannotTest(Exception):
-    """The error for a condition that the target cannot test: the limit of the target, and advice to the user."""
+    """A condition that the target cannot test: the limit, and advice to the user."""
 
     def __init__(self, limit: str, remedy: str = "") -> None:
         super().__init__(limit)

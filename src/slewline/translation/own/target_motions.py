@@ -202,7 +202,7 @@ class MotionWriter(ActionWriter):
             self.note(LineVerdict(action.line, LineKind.SAME, "by the pin, along the ramp"))
         else:
             limit = (
-                f"no command of the {self.sheet.part.upper()} stops a motion at the running step ({self.sheet.manual})"
+                f"no command of the {self.sheet.part.upper()} stops a motion at the current step ({self.sheet.manual})"
             )
             remedy = "switch the driver off where a motion must stop immediately"
             self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, "stops along the ramp", limit, remedy))

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from ...core.messages.whole import counted
 from ...core.time.timebase import readable
 from ..target_writer import Happened, PlayedTrace
 
@@ -80,8 +81,8 @@ class Compared:
     @property
     def text(self) -> str:
         """The scope of the comparison, in one line."""
-        counts = ((self.moves, "moves"), (self.outputs, "changes of outputs"), (self.inputs, "changes of inputs"))
-        what = ", ".join(f"{number} {name}" for number, name in counts if number)
+        counts = ((self.moves, "move"), (self.outputs, "output change"), (self.inputs, "input change"))
+        what = ", ".join(counted(number, name) for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
         rates = "no rate above the stated ones"
         if self.rate_off is not None:

@@ -18,7 +18,7 @@ class RefusedLine(Exception):
 
 
 class Enough(Exception):
-    """The error for a program that has no end; its events so far are the trace."""
+    """The interruption of a program that has no end; its events so far are the trace."""
 
 
 class Surroundings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..target_writer import Target
 
-REPEATS = (("repeats", "1 or more: how often a loop without end is written"),)
+REPEATS = (("repeats", "1 or more: number of times that an endless loop is written"),)
 
 TARGETS: dict[str, Target] = {
     target.name: target

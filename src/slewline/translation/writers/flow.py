@@ -87,7 +87,7 @@ Node = Action | Repeat | Forever | AsLongAs | Fork | Stages
 
 
 class _NotNested(Exception):
-    """The error for a jump that leads out of a loop, or into one."""
+    """A jump out of a loop, or into one."""
 
 
 def structured(actions: Sequence[Action]) -> tuple[Node, ...]:

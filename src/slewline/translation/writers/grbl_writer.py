@@ -232,9 +232,9 @@ class GrblWriter(LanguageWriter):
         self.ended = True
 
     def wait(self, action: WaitInput) -> None:
-        """Write M0: grbl waits for a person."""
+        """Write M0: grbl waits for the operator."""
         self._add("M0", action.line)
-        description = f"a wait for input {action.input.number}: M0 waits for a person"
+        description = f"a wait for input {action.input.number}: M0 waits for the operator"
         self.sheet.impossible(action.line, description, "no inputs in a program", HOST)
 
     def _add(self, text: str, source: int, moves: bool = False) -> None:

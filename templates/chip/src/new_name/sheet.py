@@ -7,7 +7,7 @@ from slewline.build import Arg, Lines, Pin, Row, SerialLine, Sheet, Table
 
 def row(form: str, name: str, says: str, *args: Arg) -> Row:
     """Return a command: its letter, its name, which also names its method (SPEED: do_speed), and its effect."""
-    return Row(form, name, args, 1000, says, "p. 2", stored=False)  # it takes 1000 µs; no program stores it
+    return Row(form, name, args, 1000, says, "p. 2", stored=False)  # 1000 µs each; none can be stored
 
 
 SHEET = Sheet(

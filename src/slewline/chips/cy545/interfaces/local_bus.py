@@ -83,7 +83,7 @@ class LocalBus:
             looks += self.poll
             if looks > last:
                 break
-        self.chip.finding("verify-timeout", f"address {address}: {byte:02X} was written, {found:02X} is read back")
+        self.chip.finding("verify-timeout", f"address {address}: {byte:02X} was written, but {found:02X} was read back")
         return False
 
     # ------------------------------------------------------------------------------------------ switches and display

@@ -125,7 +125,7 @@ class ParallelPort:
         if running and byte != EMPTY:
             chip.finding(
                 "missing-ff",
-                f"byte {byte:#04x} in the first handshake while a program runs; the host should not drive the bus",
+                f"byte {byte:#04x} in the first handshake while a program runs; the host should not drive the bus then",
             )
         self.busy.activate()
         self.open, self.served = True, fell

@@ -170,8 +170,8 @@ class SerialSide:
         elif len(self.buffer) >= ROOM:
             self.chip.finding(
                 "serial-overrun",
-                f"{character.byte:#04x} came while {ROOM} others waited: it is lost; pause between commands, or "
-                "wait for CTS",
+                f"{character.byte:#04x} arrived while {ROOM} characters were waiting, and is lost; pause between "
+                "commands, or wait for CTS",
             )
         else:
             self.buffer.append(character.byte)
@@ -186,7 +186,7 @@ class SerialSide:
     async def send(self, message: bytes) -> None:
         """Send characters; they are lost if no baud rate is known."""
         if self.clock is None:
-            self.chip.finding("not-adapted", f"{message!r} is lost: the rate was not yet known when it was to be sent")
+            self.chip.finding("not-adapted", f"{message!r} is lost, because no baud rate was known yet")
             return
         chip = self.chip
         chip.waits("sending on TXD")

@@ -70,7 +70,7 @@ class Jog:
         begin, period = chip.tick + self.lead, single.period
         if self.motion != outputs.motions or not self.axis.log.in_progress or direction != self.direction_of_motion:
             self.motion, self.direction_of_motion = outputs.begin("JOG", single.parameters, direction), direction
-        chip.waits(f"making a step of jog (jog={0 if direction > 0 else 1})")
+        chip.waits(f"taking a jog step (jog={0 if direction > 0 else 1})")
         outputs.point(direction > 0)
         outputs.moving(True)
         await chip.at_tick(begin)

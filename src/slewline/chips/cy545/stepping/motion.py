@@ -199,7 +199,9 @@ class Motion(Stepping):
 
     @property
     def progress(self) -> str:
-        ends = "inhibit_abort=0 at a step's end" if self.endless else "its target unless inhibit_abort=0 there"
+        to_target = "to its target unless inhibit_abort=0"
+        ends = "until inhibit_abort=0 at the end of a step" if self.endless else to_target
         if self.aborted:
-            return f"{self.text}, inhibit_abort=0: decelerates to rate {self.at_start.first}, then continues to {ends}"
+            slows = f"decelerating to rate {self.at_start.first}"
+            return f"{self.text}, inhibit_abort=0: {slows} (it then continues {ends})"
         return f"{self.text} runs until inhibit_abort=0" if self.endless else super().progress

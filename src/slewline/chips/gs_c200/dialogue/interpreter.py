@@ -117,7 +117,7 @@ class Interpreter:
                 await self._instruction_time()
                 continue
             if at not in starts:
-                chip.finding("jump-inside", f"a jump to location {at} is inside an instruction: the program stops")
+                chip.finding("jump-inside", f"a jump to location {at} leads into an instruction: the program stops")
                 return
             row, values = starts[at]
             program.at = at

@@ -186,7 +186,7 @@ class CommandPort:
         """
         await level(self.ready, 1)
         if self.running.level == 0:
-            raise UsageError(f"{self.queue.name}: {self.chip} takes no command while its program runs; {remedy}")
+            raise UsageError(f"{self.queue.name}: {self.chip} accepts no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
         """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) for each."""

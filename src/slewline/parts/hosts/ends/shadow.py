@@ -175,7 +175,8 @@ class FlowControl:
         if bus is not None and not bus.live and self.gone.started:
             begun = f"{self.gone.started} has started a program"
             return (
-                f"{begun}, and the {sheet.part} takes no command while one runs: wait for its end, or end it with RESET"
+                f"{begun}, and the {sheet.part} accepts no command while one runs: wait for its end, or end it with "
+                "RESET"
             )
         if mode & mask == here:
             return ""
