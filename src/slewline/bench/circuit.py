@@ -183,8 +183,7 @@ class Circuit:
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
         """Return a function that returns {"store": content} for input listeners; {} without a store or listeners.
 
-        Call the function when the owner of the store is ready; it then reads the content.  Faults of the store
-        are recorded in the journal.
+        Call the function when the owner of the store is ready; it then reads the content.  Store faults are journaled.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):

@@ -123,10 +123,10 @@ class _BenchWriter:
         """Return the result."""
         self._programs()
         programs = {name: chip.done for name, chip in self.chips.items() if chip.done is not None}
-        files = {RESULT: self._bench()} if self.mine is not None else {}
+        bench = {RESULT: self._bench()} if self.mine is not None else {}
         if self.mine is None:
             self._listed()
-        files |= {f"{name}{self.ending}": self._without_absent(done.text) for name, done in programs.items()}
+        files = {f"{name}{self.ending}": self._without_absent(done.text) for name, done in programs.items()} | bench
         return BenchTranslation(str(self.file.path), self.to, programs, tuple(self.lines), files)
 
     def _without_absent(self, text: str) -> str:

@@ -141,10 +141,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register contains a value, however it is set.
-
-    Intermediate steps need no computing time.
-    """
+    """Wait until the position register contains a value, however it is set; intermediate steps need no computing."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:

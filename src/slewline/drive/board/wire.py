@@ -133,9 +133,8 @@ class ResetFlag(IntFlag):
 class PowerFlag(IntFlag):
     """Flags of ANSWER that describe the driver.
 
-    UNSURE: the position of the motor may differ from the count, after steps without current, after a stop
-    without a ramp, or because the board has switched the driver off.  LOCKED: the board has done so by
-    itself, and only RESET unlocks the driver.
+    UNSURE: the position of the motor may differ from the count, after steps without current, after a stop without a
+    ramp, or because the board has switched the driver off.  LOCKED: it did so by itself, and only RESET unlocks it.
     """
 
     ENERGISED = 1
