@@ -195,8 +195,7 @@ class Talk:
         self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not accept its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
-                "the board remains halted: an emergency stop is active; close its contact, then "
-                "clear the drive"
+                "the board remains halted: an emergency stop is active; close its contact, then clear the drive"
             )
 
     def _switch_on(self) -> None:

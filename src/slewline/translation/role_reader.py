@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from ..core.datasheet.table import Sheet
 from ..core.time.timebase import PS_PER_S
-from ..language.statements import Block, Source, Statement
+from ..language.statements import Source, Statement
 from .bits import Numbers
 from .meaning import (
     Action,
@@ -40,13 +40,13 @@ from .meaning import (
     WaitInput,
 )
 from .profiles import Profiles
+from .program_labels import ProgramLabels
 from .source_registers import (
     STOPS,
     UNKNOWN,
     Key,
     KnownRegisterValues,
     overflows,
-    start_of,
     takes_part,
     waits_for_update,
 )
@@ -74,9 +74,8 @@ class RoleReader:
     ) -> None:
         self.source, self.sheet, self.hz = source, source.sheet, hz
         self.profiles, self.registers, self.bits = profiles, registers, bits
-        self.labels: dict[tuple[int, int], str] = {}  # block, address
-        self.loops: dict[tuple[int, int], str] = {}  # the same for loops that begin at a mark
-        self._name_labels()
+        names = ProgramLabels(source)
+        self.labels, self.loops, self.goal = names.labels, names.loops, names.goal
 
     # ---------------------------------------------------------------------------------------------------- statements
     def statement(self, statement: Statement) -> list[Action]:
@@ -352,60 +351,6 @@ class RoleReader:
             if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:
                 its = self.motion(before, {**common, "axis": axis})
                 yield MoveTo(position=before[axis, "target"], implied=True, **its)  # type: ignore[arg-type]
-
-    # ---------------------------------------------------------------------------------------------------------- labels
-    def goal(self, statement: Statement) -> str:
-        """Return the label that a command jumps to."""
-        number, address = self._goal(statement)
-        if "l" in statement.row.flow and (number, address) in self.loops:
-            return self.loops[number, address]
-        return self.labels[number, address]
-
-    def _goal(self, statement: Statement) -> tuple[int, int]:
-        number = statement.block if statement.block >= 0 else self._block_before(statement)
-        block = self.source.blocks[number] if number >= 0 else Block()
-        if statement.block < 0:
-            return number, start_of(statement, block)
-        target, flow = statement.target, statement.row.flow
-        if target is not None:
-            return number, block.address_of(target) or 0
-        return number, block.loop_start(statement) if "l" in flow else block.base
-
-    def _mark(self, number: int, address: int) -> Statement | None:
-        """Return the command that marks the start of a loop at an address, or None."""
-        marks = (each for each in self.source.blocks[number].statements if each.row.role == "mark")
-        return next((each for each in marks if each.end == address), None)
-
-    def _block_before(self, statement: Statement) -> int:
-        """Return the number of the last program entered before the host sends a command."""
-        found = -1
-        for item in self.source.statements:
-            if item is statement:
-                break
-            found = max(found, item.block)
-        return found
-
-    def _name_labels(self) -> None:
-        """Name every instruction that is the target of a branch."""
-        for number, block in enumerate(self.source.blocks):
-            for letter, address in block.labels.items():
-                self.labels[number, address] = letter
-        leads = [
-            statement
-            for statement in self.source.statements
-            if statement.target is not None or (statement.row.flow in ("0", "n0", "nl") and statement.block >= 0)
-        ]
-        for statement in leads:
-            number, address = self._goal(statement)
-            if "l" in statement.row.flow and (mark := self._mark(number, address)) is not None:
-                self.loops[number, address] = f"line{mark.line}"
-                continue
-            if number < 0 or (number, address) in self.labels:
-                continue
-            at = next((each for each in self.source.blocks[number].statements if each.address == address), None)
-            name = f"line{at.line}" if at is not None else f"end{number}" if address else f"start{number}"
-            taken = set(self.labels.values())
-            self.labels[number, address] = name if name not in taken else f"{name}_{address}"
 
 
 def delay_unit_ps(sheet: Sheet, hz: int) -> int:

@@ -47,7 +47,7 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
             f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, "
             "and the same command resumes from there"
         )
-    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: run the same command again to continue"
+    return f"interrupted; {log.path} has {log.runs:,}{of} runs: run the same command again to continue"
 
 
 class Log:
@@ -117,17 +117,22 @@ class Log:
             file.detach()
         return whole
 
+    @property
+    def runs(self) -> int:
+        """The number of complete verdicts in the file; an interrupted `add` may not have counted its own."""
+        return Path(self.path).read_bytes().count(b"\n") - 1
+
     def add(self, key: tuple[str, str], values: Mapping[str, Any], verdict: Verdict) -> None:
         """Write a verdict.
 
         Args:
             key: the key of the move, and the name of the scenario.
         """
-        self.verdicts[key] = verdict
         self._write(
             {"move": key[0], "values": values, "run": key[1]}
             | {"lost": verdict.lost, "error": verdict.error, "worst": verdict.worst}
         )
+        self.verdicts[key] = verdict
 
     def close(self) -> None:
         """Close the file."""

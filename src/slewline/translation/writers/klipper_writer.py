@@ -282,7 +282,7 @@ class KlipperWriter(LanguageWriter):
             self.sheet.nearly(line, f"ends after {grouped(FAR)} steps at the latest; the switch is the endstop_pin")
             return
         description = (
-            f"ends at position {grouped(FAR)} at the latest; a relative move after it is counted from the start of this "
-            "one"
+            f"ends at position {grouped(FAR)} at the latest; a relative move after it is counted from the start of "
+            "this one"
         )
         self.sheet.nearly(line, description)
