@@ -8,7 +8,7 @@ from random import Random
 from slewline.chips import checks_of, sheet_of
 from slewline.errors import ProgramError
 from slewline.language.lint import lint
-from slewline.translation.reading import read_program
+from slewline.translation.source_text.reading import read_program
 
 Lines = list[str]
 

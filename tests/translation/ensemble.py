@@ -21,7 +21,7 @@ from slewline.chips import PARTS
 from slewline.translation.program_facts import counter_of
 from slewline.translation.proof.play import Played
 from slewline.translation.proof.prove import played, prove
-from slewline.translation.reading import read_program
+from slewline.translation.source_text.reading import read_program
 from slewline.translation.translate import DRIVEN, translate_text
 from slewline.translation.translation_report import LineKind
 from slewline.translation.writers import TARGETS

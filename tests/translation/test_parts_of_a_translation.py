@@ -6,7 +6,7 @@ import pytest
 
 from slewline.translation.meaning import Delay, Jump, Loop, MoveBy, MoveTo, RunEndless, SetOutput
 from slewline.translation.proof.prove import prove
-from slewline.translation.reading import read_program
+from slewline.translation.source_text.reading import read_program
 from slewline.translation.translate import DRIVEN, translate_text
 from slewline.translation.translation_report import LineKind
 from tests.rows import rows

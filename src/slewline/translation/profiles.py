@@ -16,7 +16,7 @@ from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
 from ..language.ramp_answers import Calculator, Ramp, RampParameter, Search, Value, Wanted, nearest, read
 from .meaning import Profile
-from .source_registers import PROFILE_ROLES, rows_by_role
+from .rows_of_roles import PROFILE_ROLES, rows_by_role
 
 ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the part, one below it too low
 

@@ -23,7 +23,7 @@ from .host_directives import drives_input
 from .meaning import Assumed, HostDirective, Program
 from .own.part_writer import OwnWriter
 from .program_facts import started_plainly
-from .reading import read_program
+from .source_text.reading import read_program
 from .target_writer import WARNING, Target, WriterOptions, Written
 from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
 from .writers import TARGETS, target

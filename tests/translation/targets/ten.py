@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from slewline.cli.main import invoke
 from slewline.translation.meaning import Program
-from slewline.translation.reading import read_program
+from slewline.translation.source_text.reading import read_program
 from slewline.translation.target_writer import PlayedTrace, WriterOptions
 from slewline.translation.writers import target
 

@@ -6,7 +6,7 @@ import pytest
 
 from slewline.errors import UsageError
 from slewline.translation.meaning import Action, Line, MoveBy, Profile, Program, SetOutput
-from slewline.translation.reading import read_program
+from slewline.translation.source_text.reading import read_program
 from slewline.translation.target_writer import WriterOptions, Written
 from slewline.translation.translate import translate_text
 from slewline.translation.translation_report import LineKind, LineVerdict

@@ -22,8 +22,8 @@ from ..meaning import (
     Special,
     WaitInput,
 )
-from ..role_reader import delay_unit_ps
-from ..source_registers import leads
+from ..rows_of_roles import leads
+from ..source_text.role_reader import delay_unit_ps
 from ..special_commands import ELSEWHERE, NO_AXIS, SWITCHED
 from ..translation_report import LineKind, LineVerdict
 from .base import Impossible

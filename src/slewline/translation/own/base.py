@@ -28,7 +28,7 @@ from ..meaning import (
     SetProfile,
     acts_during_motion,
 )
-from ..source_registers import after_reset, rows_by_role, takes_part
+from ..rows_of_roles import after_reset, rows_by_role, takes_part
 from ..special_commands import OVERFLOW
 from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions

@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from ...core.datasheet.table import Row, Sheet
 from ..meaning import Input
-from ..source_registers import rows_by_role
+from ..rows_of_roles import rows_by_role
 from .layout import Goto, ResultPiece
 from .limits import no_command, no_pin
 

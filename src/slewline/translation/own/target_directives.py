@@ -6,7 +6,7 @@ import re
 
 from ...core.datasheet.table import Pin, Row, Sheet
 from ..host_directives import DRIVES, pin_of
-from ..source_registers import stopping_row, waits_for_update
+from ..rows_of_roles import stopping_row, waits_for_update
 from .layout import ResultPiece
 
 NEUTRAL = ("wait", "note", "to", "tell", "power", "reset")

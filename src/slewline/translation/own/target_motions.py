@@ -17,7 +17,7 @@ from ..meaning import (
     SetTarget,
     Stop,
 )
-from ..source_registers import rows_by_role, stopping_row
+from ..rows_of_roles import rows_by_role, stopping_row
 from ..translation_report import LineKind, LineVerdict
 from .base import ActionWriter, Impossible
 from .layout import ResultPiece

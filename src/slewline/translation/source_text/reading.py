@@ -7,18 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..chips import sheet_of
-from ..language.assemble import RefusedProgram, link
-from ..language.lint import branches, targets
-from ..language.source import mended, read
-from ..language.statements import Directive, Source
+from ...chips import sheet_of
+from ...language.assemble import RefusedProgram, link
+from ...language.lint import branches, targets
+from ...language.source import mended, read
+from ...language.statements import Directive, Source
+from ..host_directives import PROGRAM_OVER, waits_for_end
+from ..meaning import OF_AN_AXIS, Action, Assumed, HostDirective, Label, Line, Program, Special
+from ..profiles import profiles_of
+from ..rows_of_roles import leads, rows_by_role
+from ..special_commands import ADD_IT, ELSEWHERE, NO_AXIS, SELECT_IT, SWITCHED, WRITE_IT
 from .bits import Numbers
-from .host_directives import PROGRAM_OVER, waits_for_end
-from .meaning import OF_AN_AXIS, Action, Assumed, HostDirective, Label, Line, Program, Special
-from .profiles import profiles_of
 from .role_reader import RoleReader
-from .source_registers import UNKNOWN, KnownRegisterValues, from_switches, leads, rows_by_role
-from .special_commands import ADD_IT, ELSEWHERE, NO_AXIS, SELECT_IT, SWITCHED, WRITE_IT
+from .source_registers import UNKNOWN, KnownRegisterValues, from_switches
 
 ASTRAY = ("branch-middle", "branch-outside")  # the part then runs a number as a command; other parts do not
 ACTING = ("delay", "wait_high", "wait_low", "wait_bits", "output_high", "output_low", "bits", "home")  # besides motions

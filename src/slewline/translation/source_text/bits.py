@@ -6,9 +6,9 @@ for a low level.  The outputs and inputs that a program uses are numbered in the
 
 from __future__ import annotations
 
-from ..core.datasheet.table import Sheet
-from ..language.statements import Source, Statement
-from .meaning import Input
+from ...core.datasheet.table import Sheet
+from ...language.statements import Source, Statement
+from ..meaning import Input
 
 SINGLE, LOW, NUMBER = 0x40, 0x10, 0x07
 ON_THE_BUS = 0x08

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..language.statements import Block, Source, Statement
+from ...language.statements import Block, Source, Statement
 from .source_registers import start_of
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from ..core.datasheet.table import Row, Sheet
-from ..language.lint import explored
-from ..language.ramp_answers import Calculator
-from ..language.statements import Block, Directive, Source, Statement
-from .host_directives import ends_motion
+from ...core.datasheet.table import Row
+from ...language.lint import explored
+from ...language.ramp_answers import Calculator
+from ...language.statements import Block, Directive, Source, Statement
+from ..host_directives import ends_motion
+from ..rows_of_roles import after_reset, rows_by_role, takes_part, waits_for_update
 
 Key = tuple[int, str]  # axis (0: the whole part), name
 State = frozenset[tuple[Key, int]]
@@ -22,7 +23,6 @@ SWITCHES = "#"  # in place of a number
 INTERRUPTING = "SET_I"  # selects an axis that the text does not show
 UNKNOWN = 0  # axis
 STOPS = ("stop", "brake")  # of a command that acts at the next update
-PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
 class KnownRegisterValues:
@@ -174,21 +174,6 @@ def overflows(state: Mapping[Key, int], axis: int) -> bool:
     return here is not None and sign is not None and (state[axis, "target"] - here) * sign < 0
 
 
-def takes_part(row: Row, parameters: Iterable[str]) -> bool:
-    """Return whether a command sets a ramp parameter."""
-    return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
-
-
-def stopping_row(sheet: Sheet, how: str) -> Row | None:
-    """Return the command that stops a running motor, "stop" or "brake"; None: there is none."""
-    return next((row for row in sheet.commands if row.at_once == how), None)
-
-
-def waits_for_update(row: Row) -> bool:
-    """Return whether a command stops a motion, but not before the next update."""
-    return bool(row.at_once) and getattr(row, "buffered", False)
-
-
 def runs(row: Row, statement: Statement, block: Block) -> bool:
     """Return whether a host command runs the program."""
     return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
@@ -197,11 +182,6 @@ def runs(row: Row, statement: Statement, block: Block) -> bool:
 def from_switches(statement: Statement) -> bool:
     """Return whether a part reads the number of a command from switches."""
     return bool(statement.row.args) and SWITCHES in statement.text
-
-
-def leads(row: Row) -> bool:
-    """Return whether a command makes a program continue elsewhere."""
-    return row.role in ("jump", "loop") or row.role.startswith("branch")
 
 
 def start_of(statement: Statement, block: Block) -> int:
@@ -215,14 +195,3 @@ def merged(states: Iterable[State]) -> dict[Key, int]:
     """Return the values that are common to all states."""
     found = list(states)
     return dict(frozenset.intersection(*found)) if found else {}
-
-
-def rows_by_role(sheet: Sheet) -> dict[str, Row]:
-    """Return the command for each role; the first if several commands share a role."""
-    return {row.role: row for row in reversed(list(sheet.commands)) if row.role}
-
-
-def after_reset(sheet: Sheet) -> int:
-    """Return the direction after a reset: 1 clockwise, -1 counterclockwise."""
-    pin = sheet.role("direction")
-    return 1 if pin is None or pin.reset == pin.sense else -1

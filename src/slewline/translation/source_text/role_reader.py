@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from ..core.datasheet.table import Sheet
-from ..core.time.timebase import PS_PER_S
-from ..language.statements import Source, Statement
-from .bits import Numbers
-from .meaning import (
+from ...core.datasheet.table import Sheet
+from ...core.time.timebase import PS_PER_S
+from ...language.statements import Source, Statement
+from ..meaning import (
     Action,
     Delay,
     EndProgram,
@@ -39,18 +38,12 @@ from .meaning import (
     Stop,
     WaitInput,
 )
-from .profiles import Profiles
+from ..profiles import Profiles
+from ..rows_of_roles import takes_part, waits_for_update
+from ..special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, NEEDLESS_FORMS, OVERFLOW, REMEDIES, SET_DIRECTION
+from .bits import Numbers
 from .program_labels import ProgramLabels
-from .source_registers import (
-    STOPS,
-    UNKNOWN,
-    Key,
-    KnownRegisterValues,
-    overflows,
-    takes_part,
-    waits_for_update,
-)
-from .special_commands import AT_THE_START, AT_THE_UPDATE, NEEDLESS, NEEDLESS_FORMS, OVERFLOW, REMEDIES, SET_DIRECTION
+from .source_registers import STOPS, UNKNOWN, Key, KnownRegisterValues, overflows
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
 RegisterValues = Mapping[Key, int]
