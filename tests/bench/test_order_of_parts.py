@@ -111,7 +111,7 @@ def test_a_chain_of_parts_is_made_from_any_order(tmp_path, order):
                 '[[part]]\nkind = "gear"\nname = "b"\non = "a"\n',
                 '[[part]]\nkind = "gear"\nname = "c"\non = "b"\n',
             ),
-            "in a circle: a -> c -> b -> a",
+            "in a cycle: a -> c -> b -> a",
         ),
         (
             ('[[part]]\nkind = "motor"\nto = "translatr"\n', PARTS[0]),

@@ -34,7 +34,7 @@ def test_a_ramp_is_described_in_five_lines(call: Any) -> None:
     (MC, {"rates": "0 to 3052 steps/s", "ramp": "20.64384 ms, 31.5 steps", "acceleration": "145519 steps/s²"}),
     (
         ("cy525", "F=9", "R=9", "S=1"),
-        {"ramp": "none: the rate is not above the first one (F 9, R 9)", "reached": "from 1 step on"},
+        {"ramp": "none: the rate is not above the first one (F 9, R 9)", "reached": "in moves of 1 step or more"},
     ),
     (("cy525", "F=3", "R=127", "S=1", "Z=200"), {"reached": "by no move"}),
 ])  # fmt: skip

@@ -288,7 +288,7 @@ MISTAKES = (
     row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 accepts no command while one runs|wait for its end, or end it with RESET"),
     row("an answer that goes to the bus", asked, "? P", part="cy545", over="serial", first="O 129\r", words="the mode register is 129 and sends answers elsewhere|send O 128 to get them here"),
     row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|send O 129 to get them here"),
-    row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
+    row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P arrived on RXD|the parallel port|O 128 sends answers to TXD"),
     row("a question to what only receives", deaf, words="port|nothing drives its rxd: the other end only receives"),
     row("what only receives", start, "cy525", words="the UART of cy525 only receives: commands are not answered|--framing|?0 to ?3 read back"),
     row("what only receives", log, "cy525", words="the chip only receives on this line: it never answers"),

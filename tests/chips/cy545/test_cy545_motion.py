@@ -653,4 +653,4 @@ def test_reset_in_mid_motion_ends_it_and_the_next_one_is_whole() -> None:
 
 @pytest.mark.fact("CY545-LIMIT-6")
 def test_the_reference_warns_that_limits_are_not_a_safety_device() -> None:
-    assert "no safety device" in sheet.CY545.notes["limits"] and "cut the power" in sheet.CY545.notes["limits"]
+    assert "not a safety device" in sheet.CY545.notes["limits"] and "cut the power" in sheet.CY545.notes["limits"]

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 import pytest
-from slewline.translation.source_text.reading_back.grbl_reader import Machine
-from slewline.translation.source_text.reading_back.surroundings import RefusedLine
+from slewline.translation.reading_back.grbl_reader import Machine
+from slewline.translation.reading_back.surroundings import RefusedLine
 
 from slewline.translation.target_writer import WriterOptions
 

@@ -217,7 +217,7 @@ def test_a_setting_selects_library_port_and_repetitions():
         ("grbl", {"repeat": "3"}, "grbl accepts repeats .*did you mean repeats"),
         ("grbl", {"repeats": "none"}, "repeats none: allowed 1 or more"),
         ("linuxcnc", {"output1": "off"}, "output1=off: allowed low or high"),
-        ("gs-c200s", {"output1": "low"}, "gs-c200s takes none"),
+        ("gs-c200s", {"output1": "low"}, "gs-c200s accepts none"),
         ("arduino", {"library": "stepper"}, "allowed: accelstepper or fastaccelstepper"),
     ],
 )

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from slewline.translation.source_text.reading_back.surroundings import RefusedLine
+from slewline.translation.reading_back.surroundings import RefusedLine
 
 from slewline.translation.proof import prove
 from slewline.translation.proof.compare_runs import compared
