@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 import pytest
+
 from slewline.translation.reading_back.grbl_reader import Machine
 from slewline.translation.reading_back.surroundings import RefusedLine
-
 from slewline.translation.target_writer import WriterOptions
 
 from .ten import TEN, agree, of_part, stretches, written

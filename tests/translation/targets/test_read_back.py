@@ -7,11 +7,11 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from slewline.translation.reading_back.surroundings import RefusedLine
 
 from slewline.translation.proof import prove
 from slewline.translation.proof.compare_runs import compared
 from slewline.translation.proof.play import Played
+from slewline.translation.reading_back.surroundings import RefusedLine
 from slewline.translation.source_text.reading import read_program
 from slewline.translation.target_writer import PlayedTrace, WriterOptions
 from slewline.translation.translate import translate

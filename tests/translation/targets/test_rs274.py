@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 
 import pytest
+
 from slewline.translation.reading_back import rs274
 from slewline.translation.reading_back.surroundings import RefusedLine
-
 from slewline.translation.target_writer import WriterOptions
 from slewline.translation.writers import target
 
