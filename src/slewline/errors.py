@@ -24,14 +24,14 @@ def shortened(text: str, most: int) -> str:
 
 
 class SlewlineError(Exception):
-    """The base class of slewline's exceptions; each also inherits from the similar built-in exception."""
+    """The base class of slewline's exceptions; each subclass also inherits from a similar built-in exception."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))
 
 
 def _lines(text: str) -> str:
-    """Return a message with its lines shortened to the maximum length."""
+    """Return a message, with each line that exceeds the maximum length shortened."""
     if len(text) <= LONGEST_LINE:
         return text
     return "\n".join(shortened(line, LONGEST_LINE) for line in text.split("\n"))
@@ -65,7 +65,7 @@ class SheetError(SlewlineError, ValueError):
 
 
 class PlanError(SlewlineError, AssertionError):
-    """A planned motion that is inconsistent: an error in a chip's planner, never of the user or the host."""
+    """A planned motion that is inconsistent: a fault of a chip's planner, never of the user or the host."""
 
 
 class ProgramError(SlewlineError, ValueError):
@@ -109,11 +109,11 @@ class NotRecorded(SlewlineError, LookupError):
 
 
 class NoSuchStep(SlewlineError, IndexError):
-    """An index of a step that does not exist."""
+    """An index for which there is no step."""
 
 
 class Timeout(SlewlineError, TimeoutError):
-    """A wait that has exceeded its timeout; the message lists, for each chip, part and host, the event awaited."""
+    """A wait that has exceeded its timeout; the message lists the event awaited by each chip, part and host."""
 
 
 class Endless(SlewlineError, RuntimeError):

@@ -59,7 +59,7 @@ def _home(variables: str) -> Path:
 
 
 def keep_source(text: str) -> Path | None:
-    """Return a file with this text in the cache, named after its SHA-256; None if no such file can be created.
+    """Return the path of a cached file with this text, named after its SHA-256; None if it cannot be created.
 
     Files next to it may be executed, so the folder must not be writable by others.
     """

@@ -79,7 +79,7 @@ class FileGate:
 
     Args:
         path: the file; the names in it are relative to its folder.
-        anywhere: allow it to name files, links and devices elsewhere.
+        anywhere: allow the file to name files, links and devices outside its folder.
         allow_code: allow it to name chips and parts as module:Class, whose import runs code from the module.
     """
 
@@ -152,7 +152,7 @@ class FileGate:
 
         Raises:
             UnknownName: there is no such class.
-            UsageError: the name denotes code, which is not allowed, or not a class.
+            UsageError: the name denotes code, which is not allowed, or does not denote a class.
         """
         return find(self._text(name), allow_code=self.allow_code)
 
@@ -250,7 +250,7 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
 
 @contextmanager
 def refusals(path: str | PathLike[str]) -> Iterator[None]:
-    """Report system errors as slewline errors."""
+    """Raise BenchFileError, which names the file, for each OSError or ValueError in the `with` block."""
     try:
         yield
     except BenchFileError:
@@ -280,7 +280,7 @@ def from_json(line: bytes) -> Any:
 
 
 def error_number(error: Exception) -> int | None:
-    """Return the number of a system error: its own, or the number in the text from the package that reported it."""
+    """Return the number of a system error: its own, or one in the text of the package that raised it; or None."""
     inside = ERRNO.search(str(error))
     return getattr(error, "errno", None) or (int(inside[1]) if inside else None)
 
@@ -289,7 +289,7 @@ _BARE = re.compile(rb'"(?:[^"\\]|\\.)*+"')
 
 
 def _finite(text: str) -> float:
-    """Return a number, or raise ValueError if it is not finite."""
+    """Return the number in a text, or raise ValueError if it is not finite."""
     value = float(text)
     if not isfinite(value):
         raise ValueError(f"{text} is not a finite number")

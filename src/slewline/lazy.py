@@ -1,4 +1,4 @@
-"""Module names that are loaded on first use (PEP 562)."""
+"""Names that a module exports, and that are loaded from other modules on first use (PEP 562)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def lazily(
     """Return `__getattr__` and `__dir__` for a module that exports names from other modules.
 
     Args:
-        module: its `globals()`; a name stays there after its first use.
+        module: the `globals()` of the exporting module; a name stays there after its first use.
         places: the names, keyed by the slewline module that defines them: {"core.chip": ("Chip", "Finding")}.
         instead: a function that returns the remedy for a name that does not exist, "; ...", or "".
     """

@@ -1,8 +1,8 @@
 """Processes that are started here, and end with the process that started them, however that process ends.
 
-The parent keeps one end of a pipe open and does nothing with it.  The operating system closes it when the parent ends,
-on every platform and even after SIGKILL; the child waits for this at the other end.  A child ignores signals that a
-terminal or a supervisor sends to all processes of a command; only the parent obeys them.
+The parent keeps one end of a pipe open and does nothing with it.  The operating system closes that end when the parent
+ends, on every platform and even after SIGKILL; the child waits for this at the other end.  A child ignores signals that
+a terminal or a supervisor sends to all processes of a command; only the parent obeys them.
 """
 
 from __future__ import annotations
@@ -63,11 +63,11 @@ def obey_termination() -> None:
 
 
 def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._exit(0)) -> None:
-    """End this process when the one that started it has ended.
+    """End this process when the process that started it has ended.
 
     Args:
-        wait: a function that returns when the other process has ended; it is called in a thread.
-        end: a function that is called after that.
+        wait: a function that returns when the starting process has ended; it is called in a thread.
+        end: a function that is called when `wait` has returned.
     """
 
     def run() -> None:

@@ -59,7 +59,7 @@ FIXED = {  # arguments and attributes of a bench, with the remedy for setting th
 
 
 def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
-    """Check the arguments of a bench, except its seed."""
+    """Check the arguments passed to `Bench` that have these names."""
     for name, given, fits, allowed in (
         ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
         ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the task order"),
@@ -91,7 +91,8 @@ class Bench:
     Args:
         seed: the seed of every random element, a whole number.
         journal: the file to which every external input is written; replay it with `slewline.replay`.
-        shuffle: a seed; the tasks of each round run in a random order, and the results must not change.
+        shuffle: a second seed, for tests: tasks that are due in the same round then run in a random order, which
+            must not change the results; None keeps the usual order.
         stores: a function that returns the non-volatile memory of a chip, given the name of the chip; by default this
             memory is lost with the bench.
         keep: for endless runs, the length of the past that is kept.  It applies to positions of axes and
@@ -263,7 +264,7 @@ class Bench:
         """Draw the motions of the axes, with recorded pins below; return a matplotlib Figure.
 
         There is one column of panels, whatever the number of axes: velocity and position, and for chips that define
-        them also acceleration and jerk.  An axis that does not move is left out if another one moves.
+        them also acceleration and jerk.  By default, axes that do not move are left out if any other axis moves.
 
         Args:
             title: the title; by default the names of the chips and their part numbers.
@@ -277,9 +278,9 @@ class Bench:
                 motions begin together, and `start` and `stop` count from there.  Measured steps are allowed as well,
                 such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
-                its pin, stretches in which the two differ are marked, and its greatest lag is noted.
-            ideal: draw the ideal curve of each motion as well, if the part defines one, and note the greatest
-                deviation.
+                its pin, stretches in which trace and pin differ are marked, and the trace's greatest lag is noted.
+            ideal: draw the ideal curve of each motion as well, if the chip defines one, and note the motion's greatest
+                deviation from it.
             cursors: instants that are marked by numbered lines; `readings` returns the values at these instants.
             dark: draw light lines on a dark background.
             width: "page", "phone", or a number of inches.
@@ -328,7 +329,7 @@ class Bench:
         show(self.figure(*args, **options))
 
     def _repr_svg_(self) -> str | None:
-        """Return the plot for a notebook; None if there is nothing to draw yet: the notebook then shows the `repr`."""
+        """Return the picture of the bench, as SVG for a notebook; None, to show the `repr`, if nothing can be drawn."""
         return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)

@@ -35,7 +35,7 @@ class Circuit:
     """Chips, parts and wires.
 
     Args:
-        stores: a function that returns the memory of a chip or part, given its name.
+        stores: a function that returns the memory of a chip or part, given the name of that chip or part.
         keep_ps: the length of the past that chips, parts and hosts keep; None for everything.
     """
 
@@ -181,9 +181,10 @@ class Circuit:
         return part
 
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
-        """Return a function that returns {"store": content} for input listeners; {} without a store or listeners.
+        """Return a function that returns {"store": content}, to be recorded as part of an input.
 
-        Call the function when the owner of the store is ready; it then reads the content.  Store faults are journaled.
+        The function returns {} if there is no store, or neither journal nor listener.  Call it when the owner of the
+        store is ready: it reads the content.  With a journal, the faults of the store are recorded as well.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
@@ -199,7 +200,7 @@ class Circuit:
             self.outside.write("store", {"of": name} | what)
 
     def _mounted(self, kind: str, sits: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
-        """Return the shaft that a new part is mounted on, as an argument of its constructor; {} if it needs none."""
+        """Return {"on": shaft}, the constructor argument for a new part on the shaft of `on`; {} if `on` is None."""
         if on is None:
             if sits == "must":
                 raise UsageError(
@@ -258,7 +259,7 @@ class Circuit:
                 owner.check_wiring()
 
     def new_name(self, name: str | None, stem: str) -> str:
-        """Return an unused name: the requested one, or by default the stem, numbered if necessary."""
+        """Return an unused name: the requested one, or by default the stem, with a number appended if necessary."""
         taken = {**self.chips, **self.parts}
         if name is None:
             name = free_name(stem, taken)
@@ -321,7 +322,7 @@ class Circuit:
         self.kernel.settle()
 
     def net(self, name: str) -> Net:
-        """Return the net of a pin, or the bus, by its full name."""
+        """Return the net of a pin, or a whole bus, given the full name of the pin or bus."""
         for chip in self.chips.values():
             if name == f"{chip.name}.{chip.sheet.bus}":
                 return chip.bus
@@ -357,9 +358,10 @@ class Circuit:
         return 0 if self.keep_ps is None else max(self.kernel.seen - self.keep_ps, 0)
 
     def forget(self) -> None:
-        """Drop the past beyond the length that is kept.
+        """Drop the past that is older than the length to be kept.
 
-        A moving axis drops its own past; an axis at rest whose encoder is turned or whose register is loaded does not.
+        A moving axis drops its past by itself; an axis at rest whose encoder is turned or whose register is loaded
+        needs this call.
         """
         if self.keep_ps is None:
             return
@@ -382,7 +384,7 @@ class Circuit:
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:
-    """Return an allowed crystal of a part, in hertz.
+    """Return a crystal frequency in hertz, after checking that the chip allows it.
 
     Raises:
         UsageError: the part has no selectable crystal, or the frequency is far outside the range in the data sheet.

@@ -100,7 +100,7 @@ ALLOWED = {  # by key, or by type
 
 
 class PortRequest(NamedTuple):
-    """The request for a port: the number of its table, its chips, kind and address, and the protocol used there."""
+    """The request for a port: the index of its [[serve]] table, its chips, kind, address and protocol."""
 
     number: int
     chips: list[Chip]
@@ -114,7 +114,7 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file in memory: its `tables`, and their positions in the text.
+    """A bench file in memory: its `tables`, and its text, in which messages find the lines of keys.
 
     `text`: used instead of the contents of the file; the names in it are still relative to the file's folder.
     """
@@ -147,7 +147,7 @@ class BenchFile:
         return found
 
     def line_of(self, place: Place) -> int | None:
-        """Return the line of a key, or of its table; None if the text spells it in another form."""
+        """Return the line of a key, or of its table if the key is not found; None if the table is not found either."""
         if not place:
             return None
         many = len(place) > 1 and isinstance(place[1], int)
@@ -201,7 +201,7 @@ class BenchFile:
         return f"; it is an option of the part: {found}" if key in known else ""
 
     def straps_of(self, place: Place) -> list[str]:
-        """Return the inputs of the chip in a table, starting with the inputs that set its baud rate."""
+        """Return the inputs of the chip in a [[chip]] table, those for its baud rate first; [] for a plug-in."""
         part = self.value(place).get("part", "") if len(place) == 2 else ""
         if part not in CHIPS.ours:
             return []
@@ -258,14 +258,14 @@ class BenchFile:
         return hosts
 
     def check_times(self) -> None:
-        """Check times that are not used until later."""
+        """Check the times `until` and `timeout`, which are not used until the bench runs."""
         for key in ("until", "timeout"):
             time = getattr(self.tables.bench, key)
             with self.at("bench", key):
                 picoseconds(0 if time is None else time)
 
     def programs(self) -> list[tuple[str, str]]:
-        """Return the script of each host: its text, and its place in the file for messages."""
+        """Return the script of each host: its text, and the name of its file or table for messages."""
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:

@@ -48,7 +48,7 @@ class HostRequest(NamedTuple):
         return [connection(chip, self.channel) for chip in self.chips]
 
     def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
-        """Return an existing host of a kind, and the names of the chips that it serves; None if there is none."""
+        """Return a host of this kind that already serves some of the chips, and the names of these chips, or None."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
             if isinstance(other, kind) and taken:
@@ -78,13 +78,13 @@ class HostRequest(NamedTuple):
         self.circuit.outside.record("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
 
     def place(self, host: Host, pairs: Sequence[tuple[Terminal, Terminal]]) -> None:
-        """Put a host on the bench, connected to some pins."""
+        """Put a host on the bench, and connect its pins to pins of the chips, pair by pair."""
         self.circuit.place(host)
         for own, theirs in pairs:
             theirs.net.join(own.net)
 
     def follow_power(self, switched_on: Callable[[], object]) -> None:
-        """Notify a host whenever a chip is switched on."""
+        """Call a function of the host whenever one of its chips is switched on."""
         for chip in self.chips:
             chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 

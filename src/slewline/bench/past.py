@@ -6,11 +6,12 @@
     journal   ....G....................R..........m.............. now         as recorded
     shadow    ....G....................R                                      plays the journal, with a delay
     rerun                              R..........m..............now          the same bench, with the input at m
+    (G, R: recorded inputs; m: the instant of a new one)
 
-A running bench cannot be copied.  So a second bench, the shadow, plays its journal with a delay, so that
-no input is inserted before the instant already reached (`Past.follow`).  To go back, the shadow plays
-on, with the new inputs inserted among the old ones.  The cost is that of the run since that instant,
-regardless of how long the bench ran before.  Each new run needs a shadow of its own.
+A running bench cannot be copied.  So a second bench, the shadow, plays its journal with a delay, so that it never
+passes an instant at which an input may still be inserted (`Past.follow`).  To go back, the shadow plays
+on (from R above), with the new inputs inserted among the old ones.  The cost is that of the run since that instant,
+regardless of how long the bench ran before.  Each new run uses up one shadow.
 
 A server can also go back in another process: `links/time/server_past.py`.
 
@@ -21,7 +22,7 @@ run bit for bit.
 Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` it takes
 over the file, which is written only if the content differs: data that the undone past stored and the new run stored
 again in the same way is not written twice; data that the new run did not store is removed, and data that only the new
-run stored is added.  A write that a disk has refused is refused again, at the same call of the owner.
+run stored is added.  A write that a disk has refused is refused again, at the same call of the memory's owner.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class TooLong(UsageError):
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
-    """Return the entry for a pin that is driven externally, or released (None), in the first round of an instant."""
+    """Return the journal entry for a pin that is driven, or released (None), in the first round of an instant."""
     return {"do": "drive", "t": at_ps, "round": 1, "pin": pin, "level": level}
 
 
@@ -79,7 +80,7 @@ class ShadowBench:
         return -1 if self.player is None else self.player.bench.now_ps
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Play on up to an instant; return False early, as soon as `enough` returns true after an entry.
+        """Play on up to an instant; return False if stopped earlier, because `enough` returned true after an entry.
 
         Raises:
             BenchFileError: an entry that cannot be executed.
@@ -122,7 +123,7 @@ class Past:
 
     Args:
         bench: the bench in use; later the bench passed to `go_on`.
-        shadows: the number of times one can go back before a shadow has to be started again.
+        shadows: the number of shadows (see the module), each of which serves one rerun, before one starts again at 0.
     """
 
     def __init__(self, bench: Bench, shadows: int = 3) -> None:
@@ -132,7 +133,7 @@ class Past:
 
     @property
     def path(self) -> Path:
-        """The journal, which is still being written.
+        """The path of the journal, which is still being written.
 
         Raises:
             UsageError: there is no journal.
@@ -146,7 +147,7 @@ class Past:
         return Instant(self, ps)
 
     def listen(self, bench: Bench) -> object:
-        """Observe a bench that plays the past, before it begins; return its `Companion`, if any."""
+        """Observe a bench that plays the past, before it begins to play; return its `Companion`, if any."""
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
         """Let the shadows play on up to an instant before which no more inputs will be inserted.
@@ -154,7 +155,7 @@ class Past:
         The instant must be over: all its entries are in the journal.
 
         Args:
-            enough: called after each entry; if it returns true, the remaining entries wait for another call.
+            enough: called after each entry; if it returns true, the remaining entries are left for the next call.
 
         Returns:
             False if entries remain.
@@ -169,7 +170,7 @@ class Past:
 
     @property
     def since_ps(self) -> int:
-        """The latest instant at which a shadow is ready (ps); -1 if none is."""
+        """The instant (ps) that the most advanced shadow has reached; -1 if there is no shadow."""
         return max((each.now_ps for each in self.shadows), default=-1)
 
     @property
@@ -178,7 +179,7 @@ class Past:
         return sum(each.lines for each in self.shadows)
 
     def entries(self) -> Iterator[tuple[int, Entry]]:
-        """Yield the entries of the journal since the latest shadow, each with the byte offset of its line."""
+        """Yield the journal entries that no shadow has played yet, each with the byte offset of its line."""
         at = max((each.offset for each in self.shadows), default=0)
         with open(self.path, "rb") as file:
             file.seek(at)
@@ -187,7 +188,7 @@ class Past:
                 at += len(line)
 
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
-        """Continue with another bench, which is identical to the one in use before an instant (ps).
+        """Continue with another bench, identical to the present one before the instant `since_ps` (ps).
 
         It takes over the external memories, and the name of the journal if the operating system can rename it.
 
@@ -218,20 +219,20 @@ class Instant:
     ) -> Bench:
         """Return another bench, run up to `to_ps`, as if the inputs after this instant had been different.
 
-        It repeats the journal, with these inputs inserted at their instants: inputs in the first round of an
-        instant come before inputs recorded after that round.  The bench in use is unchanged, and so are
+        The new bench repeats the journal, with `inputs` inserted at their instants: inputs in the first round of
+        an instant come before inputs recorded after that round.  The bench in use is unchanged, and so are
         memories in files.
 
         Args:
             inputs: entries of a journal, as `driven` and `given` make them.
             to_ps: the present instant, ps.
-            copy: the journal of the new bench, by default next to the present journal.
+            copy: the path for the journal of the new bench; by default next to the present journal.
             without: entries of the journal that are left out, each given by the byte offset of its line.
-            allowed_s: the time that this may take on a typical machine, in seconds.
+            allowed_s: the time that the rerun may take on a typical machine, in seconds; None for any time.
 
         Raises:
             TooLong: the run would take longer.
-            UsageError: no input is given, or one that is not between the start and the present.
+            UsageError: no input is added or left out, or one of them is not between the start and the present.
             BenchFileError: an entry cannot be executed, possibly an old entry because of the new ones; or `copy` is a
                 file that is not a journal, or cannot be written.
         """
@@ -271,7 +272,7 @@ class Instant:
         return bench
 
     def _first(self, inputs: Iterable[Entry], without: Iterable[int], to_ps: int) -> int:
-        """Return the first instant at which the other bench differs: that of the first input added or left out (ps)."""
+        """Return the earliest of this instant and the instants of the inputs added or left out (ps)."""
         marks = [self.ps, *(int(entry["t"]) for entry in inputs), *map(self._instant, without)]
         for at in marks:
             if not 0 < at <= to_ps:
@@ -288,7 +289,7 @@ class Instant:
 
 
 def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) -> Iterator[bytes]:
-    """Yield the lines of a journal, starting at a byte offset, with more entries merged in by time."""
+    """Yield the lines of `rest`, a journal from byte offset `at` on, with entries merged in by time or left out."""
     for line in rest.splitlines(keepends=True):
         if line.endswith(b"\n") and at not in without:
             entry = json.loads(line)

@@ -58,13 +58,13 @@ def find_ramps(
 
     Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and SET_JERK of
     the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower one comes first.  Of
-    several ramps with the same goal value, only one is returned: the slowest; then that with the lowest Z; then that
-    with the lowest S, R, acceleration or jerk.
+    several ramps with the same time, acceleration or steps (whichever is the goal), only the slowest is returned; of
+    equally slow ones, that with the lowest Z, and then that with the lowest S, R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.
         time, acceleration, steps: the goal, exactly one of the three: the duration of the ramp, such as "0.5 s" or a
-        number of ps; its mean acceleration, steps/s^2; or its number of steps.
+            number of ps; its mean acceleration, steps/s^2; or its number of steps.
         count: the number of ramps to return, 1 or more.
 
     Raises:

@@ -99,10 +99,11 @@ def replay(
         until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
             leave them out, stop one picosecond earlier.  After the end of the journal, time passes without inputs.  The
             returned bench can be run further.
-        shuffle: a seed; the tasks of each round run in a random order, and the results must not change.
+        shuffle: a seed, for tests: tasks that are due in the same round then run in a random order, which must not
+            change the results; None keeps the usual order.
         prepare: a function that is called with the bench before time passes: to record pins, for example.
-        other_laws: replay even if the behaviour of a part has changed since; the run may then differ, and the warning
-            OtherLaws is issued.
+        other_laws: replay even if the behaviour of a part has changed since the journal was recorded; the run may then
+            differ, and the warning OtherLaws is issued.
         allow_code: allow the journal to name chips and parts as module:Class, whose import runs code from the module.
 
     Raises:
@@ -118,10 +119,10 @@ def replay(
 
 
 def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
-    """Let a bench in the state at byte `begin` of a journal play its further entries, up to an instant (ps).
+    """Let a bench in the state at byte `begin` of a journal play the entries from there up to the instant `stop` (ps).
 
-    It then writes a journal of its own, `copy`, which begins like the old one.  The memories of its chips
-    and parts are separated from the external ones; failures recorded in the journal are repeated.
+    From then on, the bench writes a journal of its own, `copy`, which begins like the old one.  The memories of its
+    chips and parts are separated from the external ones; memory faults recorded in the journal are repeated.
 
     Raises:
         BenchFileError: an invalid entry.
@@ -144,9 +145,9 @@ def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: 
 
 
 def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
-    """Return the length of a journal up to its last entry at or before an instant (ps), read from `begin`.
+    """Return the length of a journal, in bytes, up to the end of its last entry at or before the instant `stop` (ps).
 
-    `begin` is the byte at which a line starts.
+    Reading starts at the byte offset `begin`, which must be the start of a line.
     """
     with open(path, "rb") as file:
         file.seek(begin)
@@ -161,20 +162,20 @@ class Companion(Protocol):
     """An object that accompanies a bench while it plays a journal, and acts on the bench without journal entries."""
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Handle an entry that has been executed, and the result of its input."""
+        """Take note of an entry that has been executed, and of its result if it is an input."""
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return the next action and its instant, if it is due before the next entry, and no later than `to_ps`."""
+        """Return the next action and its instant (ps) if due before the next entry and by `to_ps`, else None."""
 
 
 class Player:
     """A player of a journal, which executes each entry on a bench at its instant.
 
-    Entries for a first round wait in the kernel.
+    An entry for the first round of an instant is held in the kernel until that round.
 
     Args:
         prepare: called with the bench before time passes; may return a `Companion`.
-        kept: a function that creates the memory of a chip or part, given its name and content.
+        kept: a function that creates the memory of a chip or part, given the name of the owner and the content.
     """
 
     def __init__(
@@ -271,7 +272,7 @@ def as_bytes(content: Any) -> bytes:
 
 @contextmanager
 def _located(found: Entries, number: int, what: str) -> Iterator[None]:
-    """Report errors of an invalid entry with file and line."""
+    """Report errors in executing an invalid entry with file and line."""
     try:
         yield
     except BenchFileError:
@@ -282,10 +283,10 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
 
 
 def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None:
-    """Refuse a journal whose parts behave differently now, or issue a warning.
+    """Refuse a journal whose parts behave differently now; if `allowed`, issue the warning OtherLaws instead.
 
     Raises:
-        BenchFileError: they behave differently, and that is not allowed.
+        BenchFileError: parts behave differently, and that is not allowed.
     """
     different = differing(known)
     if not different:
@@ -304,9 +305,9 @@ def apply(
     known: Survey,
     kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
 ) -> Any:
-    """Execute an entry again; if it is an input, return its result.
+    """Execute an entry again; if it is an input to a chip or part, return the result of the input.
 
-    `kept` creates the memory of a chip or part, given its name and content.
+    `kept` creates the memory of a chip or part, given the name of the owner and the content.
     """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
@@ -353,7 +354,7 @@ def apply(
 
 
 def apply_input(bench: Bench, name: str, do: str, args: list[Any]) -> None:
-    """Repeat a call of a host: a script or, in journals written by 0.1.0 and earlier, any other call."""
+    """Repeat a call of a method of a host: a script or, in journals written by 0.1.0 and earlier, any other call."""
     host: Any = bench[name]
     if not isinstance(host, Host):
         raise UsageError(f"{name} is not a host")

@@ -26,10 +26,10 @@ class TimedStream(Protocol):
     """A file that is written as time passes."""
 
     def check_entered(self) -> None:
-        """Check that time may pass.
+        """Check that time may pass: that the stream is used in a `with` statement.
 
         Raises:
-            UsageError: time may not pass yet.
+            UsageError: it is not.
         """
 
     def feed(self, ps: int) -> None:
@@ -37,7 +37,7 @@ class TimedStream(Protocol):
 
 
 def _seen(_net: Net) -> None:
-    """Do nothing; with this observer on a net, its promised edges become instants of the run."""
+    """Do nothing; the promised edges of a net with this observer are instants at which conditions are tested."""
 
 
 @dataclass
@@ -53,7 +53,7 @@ class Wait:
     renew: Callable[[], object] | None = None  # repeats the wait on the bench that has replaced this one
 
     def begin(self) -> None:
-        """Make the promised edges of the nets count as instants of the run."""
+        """Make the promised edges of the nets count as instants of the run, so that the condition is tested at each."""
         for net in self.nets:
             net.watch(_seen)
 
@@ -81,10 +81,10 @@ class HasVirtualLoop(Protocol):
 
 
 def virtual_loop(verb: str) -> HasVirtualLoop:
-    """Return the running loop, which must have virtual time.
+    """Return the running asyncio loop, which must have virtual time.
 
     Raises:
-        UsageError: it follows the wall clock.
+        UsageError: the loop follows the wall clock.
     """
     import asyncio
 
@@ -98,7 +98,7 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return, for each chip and part that is not idle, a line of text that states the event it waits for."""
+    """Return, for each chip and part that is not idle, a line that states the event for which it waits."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 
@@ -208,7 +208,7 @@ class Runner:
             self._forget(self.kernel.now)
 
     def _forget(self, now: int) -> None:
-        """Drop data that is too old to be kept, and set the next time for this, counted from an instant (ps)."""
+        """Drop data that is too old to be kept; do so again when the kept length has passed since `now` (ps)."""
         self.circuit.forget()
         self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
@@ -228,7 +228,7 @@ class Runner:
         self.conclude()
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or either (`|`).
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two: a | b.
 
         Args:
             condition: a condition, or a function without arguments that returns true when it is met.  A function is
@@ -244,7 +244,7 @@ class Runner:
         self._until(self._condition("run_until", condition), timeout)
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Run until the condition of a host's call is met."""
+        """Run until a condition is met for which a call to a host waits; `what` names the condition in messages."""
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
@@ -268,7 +268,7 @@ class Runner:
         return True
 
     def _condition(self, verb: str, condition: Condition | Callable[[], bool]) -> Condition:
-        """Return a condition and begin its wait; a function is called after every step of every motor."""
+        """Return a condition, its wait begun; one made of a function is tested after every step of every motor."""
         if isinstance(condition, Condition):
             if not condition.belongs(self.kernel):
                 raise UsageError(
@@ -286,7 +286,7 @@ class Runner:
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _instants(self) -> list[Net]:
-        """Return the nets whose edges count as instants for a function: steps, and data exchanged by value."""
+        """Return the nets at whose edges a function is called: steps, and data exchanged by value."""
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
         return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends or pin.net.readers]
@@ -310,7 +310,7 @@ class Runner:
             raise self._timeout(condition, timeout, dead)
 
     def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met, possibly between two events, at the instant that `when` returns."""
+        """Run until a condition is met, at an event or when `when` foresees it; return whether it is met in time."""
         kernel = self.kernel
         while not wait.met():
             following, early = kernel.next_time(), when()

@@ -56,7 +56,7 @@ def _elsewhere(role: str) -> str:
 
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
-    """Return the neighbour's pin in a role, to which a pin of a part is connected; None if there is none."""
+    """Return the neighbour's pin in a role to which the pin of a part is to be connected; None if there is none."""
     in_out = own.row.in_out
     found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
     found = [pin for pin in found if (in_out, pin.row.in_out) != ("out", "out")]
@@ -64,7 +64,7 @@ def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal
 
 
 def as_needed(row: Pin) -> Pin:
-    """Return a pin as an attached part sees it: `active` is the level at which its role is active."""
+    """Return a pin as an attached part sees it: with the level at which the pin's role is active as its `active`."""
     return replace(row, active=row.sense)
 
 
@@ -88,7 +88,7 @@ def _check(part: Part, own: Terminal, theirs: Terminal) -> None:
 
 
 def _wanted(role: str, axis: int) -> str:
-    """Return a description of a required pin."""
+    """Return a description, for a message, of the pin that a part requires."""
     return f"a pin that {ROLES[role]}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
 
 
@@ -97,7 +97,7 @@ def _called(neighbour: Chip | Part) -> str:
 
 
 def stem_of(kind: str, cls: type[Part]) -> str:
-    """Return the default name for a kind of part, without its number."""
+    """Return the default name for a part of a kind, to which a number is added if necessary."""
     return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
 
 

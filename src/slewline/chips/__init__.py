@@ -55,11 +55,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListedChip:
-    """A built-in chip: its name, and where its objects are defined, as `module:name` within its folder.
+    """A built-in chip: its description, and where its objects are defined, as `module:name` within its folder.
 
-    `checks` is a function that takes the sheet and returns this chip's lint rules; `ramps` is one that returns its ramp
-    calculator; `quirks` are the gaps in its manual; `fitted` is a function that takes the sheet and all the part's
-    options, and returns the sheet for the tools to use.
+    `checks` is a function that takes the sheet and returns this chip's lint rules; `ramps` is a function that takes the
+    sheet and returns its ramp calculator; `quirks` are the gaps in its manual; `fitted` is a function that takes the
+    sheet and all the part's options, and returns the sheet for the tools to use.
     """
 
     description: str
@@ -152,7 +152,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
 
 def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
-    """Return the lint rules of this part only, for its own sheet or another one; raise as `chip_class` does."""
+    """Return the lint rules of this part only, for its own sheet or the one given; raise as `chip_class` does."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]

@@ -3,9 +3,9 @@
     rxd   ... characters ... CR                               a carriage return ends a line; then
     txd                         |<- turnround ->| answer CR   the line is executed, and takes effect with its answer
 
-While an answer is being sent, one further line is kept; others are lost.  Such a chip has a `LineInterface`.  A
-`LineChip` has no other interface: it defines its sheet (with a serial line among its channels, and the lines dialect),
-and a method for each command or an `obey` of its own.
+While a line is in progress, one further line is kept; any more are lost.  Every chip on a line has a
+`LineInterface`.  A `LineChip` has no other interface: it defines its sheet (with a serial line among its
+channels, and the lines dialect), and a method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
@@ -88,10 +88,10 @@ class LineOwner(Protocol):
         """Execute a line; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if it has none for this chip."""
+        """Return the command in a line, without address and checksum; None if the line has none for this chip."""
 
     def busy(self, on: bool) -> None:
-        """Show that the chip begins or has finished executing a line."""
+        """Show that the chip begins to execute a line (True), or has finished it (False)."""
 
     def refresh_idle(self) -> None:
         """Record whether the chip is idle."""
@@ -154,7 +154,7 @@ class LineInterface:
         self.owner.refresh_idle()
 
     def hang_up(self) -> None:
-        """Discard the line in progress, because the supply is off."""
+        """Stop receiving and sending, and discard all lines, because the supply is off."""
         for task in (self.listener, self.worker):
             if task is not None:
                 task.kill()
@@ -198,7 +198,7 @@ class LineInterface:
             self._too_long = True
 
     def _line_feed(self, within: bool) -> None:
-        """Report, once, that the host sends line feeds."""
+        """Report, once, that the host sends line feeds; `within` is True if this one follows characters of a line."""
         if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
             return  # the last character may be a checksum
         self.line_feeds = True
@@ -210,7 +210,7 @@ class LineInterface:
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
-        """Process a complete line, or a late answer."""
+        """Add a complete line, or a late answer, to the work; a line is lost if another one is already waiting."""
         if isinstance(item, Line) and len(self.work) > 1:
             self.owner.finding(
                 "line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting"
@@ -245,7 +245,7 @@ class LineInterface:
         self.owner.refresh_idle()
 
     async def _send(self, data: bytes) -> None:
-        """Send characters, then release the line."""
+        """Send characters, then release TXD."""
         driver = self.owner.drivers["txd"]
         await transmit(driver, self.frames, data)
         driver.release()
@@ -325,7 +325,7 @@ class LineChip(InLines, Chip):
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Execute a line; return the answers, without their carriage returns.
 
-        The default calls the method named after the command's row (do_loop for LOOP); its result is the answer.
+        This default calls the method named after the command's row (do_loop for LOOP); that returns the answer.
         """
         command = parse(self.sheet, line.text.decode("ascii", "replace"))
         if isinstance(command, Refusal):
@@ -338,7 +338,7 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if it has none for this chip."""
+        """Return the command in a line, without address and checksum; None if the line has none for this chip."""
         return line.text
 
     @property

@@ -11,4 +11,8 @@ FOUND, WRONG_USE = 1, 2  # exit status; 0: success
 
 
 class Terminated(KeyboardInterrupt):
-    """A request by the system to end the process: like Ctrl-C, but it does not cancel a single input line."""
+    """A request by the system to end the process.
+
+    It is handled like Ctrl-C, but always ends the command, even where Ctrl-C cancels only the line being
+    typed.
+    """

@@ -116,9 +116,9 @@ def run_command(**options: Any) -> int:
     chip in binary mode.  A GS-C module is strapped for 9600 baud without checksums, unless --strap sets
     other values.
 
-    A command refused by the chip is a finding.  Findings alone do not fail a run, except with --strict.  The exit
-    status is also 1 if the program is for another chip: none of its lines is a command of this chip, or most are not
-    and another chip has them all.
+    A command refused by the chip is a finding.  Findings alone do not fail a run, except with --strict (exit
+    status 1).  The exit status is also 1 if the program is for another chip: none of its lines is a command
+    of this chip, or most are not and all of them are commands of another chip.
     """
     from .run import RunCommand
 
@@ -213,17 +213,19 @@ cli.add_command(translate_command)
 def ramp_command(**options: Any) -> int:
     """Calculate a ramp of a chip: its time, steps and acceleration, and the moves that reach its rate.
 
-    Parameters have the names of the commands that set them: F, R, S, Z (CY525); F, R, S (CY545); S, T, R and law
-    (GS-C); SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and
-    output (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
+    Parameters have the names of the commands that set them: F, R, S, Z (CY525); F, R, S (CY545); S, T, R and
+    law (GS-C); SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC,
+    SET_JERK and output (MC1451A family).  Try: slewline ramp cy525 F=3 R=127 S=200
 
     A list of values, S=1,100,200, compares ramps; --plot draws them in one picture.
 
-    A bare number is the value of the command; "SET_VEL=12345 steps/s" or "R=6000 steps/s" selects the value nearest to
-    a rate, and "SET_ACC=20000 steps/s2" the value nearest to an acceleration.  With --time, --accel or --steps these
-    may be left out: S and Z, R, SET_ACC, one of SET_MAX_ACC and SET_JERK.  The nearest of all possible ramps are
-    listed; of two equally near ones the slower comes first.  Of several ramps with the same time (acceleration, steps)
-    only one is listed: the slowest, then the one with the lowest Z, then with the lowest S, R, acceleration or jerk.
+    A bare number is the value of the command; "SET_VEL=12345 steps/s" or "R=6000 steps/s" selects the value
+    nearest to a rate, and "SET_ACC=20000 steps/s2" the value nearest to an acceleration.  With --time,
+    --accel or --steps, some parameters may be left out: S and Z (CY525), S (CY545), R (GS-C), SET_ACC, or
+    one of SET_MAX_ACC and SET_JERK. Of all possible ramps, those nearest to the requested value are listed;
+    of two equally near ones the slower comes first.  Of several ramps with the same time (acceleration,
+    steps) only one is listed: the slowest, then the one with the lowest Z, then with the lowest S, R,
+    acceleration or jerk.
     """
     from .ramp import ramp
 

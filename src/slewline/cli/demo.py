@@ -84,7 +84,10 @@ def made(output: str) -> Path:
 
 
 def called_as() -> str:
-    """Return the shell command that calls this slewline from the current folder: its name, or else its script path."""
+    """Return the shell command that calls this slewline from the current folder.
+
+    It is "slewline", the path of its script, or, if the package is not installed, python -m slewline.
+    """
     own = shutil.which("slewline", path=sysconfig.get_path("scripts"))
     if own is None:  # the package is next to the caller, not installed
         return f"{word(sys.executable)} -m slewline"
@@ -113,7 +116,7 @@ class Show:
         click.echo(f"{'seconds':>10}   {'position':>8}")
 
     def print_line(self, text: str, **style: Any) -> None:
-        """Print a line with the time and the pin."""
+        """Print a line with the time, the position and a text."""
         click.echo(f"{seconds(self.bench.now_ps)[:-3]:>10}   {self.chip.position:>8}   {click.style(text, **style)}")
 
     def ran(self, net: Net) -> None:

@@ -22,12 +22,12 @@ FEW = 4  # a program may be for a chip if the chip knows at least three of every
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
-    """Return a message if a program is not for this chip, with the chips that it may be for; otherwise "".
+    """Return a message if a program is not for this chip, naming the chips that it may be for; otherwise "".
 
     Args:
         text: the text that a host sends, one command per line.
         where: the name of the program, whose extension may name a chip.
-        chip: the chip that received it.
+        chip: the chip that received the program.
         sheet: the sheet of that chip.
     """
     if where.lower().endswith(".hex"):
@@ -49,7 +49,7 @@ def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
 
 
 def commands(text: str, sheet: Sheet) -> set[int]:
-    """Return the numbers of those lines of a text that a host would send."""
+    """Return the numbers of the lines in a text that a host would send to the chip."""
     from ..language.dialect import dialect_of
     from ..language.source import host_lines
 
@@ -66,9 +66,10 @@ def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
 
 
 def meant(text: str, where: str, given: str) -> list[str]:
-    """Return the parts with the fewest unknown lines, if these are few.
+    """Return the parts, except the `given` one, with the fewest unknown lines: three at most.
 
-    If one of them is the part that the file extension names, return only that one.
+    If one of them is the part that the file extension names, return only that one.  Return [] if more than a
+    quarter of the lines are unknown to every part.
     """
     counts = {part: len(strange(text, sheet_of(part), part)) for part in CATALOGUE.ours if part != given}
     least, lines = min(counts.values()), len(commands(text, sheet_of(given)))

@@ -21,7 +21,7 @@ def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
     """Return the files that a name selects: a folder, a file, or a file without its folder or its extension.
 
     Raises:
-        UsageError: there is no such file; the message names the command that lists them.
+        UsageError: there is no such file; the message names the command that lists the examples.
     """
     name = name.replace("\\", "/").rstrip("/")
     exact = [path for place, path in everything.items() if place == name or place.startswith(f"{name}/")]

@@ -105,10 +105,10 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
     Args:
         path: the path of the file.
         chip: the value of --chip.
-        fits: raises UsageError for a part that the command does not support; the message does not list such parts.
+        fits: raises UsageError for a part that the command does not support; error messages omit it.
 
     Raises:
-        UsageError: neither of them names a part.
+        UsageError: neither --chip nor the file extension names a part.
     """
     if chip is not None:
         return chip
@@ -174,10 +174,10 @@ def sheet_for(path: str, chip: str | None, fits: Callable[[Sheet], object] | Non
 
 
 def report_replaced(journal: str | None) -> None:
-    """Warn on standard error that a journal will be replaced.
+    """Warn on standard error if an existing journal will be replaced.
 
     Raises:
-        BenchFileError: the file is not a journal.
+        BenchFileError: the file exists, but is not a journal.
     """
     from ..bench.files.journal import replaced
 
@@ -200,9 +200,10 @@ class Outputs:
     def claim(
         self, path: str | None, extensions: tuple[str, ...] = (), bare: bool = False, own: bool = False
     ) -> str | None:
-        """Check that a file can be written, and that it has one of these extensions.
+        """Check that a file can be written, and has one of the `extensions` (if any are given); return its path.
 
         Args:
+            path: the path of the file; None and "-" (standard output) are not checked.
             bare: a name without an extension is allowed too.
             own: the name was chosen by the command, not by the user.
 
@@ -240,14 +241,17 @@ class Outputs:
         self.written.append(path)
 
     def save(self, path: str | None, write: Callable[[str], object]) -> None:
-        """Call a function that writes a claimed file, if there is one."""
+        """Call `write`, which writes a claimed file; do nothing if `path` is None."""
         if path is not None:
             write(path)
             self.written.append(path)
 
     # --------------------------------------------------------------------------------------------------- the journal
     def partial(self, path: str | None) -> str | None:
-        """Return a temporary name for a file that grows during a run, until `keep` renames it."""
+        """Return the temporary name of a file that grows during a run; `keep` gives the file its final name.
+
+        A pipe or a device keeps its own name.  None if there is no file.
+        """
         from ..record.whole_file import WholeFile
 
         if path is None:

@@ -1,6 +1,7 @@
 """The entry point: it runs the command line, and turns every error into a message and an exit status.
 
-0: success; 1: a problem was found in the program or file, or the time limit was reached; 2: incorrect usage.
+The status is 0: success; 1: a problem was found in the program or file, or the time limit was reached;
+2: incorrect usage.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def _end_in_order() -> None:
 
 
 def _dropped(failed: sys.UnraisableHookArgs) -> None:
-    """Interrupt again if Python has dropped the interrupt, as in `__del__` and in callbacks of weak references."""
+    """Raise an interrupt again if Python has discarded it, as in `__del__` and in callbacks of weak references."""
     if not isinstance(failed.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(failed)
         return
@@ -98,7 +99,10 @@ def _open_closed() -> None:
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:
-    """Write us for µs if the encoding of a terminal or a file has no µ, as in some Windows code pages."""
+    """Return a replacement for characters that an output encoding lacks, and the index of the next character.
+
+    For µs it is us, if the encoding of a terminal or a file has no µ, as in some Windows code pages.
+    """
     if not isinstance(error, UnicodeEncodeError):
         raise error
     from ..core.messages.plain import ascii_of
@@ -114,7 +118,7 @@ def _interrupted(*_: object) -> NoReturn:
 
 
 def invoke(arguments: Sequence[str]) -> int:
-    """Run a command line; return the exit status.  An exception that it raises is a fault in slewline."""
+    """Run a command line; return the exit status.  An exception raised by this function is a fault in slewline."""
     from ..extras import needs
 
     try:

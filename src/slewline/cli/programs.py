@@ -76,7 +76,7 @@ def asm(
 
 
 def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
-    """Return an assembled program in one of the formats."""
+    """Return an assembled program in a format: "bin", "ascii", "binary", "image", "hex" or "listing"."""
     from ..language.assemble import to_ascii, to_binary, units
 
     if form == "bin":

@@ -94,7 +94,7 @@ def bound(
     options: Mapping[str, Any] | None,
     found: Sequence[Ramp],
 ) -> Iterator[str]:
-    """Yield a line with the limit, if no ramp reaches the requested value."""
+    """Yield a line with the lowest or highest possible value, if the requested value is beyond it."""
     name, goal = next((name, value) for name, value in wanted.items() if value is not None)
     has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
     if min(has) <= goal <= max(has):
@@ -118,7 +118,7 @@ def nearest(
     values: Mapping[str, str],
     options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
-    """Return the ramps nearest to the requested values; the time is in whole ps."""
+    """Return the ramps nearest to the requested values; a requested time is in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
@@ -126,11 +126,11 @@ def nearest(
 
 
 def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str, str]]:
-    """Return the parameters of every requested ramp; a list of values, such as S=1,100,200, requests several.
+    """Return the parameters of every requested ramp; a list, S=1,100,200, requests one ramp for each value.
 
     Raises:
         UnknownName: there is no such parameter.
-        UsageError: not NAME=VALUE, a name given twice, two lists, or a list that is too long.
+        UsageError: not NAME=VALUE, a name given twice, more than one list, or a list that is too long.
     """
     values = named(calculator, parameters)
     lists = {name: text.split(",") for name, text in values.items() if "," in text}
@@ -151,7 +151,7 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
 
     Raises:
         UnknownName: there is no such parameter.
-        UsageError: not NAME=VALUE, or a name given twice.
+        UsageError: a parameter is not NAME=VALUE, or a name is given twice.
     """
     values: dict[str, str] = {}
     for parameter in parameters:
@@ -281,7 +281,7 @@ def exact(value: float) -> float:
 
 # -------------------------------------------------------------------------------------------------------------- picture
 def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
-    """Draw a move for every ramp: the requested move, or the shortest one that reaches the rate.
+    """Draw a move for every ramp: the requested move, or the shortest one that reaches the ramp's top rate.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.

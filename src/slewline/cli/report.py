@@ -20,7 +20,7 @@ WINDOW_PS = 10**13  # steps are counted in windows of 10 s, because those of an 
 
 
 def as_json(bench: Bench, ended: str, whole: bool) -> str:
-    """Return the JSON text of a run: of its only chip, or of a whole bench."""
+    """Return the JSON text of a run: of the whole bench if `whole`, else of its only chip."""
     chips = {name: chip_object(bench, chip, ended) for name, chip in bench.chips.items()}
     found: Any = {"chips": chips, "findings": [finding_object(found) for found in bench.findings]}
     if not whole:
@@ -74,7 +74,7 @@ def finding_object(found: Finding) -> dict[str, Any]:
 
 
 def steps_object(bench: Bench, axis: OneAxis) -> dict[str, Any]:
-    """Return the number of steps and their intervals as data."""
+    """Return the steps of an axis as data: number, first and last instant, and shortest interval (ps)."""
     count, first, last, shortest = 0, None, None, None
     for times in _windows(bench, axis):
         gaps = [int((times[1:] - times[:-1]).min())] if len(times) > 1 else []
@@ -93,7 +93,7 @@ def _windows(bench: Bench, axis: OneAxis) -> Iterator[Any]:
 
 
 def summary(bench: Bench, ended: str) -> Iterator[str]:
-    """Yield one line for the end of a run, and one for every axis."""
+    """Yield one line about the end of a run, and one about every axis."""
     yield f"{ended} at {readable(bench.now_ps)}"
     for chip in bench.chips.values():
         for number in range(1, chip.sheet.axes + 1):

@@ -179,7 +179,7 @@ class RunCommand(BenchOptions):
         )
 
     def prepare(self, bench: Bench) -> None:
-        """Drive pins, start recordings and the transcript; refuse options that would have no effect."""
+        """Drive pins, start the recordings and the transcript, and refuse options that would have no effect."""
         if not bench.chips:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         if self.save_memory is not None:
@@ -200,13 +200,13 @@ class RunCommand(BenchOptions):
             Transcript(bench, lambda ps, who, kind, text: show(ps, f"{who:<{width}}", kind, text)).attach()
 
     def full_name(self, bench: Bench, pin: str) -> str:
-        """Return the full name of a pin; if there is only one chip, the chip name may be left out."""
+        """Return the full name of a pin, chip.pin; if there is only one chip, the user may omit the chip's name."""
         if "." in pin or len(bench.chips) != 1:
             return pin
         return f"{next(iter(bench.chips))}.{pin}"
 
     def plotted(self, bench: Bench) -> list[str]:
-        """Return the pins to draw below a plot: those of the first chip."""
+        """Return the pins of the first chip that are drawn below the plot."""
         name, chip = next(iter(bench.chips.items()))
         return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
@@ -293,7 +293,7 @@ class RunCommand(BenchOptions):
                 )
 
     def take_script(self, do: str, what: dict[str, Any]) -> None:
-        """Record the script of a host."""
+        """Keep the script of a host, for the check whether it is for another chip."""
         if do == "script":
             self.scripts.append(tuple(what["args"]))
 
@@ -307,7 +307,7 @@ class RunCommand(BenchOptions):
         return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
 
     def foreign(self, bench: Bench) -> bool:
-        """Return whether a program is for another chip; if so, report it on standard error."""
+        """Return whether any script is for a chip other than its own; if so, report this on standard error."""
         from .dialects import foreign
 
         chips = bench.chips if bench.findings else {}
@@ -321,7 +321,7 @@ class RunCommand(BenchOptions):
         return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
-        """Return the findings that fail the run: all if the run is strict, else findings not expected by a script."""
+        """Return the findings that fail the run: all in a strict run, else only the failed expectations of scripts."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
@@ -340,7 +340,7 @@ def check_input(bench: Bench, name: str, option_text: str) -> None:
 
 
 def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
-    """Return the only memory on a bench, to be written to a file."""
+    """Return the memory whose content will be saved to a file; refuse a bench without exactly one memory."""
     from ..parts.memories.memory import Eeprom, Ram
 
     found = [part for part in bench.parts.values() if isinstance(part, Eeprom | Ram)]

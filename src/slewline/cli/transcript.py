@@ -90,7 +90,7 @@ class Transcript:
         chip.pins[pin].net.watch(changed)
 
     def seldom(self, who: str, kind: str, text: str, about: str) -> None:
-        """Report an event, but only a limited number of times."""
+        """Report an event about a pin, a display or an axis (`about`), but only a limited number of times for each."""
         self.lines[about] += 1
         if self.lines[about] <= MOST:
             self.report(who, kind, text)
@@ -99,7 +99,7 @@ class Transcript:
 
 
 class DisplayReports:
-    """Reports of the text of a display, each made when no character has been written for a while."""
+    """Reports of the text of a display, each made when no character has been written for 20 ms."""
 
     def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
         self.transcript, self.display, self.kernel = transcript, display, display.kernel
@@ -114,7 +114,7 @@ class DisplayReports:
             self.kernel.call_at(self.since + STAYS_PS, self.report)
 
     def report(self) -> None:
-        """Print the text of the display, if it has not changed since."""
+        """Print the text of the display if it has been unchanged for 20 ms; otherwise postpone the report."""
         if self.kernel.now < self.since + STAYS_PS:
             self.kernel.call_at(self.since + STAYS_PS, self.report)
             return
@@ -148,7 +148,7 @@ class MotionReports:
         self.axis.on_motion_end.add(self.end)
 
     def begin(self, motion: MotionStart) -> None:
-        """Print that a motion begins."""
+        """Print that a motion begins, now or when its first step begins."""
         if self.begun is not None:
             return
         if self.step is None or self.step.sense is None:  # no edge marks the start of the first step
@@ -170,7 +170,7 @@ class MotionReports:
         self.report(f"{verb}{direction_text(motion.direction)} from {motion.position}")
 
     def end(self, motion: MotionEnd) -> None:
-        """Print that a motion ends."""
+        """Print that a motion ends, unless another motion replaces it."""
         if self.first is not None:
             self.first.kill()
             self.first = None

@@ -16,7 +16,7 @@ def is_compiled(module: ModuleType) -> bool:
 
 
 def build() -> str:
-    """Return the build in use, as indicated by the kernel's file."""
+    """Return the build in use, plain Python or compiled core, judging by the file of the kernel module."""
     from ..core.time import kernel
 
     return COMPILED if is_compiled(kernel) else PLAIN

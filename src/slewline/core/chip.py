@@ -1,7 +1,7 @@
 """The base of every chip: a sheet, nets on its pins, a crystal, registers, findings, and one firmware task.
 
-Reset acts through a net: when it changes, the firmware is killed after all timed work of that instant; `run()` starts
-again later.
+Reset acts through a net: when the level of this net changes, the firmware is killed after all timed work
+of that instant; later it starts again, from the beginning of `run()`.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return a read-only view of the registers for users; if there are several axes, of one axis's registers."""
+        """Return a read-only view of registers for users: those of an axis, or of the whole chip if `axis` is 0."""
         found = Known(registers)
         found.name_help = partial(self._register_help, axis=axis) if axis else self._register_help
         return found
@@ -388,7 +388,7 @@ class Chip(Component, OneAxis):
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def _open_entry(self) -> tuple[str, str]:
-        """Return the finding that a host has begun program entry but has not ended it."""
+        """Return the code and the text of the finding that a host has begun program entry but has not ended it."""
         enter = self.sheet.enter.form if self.sheet.enter is not None else ""
         text = f"program entry has been open since {enter}: commands are stored, not executed"
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
@@ -396,7 +396,7 @@ class Chip(Component, OneAxis):
     def conclude(self) -> bool:
         """Report the incomplete commands and entries that the last call did not report.
 
-        Return whether their list has changed.
+        Return whether the list of incomplete commands and entries has changed since that call.
         """
         before, self._left = self._left, self.left_over()
         for code, text in self._left:
@@ -432,7 +432,7 @@ class Chip(Component, OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """Report a conflict as a finding, unless the last one on the wire was less than CONFLICT_HOLDOFF_PS ago."""
+        """Report a conflict as a finding, if the last one on this net was CONFLICT_HOLDOFF_PS ago or longer."""
         now, last = self.kernel.now, net.last_conflict_ps
         net.last_conflict_ps = now
         if last is not None and now - last < CONFLICT_HOLDOFF_PS:
@@ -461,10 +461,10 @@ class Chip(Component, OneAxis):
             await until(self.kernel, self.clock.ps(tick))
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net every `every` clocks, starting now, until it or one of `others` has its level; return that net.
+        """Sample a net every `every` clocks, starting now, until its level is `wanted`; return the net.
 
-        `others` are further (net, level) pairs that end the wait.  The sampling instants are computed, not stepped
-        through; a level that ends before the next sampling instant is missed.
+        `others` are further nets with levels that end the wait; then that net is returned.  The sampling
+        instants are computed, not stepped through; a level that ends before the next sampling instant is missed.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick
@@ -484,7 +484,7 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record the activity of the firmware, as of now or of an instant (ps); `waiting` shows it."""
+        """Record a text about what the firmware does, from now or from an instant (ps) on; `waiting` shows it."""
         self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task
@@ -516,5 +516,5 @@ class Chip(Component, OneAxis):
 
 
 def step_nets(chip: Chip) -> list[Net]:
-    """Return the nets of the outputs of a chip that show every step of a motor."""
+    """Return the nets of all outputs of a chip on which every step of a motor is visible."""
     return [chip.pins[row.name].net for row in chip.sheet.pins if row.role == "step"]

@@ -54,8 +54,9 @@ missing(
 class Component:
     """A chip or a part.
 
-    `_for_users` lists the names that `dir` shows, if a class restricts them; `_to_set` is the remedy for an attempt to
-    set a property.  A class that overrides a method declared by `@from_outside` need not declare it again.
+    `_for_users` lists the names that `dir` shows, if a class restricts them; `_to_set` maps the name of a
+    property to the remedy for an attempt to set it.  A class that overrides a method declared by
+    `@from_outside` need not declare the method again.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ()
@@ -123,7 +124,7 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
 
 
 def forget_findings(owner: Component, before: int, remedy: str) -> None:
-    """Drop the findings of a chip or part before an instant (ps); a finding that counts them by code replaces them.
+    """Replace the findings of a chip or part before an instant (ps) by one finding, which counts them by code.
 
     Args:
         remedy: text that explains how to keep more findings.

@@ -45,13 +45,13 @@ class ChipContext(Protocol):
         """Wait until a tick of the crystal; return immediately if it has passed."""
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net periodically, starting now, until it or one of `others` has its level; return that net.
+        """Sample a net periodically, starting now, until its level is `wanted`; return the net.
 
         Args:
             net: the net that is sampled.
             wanted: the level that ends the wait, 0 or 1.
             every: the period, in crystal clocks.
-            others: further (net, level) pairs that end the wait.
+            others: further nets with levels that end the wait; then that net is returned.
         """
         raise NotImplementedError
 
@@ -80,4 +80,4 @@ class ChipContext(Protocol):
         """Add a finding, now or at a past instant (ps): something that the manual forbids or does not specify."""
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record the activity of the firmware, as of now or of an instant (ps); `waiting` shows it."""
+        """Record a text about what the firmware does, from now or from an instant (ps) on; `waiting` shows it."""

@@ -1,4 +1,4 @@
-"""The motor follows the model: from now, on another bench, or from a past instant, until it is stopped.
+"""Following: the motor makes the model's steps, from now on or from a past instant, until it is stopped.
 
 While a bench is followed, its external inputs are observed, and so are the pins that set board outputs.
 """
@@ -25,7 +25,7 @@ STEADY_TURNS = 20
 class Alignment:
     """The lead of the model over the board, and the model's instant that corresponds to the board's time now.
 
-    `near`: whether the lead, or lag, was at most a quarter of the horizon at the last turn.
+    `near`: True if the model led or lagged by at most a quarter of the horizon at the last turn.
     """
 
     def __init__(self, state: DriveState, path: DrivePath) -> None:
@@ -43,16 +43,16 @@ class Alignment:
         self.near, self.jumps = True, self.clock.jumps
 
     def catch_up(self) -> None:
-        """Align the model if it is at rest and the program has spent time on other work."""
+        """Align the model if no motion is pending and other work of the program has put it a quarter horizon off."""
         if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align the model if it is at rest and its time is frozen, or off by a constant amount.
+        """Align the model if no motion is pending, and its time is frozen or has a large constant offset.
 
-        This happens when a server was paused, or has skipped a lag.
+        The model of a server is frozen while paused; its offset is constant after the server has skipped a lag.
         """
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)
@@ -120,7 +120,7 @@ class Following:
         self.attach()
 
     def _input(self, do: str, _what: object) -> None:
-        """Record an external input; a level, or the passing of time, does not permit a chip to move."""
+        """Record an external input: a level, or the passing of time, does not permit the chip to move; others do."""
         if do not in SILENT:
             self.spoken = True
         if self.link.at_rest:
@@ -128,7 +128,7 @@ class Following:
             self._wake()
 
     def _output(self, net: Net) -> None:
-        """Handle a change of a pin that programs set."""
+        """Pass a changed level of a net that sets a board output to the feeder."""
         for each, number in self.state.nets():
             if each is net:
                 self.feeder.change(1 << number, (net.level or 0) << number)
@@ -141,7 +141,7 @@ class Following:
         self._continue()
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a stopped board continue: it counts from a position, and outputs the steps made after an instant (ps).
+        """Let a stopped board continue from a position; it outputs the steps made after an instant (ps).
 
         Raises:
             UsageError: the board does not follow, because an emergency stop is active.
@@ -160,7 +160,7 @@ class Following:
         self.talk.begin()
 
     def stop(self, at_once: bool = False, *, of_chip: bool = True) -> None:
-        """Stop the motor, by ramping down or immediately; `of_chip`: a command has already stopped the chip itself."""
+        """Stop the motor, by ramping down or immediately; `of_chip`: a command has already stopped the chip."""
         self.link.stop(0 if at_once else 1)
         chip, axis = self.state.chip, self.state.axis
         self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)
@@ -168,7 +168,7 @@ class Following:
         self.talk.send(self.path.wall())
 
     def stop_chip(self) -> None:
-        """Stop the chip too if the board has nothing to stop: before a motion, between two motions, or in a hold."""
+        """Stop the chip too if a stop is ordered and the board is idle: between two motions, or in a hold."""
         self.to_stop = self.to_stop and self.state.phase == "ok"
         answer = self.link.answer
         if self.to_stop and answer is not None and answer.state == BoardState.IDLE:

@@ -113,7 +113,7 @@ class Live:
 
     # -------------------------------------------------------------------------------------------------------- at length
     def keep_up(self, until: int, wait: Wait | None) -> bool:
-        """Let the model keep up with the board until an instant (ps); return whether a wait was met earlier."""
+        """Let the model keep up with the board until an instant (ps) or a met `wait`; return whether it is met."""
         state = self.state  # a turn may exchange its kernel
         self.alignment.catch_up()
         self.turn()
@@ -148,7 +148,7 @@ class Live:
             raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {state.phase}")
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
-        """Run the bench up to an instant (ps), or until a wait is met; return whether it is met."""
+        """Run the bench up to an instant (ps), or until `wait` is met; return whether it is met."""
         kernel = self.state.kernel
         if wait is None:
             kernel.run(goal)
@@ -175,7 +175,7 @@ class Live:
         self.motor.begin()
 
     def clear(self, homed: bool, homing: bool) -> None:
-        """Continue after a halt, from the position of the chip, which is released.
+        """Continue after a halt: release the chip, and let the board count from the chip's position.
 
         Raises:
             UsageError: the drive is not halted, the chip is in motion, or the board remains halted.

@@ -221,7 +221,7 @@ class Drive:
         return introduction(self._state, self._has_estop)
 
     def status(self) -> str:
-        """Return the state as one line: count, driver, length of the board queue, link, last trouble."""
+        """Return one line with phase, count, driver, lead, free slots of the board queue, link, last trouble."""
         return as_line(self._state, self._path, self.power.on, self.troubles)
 
     def check(self, seconds: float, priority: str = "", tell: Callable[[str], object] = lambda _text: None) -> Checkup:
@@ -314,7 +314,7 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that belongs to an instant of the model (ps), one horizon later while output is pending."""
+        """Make a call that belongs to an instant of the model (ps): a horizon later if output is pending, else now."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:
@@ -383,15 +383,15 @@ class Drive:
     def clear(self, *, homed: bool = False, homing: bool = False) -> None:
         """Continue after a halt: the board counts from the position of the chip, and the chip is released.
 
-        A driver that the board has switched off remains off, unless one of these is given:
+        A driver that the board has switched off remains off, unless `homed` or `homing` is given.
 
         Args:
             homed: the position register holds the position of the motor.
             homing: the motor is being homed; until homing has ended, the position is unknown (`power.known`).
 
         Raises:
-            UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, or an
-                emergency stop is active; homed and homing are both given.
+            UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, an
+                emergency stop is active, or homed and homing are both given.
         """
         self._check_open()
         if homed and homing:

@@ -48,7 +48,7 @@ class Power:
 
     @property
     def bears_silence(self) -> bool:
-        """True if the board would leave the driver on even if its host sends no message for a second."""
+        """True if a second without a message from the host would not make the board switch the driver off."""
         state, off = self.state, self.off
         hold = state.config.enable_hold * HOLD_TICKS
         return not self.on or off == EnableOff.NEVER or (off == EnableOff.HALT and hold > state.board.hz)
@@ -65,7 +65,10 @@ class Power:
             self.link.outputs(ENABLE, ENABLE)
 
     def turn(self) -> bool:
-        """Check whether a homing run has ended; return whether the board has switched the driver off by itself."""
+        """Check whether a homing run has ended; return whether the board has switched the driver off by itself.
+
+        The latter is not reported with `enable_off` "rest", with which it is usual.
+        """
         if self.state.phase != "ok":
             return False
         if not self.state.known and self.on:
@@ -94,7 +97,7 @@ class Power:
         return axis.homing, (axis.position - axis.travel) % axis.modulus
 
     def switch_off(self) -> None:
-        """Switch the driver off at the end of a session, if the configuration says so."""
+        """Switch the driver off at the end of a session, unless `enable_off` is "never"."""
         self._was_on = False
         if self.off != EnableOff.NEVER and self.on:
             self.link.outputs(ENABLE, 0)

@@ -32,7 +32,7 @@ def introduction(state: DriveState, estop: bool) -> str:
 
 
 def as_line(state: DriveState, path: DrivePath, on: bool, troubles: Sequence[str]) -> str:
-    """Return the state: lead, queue length, round trips, and the last trouble.
+    """Return one line with phase, count, driver, lead, free slots of the queue, round trips and last trouble.
 
     Args:
         on: whether the driver is enabled.

@@ -118,7 +118,7 @@ class Talk:
         """Send and receive until `met` returns True.
 
         Raises:
-            UsageError: `met` does not return True within `seconds`.
+            UsageError: `met` does not return True within `seconds`; `what` begins the message, `remedy` ends it.
         """
         limit = self.wall() + int(seconds * 10**9)
         while not self._comes(met):
@@ -144,13 +144,13 @@ class Talk:
         The driver is switched on last, once the board is known to be idle, or not at all.
 
         Args:
-            position: the travel of the model that corresponds to this count; None: its present travel.
+            position: the travel of the model that corresponds to the board's count; None: its present travel.
             known: the user confirms that the count is the position of the motor.
             power: the driver may be switched on.
 
         Raises:
             UsageError: no board answers, or one with another version; the board remains halted, or does not
-                switch the driver on; its count is to be kept, but is not that of the motor.
+                switch the driver on; its count is to be kept, but the position of the motor is uncertain.
         """
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
@@ -257,7 +257,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
 
 
 def _received_text(port: BoardPort) -> str:
-    """Return a text that compares the received bytes with the expected ones."""
+    """Return a text that states the bytes received, and the firmware and boards expected."""
     data = bytes(getattr(port, "received", b""))
     received = f"received {len(data)} bytes, {data[:16].hex(' ')}" if data else "received nothing"
     titles = " or ".join(f"an {board.title}" for board in BOARDS.values())

@@ -31,7 +31,7 @@ def steps_a_second(rate: str | int) -> int:
     """Return the rate in steps/s, from a text such as "500 steps/s" or from an int.
 
     Raises:
-        UsageError: not a rate, a number in text without its unit, or 0.
+        UsageError: it is not a rate, or is 0, or the text has a number without its unit.
     """
     text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
     found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
@@ -42,7 +42,7 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
-    """Return a remedy if a board pin and a chip pin have been swapped; empty if they have not."""
+    """Return the remedy, for the end of a message, if a board pin and a chip pin are swapped; otherwise ""."""
     return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
 
 
@@ -86,14 +86,14 @@ def checked_driver(driver: str | None, enable: bool) -> None:
 
 
 def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) -> dict[int, str]:
-    """Return the signals of a board's outputs, by output number: pins of a chip, or lamps.
+    """Return the signals of a board's outputs, by output number: pins of a chip, "fault" or "energised".
 
     Args:
         wiring: the signals, keyed by the printed names of outputs, such as {"D2": "uo1"}: pins, "fault" or
             "energised"; None: the pins that programs set.
 
     Raises:
-        UsageError: there is no such output of the board, or no such output of the chip.
+        UsageError: there is no such output of the board or of the chip, or one is given twice.
     """
     printed = [pin.printed for pin in board.outputs]
     rows = {row.name: row for row in chip.sheet.pins if row.in_out in ("out", "both")}
@@ -128,14 +128,14 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
 
 
 def pins_of(outputs: Mapping[int, str]) -> dict[int, str]:
-    """Return the board outputs that show pins of a chip."""
+    """Return the board outputs that show pins of a chip: the names of the pins by output number."""
     return {number: name for number, name in outputs.items() if name not in LAMPS}
 
 
 def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
-    """Return the polarity of DIR: the level of the chip's own pin in each direction, or the opposite level.
+    """Return the polarity flag of DIR, which gives it the level of the chip's direction pin, or the inverse.
 
-    For a chip without such a pin, DIR is high for clockwise motion, that is, upwards.
+    For a chip without such a pin, DIR is high for clockwise motion, that is, upwards, or the inverse.
     """
     row = next((row for row in chip.sheet.pins if row.plays("direction", axis)), None)
     clockwise = 1 if row is None or row.sense is None else row.sense
@@ -143,7 +143,7 @@ def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
 
 
 def driver_polarity(board: BoardModel, driver: str | None) -> int:
-    """Return the polarity of ENABLE for a driver.
+    """Return the polarity flag of ENABLE for a driver: ENABLE_LOW, or 0 if it is active high or there is none.
 
     Raises:
         UnknownName: there is no such driver.
@@ -157,7 +157,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
 
 
 def pattern_of(chip: Chip) -> tuple[int, ...]:
-    """Return the phases of a chip by half-step index, phase 1 in bit 0; empty for a chip without phases."""
+    """Return the phase levels of a chip by half-step index, phase 1 in bit 0; eight zeros if it has no phases."""
     whole = [sum(level << n for n, level in enumerate(row)) for row in chip.phase_patterns()]
     if len(whole) in (0, 8):
         return tuple(whole) or (0,) * 8
@@ -167,7 +167,7 @@ def pattern_of(chip: Chip) -> tuple[int, ...]:
 
 
 def lamp(outputs: Mapping[int, str], name: str) -> int:
-    """Return the number + 1 of the output that is a lamp of this name; 0 if there is none."""
+    """Return the number + 1 of the output whose signal is `name`, "fault" or "energised"; 0 if there is none."""
     return next((number + 1 for number, shows in outputs.items() if shows == name), 0)
 
 
@@ -183,11 +183,11 @@ def off_policy(word: str) -> EnableOff:
 
 
 def hold_of(board: BoardModel, hold: Time) -> int:
-    """Return how long the driver stays on, in the board's units of 65,536 ticks.
+    """Return a hold time, `enable_hold`, in the board's units of 65,536 ticks.
 
     Raises:
         TimeError: it is not a time.
-        UsageError: it is longer than the board can count.
+        UsageError: it is negative, or longer than the board can count.
     """
     ps, most = time_of("enable_hold", hold), HOLD_TICKS * 0xFFFF * 10**12 // board.hz
     if not 0 <= ps <= most:
@@ -196,12 +196,12 @@ def hold_of(board: BoardModel, hold: Time) -> int:
 
 
 def least_hold(off: EnableOff, horizon: int) -> int:
-    """Return the shortest `enable_hold` of CONFIG with which the driver is still on at the first step.
+    """Return the shortest hold, in units of 65,536 ticks, that keeps the driver on until a motion's first step.
 
     It is 0 unless the driver is switched off at rest.
 
     Args:
-        horizon: the time between a message from the host and that step, in ticks.
+        horizon: the time from the host's message that begins the motion to that step, in ticks.
     """
     return horizon // HOLD_TICKS + 2 if off == EnableOff.REST else 0
 
@@ -225,10 +225,10 @@ def usual_config(
 
     Args:
         start_stop: steps/s; None: the default rate.
-        driver: its name; None: its ENABLE is left alone.
+        driver: the name of the driver; None: the board does not set ENABLE.
         dry: STEP has no edges.
         off: when the board switches the driver off by itself, after `hold`.
-        invert_dir: DIR has the opposite level of the chip's own pin.
+        invert_dir: DIR has the opposite level of the chip's own direction pin.
     """
     return BoardConfig(
         start_stop=board.hz // (start_stop or START_STOP),

@@ -49,7 +49,7 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     Args:
         addresses: addresses of this machine to listen on.
         began: is called with the port once clients can connect.
-        every_s: how often the position of a motor at rest is queried.
+        every_s: the interval at which the position of a motor at rest is queried (s).
     """
     if all(address.startswith("127.") for address in addresses):  # no packets into the network
         os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")

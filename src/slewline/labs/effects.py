@@ -39,7 +39,7 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:
-        """Move to a position, or define the present position; return at completion."""
+        """Move to the position put, or, while SET is Set, define it as the present position; return at completion."""
         state = self.owner.state
         if name in ("TWF", "TWR") and not value:
             return
@@ -61,7 +61,7 @@ class Effects:
         await self.motions.begin(RecordMotion(dial))
 
     async def redefine(self, name: str, user: float, dial: float) -> None:
-        """Define the present position, by OFF or by the module's position register."""
+        """Define the present position, by changing OFF or the module's position register."""
         state, motor = self.owner.state, self.owner.motor
         self.at_rest(name)
         frozen = bool(state.kept["FOFF"])
@@ -80,7 +80,7 @@ class Effects:
         await self.pulse()
 
     async def pulse(self) -> None:
-        """Post DMOV 0 and then 1, as for every position put."""
+        """Post DMOV 0 and then 1, as for every position put; while a motion is requested, post only the changes."""
         if self.motions.idle:
             for done in (False, True):
                 self.owner.state.done = done
@@ -119,7 +119,7 @@ class Effects:
         self.owner.state.kept[switch] = to
 
     async def limit(self, name: str, value: float) -> None:
-        """Set a limit; a motion to a position that is now beyond it is a violation, and is stopped."""
+        """Set a limit; a motion to a position that is now beyond the limit is a violation, and is stopped."""
         state = self.owner.state
         dial = value if name.startswith("D") else state.dial(value)
         upper = name.endswith("HLM") == (name.startswith("D") or state.sign > 0)
@@ -161,7 +161,7 @@ class Effects:
         state.law = law
 
     def fitted(self, law: Mapping[str, float]) -> dict[str, Ramp]:
-        """Return the ramps nearest to the given rates and times."""
+        """Return the ramps nearest to the given rates and times, keyed by "move", "backlash", "jog" and "home"."""
         motor, scale, first = self.owner.motor, abs(self.owner.state.resolution), law["VBAS"]
         jog_s = (law["JVEL"] - first) / law["JAR"] if law["JAR"] else law["ACCL"]
         wanted = {
@@ -195,12 +195,12 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- buttons
     async def stop(self, _name: str, value: int) -> None:
-        """Stop, and discard requested motions; return when the motor is at rest."""
+        """Stop the motor, and discard requested motions; return when the motor is at rest."""
         if value:
             await self.motions.stop()
 
     async def mode(self, _name: str, value: int) -> None:
-        """Stop, pause, allow one motion, or continue; return when all motions that may run are complete."""
+        """Stop, pause, allow one motion, or continue, as SPMG says; return when all motions that may run are over."""
         state, before = self.owner.state, self.owner.state.kept["SPMG"]
         state.kept["SPMG"] = value
         try:
@@ -216,7 +216,7 @@ class Effects:
             await self.motions.over()
 
     async def home(self, name: str, value: int) -> None:
-        """Home; return at completion."""
+        """Home the motor in the direction of the field; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
             raise UsageError(f"{name} {value}; allowed only 1; STOP ends a homing")
@@ -227,7 +227,7 @@ class Effects:
         await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
 
     async def jog(self, name: str, value: int) -> None:
-        """Move towards a limit until the field is 0; return at completion."""
+        """Move towards a limit until 0 is put into the field; return at completion."""
         state = self.owner.state
         if not value:
             if state.button == name or (self.motions.wanted is not None and self.motions.wanted.button == name):

@@ -59,7 +59,7 @@ class FieldRow(NamedTuple):
 
     @property
     def access(self) -> str:
-        """The access for clients: read, put, or put of its own value only."""
+        """The access for clients: read, put, or put of the present value only."""
         return "put" if self.put else "fixed" if self.fixed else "read"
 
 

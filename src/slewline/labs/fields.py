@@ -32,7 +32,7 @@ Put = Callable[[Any], Awaitable[None]]
 
 
 class Field:
-    """A field of the record: clients' puts are passed to `accept`, and the record's values are posted."""
+    """A field of the record: a client's put is passed to `accept`; the record's values are posted to clients."""
 
     row: FieldRow
     accept: Put | None = None  # None: clients may only read
@@ -98,7 +98,7 @@ class EnumField(Field, ChannelEnum):
     """One of a list of words, identified by its number."""
 
     async def post(self, value: Any) -> None:
-        """Post a word to clients."""
+        """Post a word, given by its number, to clients."""
         await super().post(self.row.words[value])
 
     def plain(self, value: Any) -> int:

@@ -96,7 +96,7 @@ class ModuleMotor:
         return self.calculator.ramp({**self.values, top.name: highest}, self.crystal_hz).top
 
     def fitted(self, start: float, top: float, time_s: float) -> Ramp:
-        """Return the ramp nearest to two rates (steps/s) and a time (s).
+        """Return the ramp nearest to a start rate and a top rate (steps/s) and a ramp time (s).
 
         Raises:
             UsageError: the part does not support one of the rates.
@@ -110,7 +110,7 @@ class ModuleMotor:
         return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
-        """Return the number of lines of a foreign program that the next move would overwrite."""
+        """Return the number of lines of a stored program, not this motor's own, that the next move would overwrite."""
         (listing, *_) = (*self.sheet.acting("list"), None)
         if not self.entered or listing is None:
             return 0
@@ -135,7 +135,7 @@ class ModuleMotor:
         self.late_s = LATE_S + self.left_s * LONGER
 
     def _program(self, ramp: Ramp, *moving: str) -> list[str]:
-        """Return the commands that set the parameters of a ramp and move, as a program if the part requires one."""
+        """Send commands that set the parameters of a ramp, and move, as a program if required; return them."""
         settings = [self._spelled(row, value) for row, value in self._settings(ramp.values).items()]
         commands = [*settings, *moving]
         if self.entered:
@@ -151,7 +151,7 @@ class ModuleMotor:
         return commands
 
     def _settings(self, values: Values) -> dict[Row, int]:
-        """Return the commands that set the parameters of a ramp, with their values."""
+        """Return the commands that set the parameters of a ramp, each with the value of its parameter."""
         rows = {row.form: row for row in self.sheet.commands}
         return {rows[name]: value for name, value in values.items() if isinstance(value, int) and name in rows}
 
@@ -166,7 +166,7 @@ class ModuleMotor:
                 self.module.ask(row.form)
 
     def home(self, direction: int, ramp: Ramp | None = None) -> None:
-        """Begin a homing run, by default with the motor's own ramp, whose first rate is the homing rate.
+        """Begin a homing run, direction 1 or -1, at the first rate of a ramp, by default the motor's own ramp.
 
         Raises:
             UsageError: the part has no homing command with a selectable direction.

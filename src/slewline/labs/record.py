@@ -65,7 +65,7 @@ def check_name(name: str) -> None:
 
 
 class MotorRecord:
-    """The record.
+    """An EPICS motor record for the motor of a module.
 
     Args:
         name: the name of the record; fields are NAME.VAL and so on.
@@ -118,7 +118,7 @@ class MotorRecord:
 
     # ------------------------------------------------------------------------------------------------------------ puts
     async def _put(self, row: FieldRow, value: Any) -> None:
-        """Handle a client's put into a field; report a refusal on this side, too."""
+        """Handle a client's put into a field; report a refusal to the user as well as to the client."""
         try:
             value = self.fields[row.name].plain(value)
             if self.state.kept["DISP"] and row.name not in ("DISP", "_able"):
@@ -145,7 +145,7 @@ class MotorRecord:
             raise UsageError(f"allowed {allowed}: {row.description}")
 
     async def publish(self) -> None:
-        """Post the fields that have changed: limits first, then in the order of the state."""
+        """Post the fields that have changed: limits first, then values in the order of `RecordState.values`."""
         async with self.posting:
             values = self.state.values()
             for key in LIMITED:
@@ -198,7 +198,7 @@ class MotorRecord:
             return
 
     def _here(self) -> None:
-        """Adopt a module position that no motion of this record has caused."""
+        """Adopt the module's position if it has changed without a motion of this record."""
         if self.state.position != self.motor.position:
             self.state.position = self.motor.position
             self.state.settle()

@@ -29,7 +29,7 @@ Result = TypeVar("Result")
 
 
 class RecordMotion(NamedTuple):
-    """A requested motion: to a dial position, or a homing run if `homing` is a direction (in steps).
+    """A requested motion: to a dial position, or a homing run if `homing` is its direction in steps, 1 or -1.
 
     `button` is the field that is 1 during the motion: the homing field or the jog field; "" for neither.
     """
@@ -93,7 +93,7 @@ class RecordMotions:
         await self.over()
 
     async def stop(self, pause: bool = False) -> None:
-        """Stop, and discard the requested motion or, for a pause, keep it; return when the motor is at rest.
+        """Stop the motor; discard the requested motion or, for a pause, keep it; return when the motor is at rest.
 
         Raises:
             UsageError: the part executes no command while it moves.
@@ -157,7 +157,7 @@ class RecordMotions:
         return failure
 
     async def _motion(self, motion: RecordMotion) -> bool:
-        """Perform a motion; return whether its target position is still valid, as after a move that was not stopped."""
+        """Perform a motion; return whether its target is still valid, which it is after a move that was not stopped."""
         state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
         state.missed, state.button = False, motion.button
         if motion.homing:
@@ -183,7 +183,7 @@ class RecordMotions:
         return True
 
     async def _leg(self, motion: RecordMotion, begun: float, onward: bool, start: Callable[[], None]) -> bool:
-        """Perform a move or a homing run; return whether it reached its own end."""
+        """Perform a move or a homing run; return whether it ended without being stopped."""
         state, motor, stopped = self.owner.state, self.owner.motor, False
         state.moving, state.forward = True, onward
         await self.owner.publish()
@@ -196,9 +196,9 @@ class RecordMotions:
         return not (stopped or self.halting)
 
     def _interrupted(self, motion: RecordMotion, begun: float) -> bool:
-        """Return whether the requested motion ends the present one.
+        """Return whether a new request must end the motion in progress.
 
-        A position further on in the same direction waits for the end of the present motion, as in the motor record.
+        A position further on in the same direction waits for the end of that motion, as in the motor record.
         """
         new = self.wanted
         if new is None or self.owner.motor.stopping is None:

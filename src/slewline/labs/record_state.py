@@ -95,14 +95,14 @@ class RecordState:
         return self.low == 0 == self.high
 
     def beyond(self, dial: float) -> bool:
-        """Return whether a dial position is beyond the limits, or the part cannot move there."""
+        """Return whether a dial position is beyond the limits, or out of the part's reach."""
         least, most = self.steps
         slack = abs(self.resolution) * ROUNDING
         soft = not self.unlimited and not self.low - slack <= dial <= self.high + slack
         return soft or not least <= self.raw(dial) <= most
 
     def violates(self, dial: float) -> bool:
-        """Return whether a move to a dial position is refused; a move towards the range is allowed.
+        """Return whether a move to a dial position is refused; one from outside the limits towards them is allowed.
 
         With a backlash distance, the start of the second move is checked, too.
         """
@@ -133,12 +133,12 @@ class RecordState:
 
     @property
     def paused(self) -> bool:
-        """True if no motion may begin."""
+        """True if no motion may begin: SPMG is Stop or Pause."""
         return self.kept["SPMG"] in (STOP, PAUSE)
 
     @property
     def once(self) -> bool:
-        """True if only one more motion may begin."""
+        """True if only one more motion may begin: SPMG is Move."""
         return bool(self.kept["SPMG"] == MOVE)
 
     def settle(self) -> None:
@@ -203,5 +203,5 @@ def acceleration(ramp: Ramp) -> float:
 
 
 def digits(resolution: float) -> int:
-    """Return the number of decimals in a position."""
+    """Return the number of decimals in a position with this resolution."""
     return max(0, -math.floor(math.log10(abs(resolution))))

@@ -56,7 +56,7 @@ class Assembly:
 
     @property
     def base(self) -> int:
-        """The address of the first byte."""
+        """The address of the first byte of the program."""
         return self.statements[0].address if self.statements else 0
 
     def data_of(self, statement: Statement) -> bytes:
@@ -77,8 +77,8 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
             is the program.
         sheet: the data sheet of the part.
         where: the name of the text in messages.
-        resolve: store addresses in place of labels; otherwise letters, which the chip keeps until it executes the
-            instruction.
+        resolve: store addresses in place of labels; otherwise store the labels' letters, which the chip keeps
+            until it executes the instruction.
 
     Raises:
         ProgramError: the text has errors, all of which the exception lists in `problems`.
@@ -138,7 +138,7 @@ def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
 
 
 def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
-    """Return the characters that an ASCII host sends to enter the program, including its start and end, with labels.
+    """Return the characters that an ASCII host sends to begin program entry, enter the program, and end entry.
 
     `check`: send every line with its checksum, for a part that uses checksums.
 
@@ -150,7 +150,7 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
 
 
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
-    """Return the bytes that a binary host sends to enter the program, with addresses, since binary has no labels.
+    """Return the bytes that a binary host sends to enter the program, with addresses in place of labels.
 
     `single_count`: send one count for all bytes after the first opcode, which are sent as stored.
 

@@ -84,7 +84,7 @@ def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
 
 
 def _sides(sheet: Sheet) -> str:
-    """Return the description of both interfaces of a part with a bidirectional bus and a serial line."""
+    """Return the description of both interfaces of a part with a bidirectional bus and a serial line; else ""."""
     bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
     if bus is None or line is None:
         return ""
@@ -157,7 +157,7 @@ def _at_once(sheet: Sheet) -> str:
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
-    """Return the role of a pin, its axis if there are several, and its level if this is not the active level."""
+    """Return the role of a pin, its axis if there are several, and its level if the active level is another."""
     axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
     return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
@@ -235,7 +235,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Return options as a table, followed by the options within table options."""
+    """Return options as a Markdown table, including the options inside table options."""
     heads = ("option", "default", "allowed", "meaning")
     rows = [
         (

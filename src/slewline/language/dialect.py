@@ -97,7 +97,7 @@ class Dialect(Generic[R]):
         return False
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        """Return the reason why no host can send a line; None if a host can.
+        """Return the reason why no host can send a line; None if a host can send it.
 
         A line that a host can send may still contain mistakes, which the part answers.
         """
@@ -130,7 +130,7 @@ class Dialect(Generic[R]):
         return 0
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement, at a known address in the program, completed with its branch address."""
+        """Return a statement whose address in the program is now known, with its branch address filled in."""
         return statement
 
     def shown(self, row: R, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
@@ -155,7 +155,11 @@ class Dialect(Generic[R]):
 
     # ------------------------------------------------------------------------------------------------------- streams
     def decoder(self, sheet: Sheet) -> Any:
-        """Return a decoder for a part that receives commands byte by byte."""
+        """Return a decoder for a part that receives commands byte by byte.
+
+        Raises:
+            UsageError: the part does not receive a stream of bytes.
+        """
         raise UsageError(f"the {sheet.part} takes {self.name}, not a stream of bytes")
 
     def entered(
@@ -236,8 +240,8 @@ def spoken_as(sheet: Sheet, kind: type[D]) -> D:
 def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     """Return the remedy for text that does not fit `row`; empty if none is known.
 
-    A character that the manual uses but the chip does not accept comes first: it explains more than the
-    command.
+    A character that the manual uses but the chip does not accept takes precedence over the command, because its
+    remedy explains more.
     """
     odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
     return sheet.slips.get(odd or (row.form if row else ""), "")
@@ -251,7 +255,7 @@ def digits_meant(word: str) -> str:
 
 
 def number_meant(word: str) -> str:
-    """Return the remedy for a word in place of a decimal number, if it is hexadecimal or contains letters; else ""."""
+    """Return the remedy for a word that should be decimal, but is hexadecimal or has O or l in it; else ""."""
     found = HEXADECIMAL.fullmatch(word)
     return digits_meant(word) or (f"write {int(found[1] or found[2], 16)}, in decimal" if found else "")
 

@@ -43,7 +43,7 @@ def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
 
 
 def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
-    """Return the buffer as program text, with a line end after every line, including the start and end of its entry.
+    """Return the buffer as program text, including the commands that frame program entry; each line has its end.
 
     `labels`: name branch targets with letters as long as there are any left; the text then assembles with
     `resolve=True`.
@@ -101,7 +101,7 @@ def _entered(stored: bytes, sheet: Sheet) -> list[str]:
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet) -> dict[int, str]:
-    """Return letters for the branch targets that are instructions, in the order of their addresses."""
+    """Return letters, by address in ascending order, for branch targets at which an instruction begins."""
     targets = {value for instruction in program for value in _targets(instruction)}
     starts = [instruction.address for instruction in program if instruction.address in targets]
     free = [letter for letter in sheet.labels if ord(letter) not in targets]

@@ -8,7 +8,7 @@ from .statements import Operand, Source, Statement
 
 
 class Reader:
-    """A parser of one line of a text; `at` is an index into the line."""
+    """A parser of one line of a text; in its methods `at`, `begin` and `end` are indices into the line."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         self.source = source

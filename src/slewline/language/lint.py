@@ -64,7 +64,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 
     Args:
         states: the possible register states at the start, which must be hashable.
-        step: returns the registers after an instruction.
+        step: returns the register state after an instruction, given the state before it.
 
     Returns:
         The states in which the program may end or, if it never ends, all states that occur in it.
@@ -88,7 +88,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 
 
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
-    """Return every branch, with the program that contains its target: in command mode, the one entered before it."""
+    """Return every branch with the program of its target; in command mode, this is the last one entered before."""
     found = []
     before = None
     for statement in source.statements:
@@ -100,7 +100,7 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
 
 
 def reached(source: Source, block: Block) -> set[int]:
-    """Return the addresses of all instructions that are reached from the first byte or by a branch in command mode."""
+    """Return the addresses of all instructions reached from the first byte, or by a branch in command mode."""
     at = {statement.address: statement for statement in block.statements}
     starts = [block.address_of(target) for jump, target, goal in branches(source) if goal is block and jump.block < 0]
     todo = [block.base, *(address for address in starts if address is not None)]

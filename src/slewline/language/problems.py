@@ -35,7 +35,7 @@ class HasPlace(Protocol):
 
 
 class Place(NamedTuple):
-    """A place in a text."""
+    """A range of characters in a line of a text."""
 
     line: int
     column: int

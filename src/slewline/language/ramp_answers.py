@@ -87,7 +87,7 @@ class Wanted(NamedTuple):
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """Return the smallest possible difference between a ramp within bounds and the goal."""
+        """Return the smallest possible difference between the goal and a ramp whose goal quantity is within bounds."""
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
@@ -219,11 +219,11 @@ class Ramp(ABC):
     @property
     @abstractmethod
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps in a move, and the parameter that limits them, such as " (N)"."""
+        """The minimum and maximum steps of a move, and a text with the parameter that limits them, such as " (N)"."""
 
     @abstractmethod
     def made(self, distance: int) -> Move:
-        """Return the move of a number of steps that is within `distances`."""
+        """Return the move of a number of steps, which is known to be within `distances`."""
 
 
 for kind in (Ramp, Move):
@@ -272,7 +272,7 @@ class Calculator(ABC):
     parameter = ""  # name of `parameter` in a segment of a ramp
 
     def quantity(self, name: str) -> RampParameter:
-        """Return the parameter that has a name, given in upper or lower case.
+        """Return the parameter with the given name, in upper or lower case.
 
         Raises:
             UnknownName: there is no such parameter; the message lists the parameters.
@@ -285,7 +285,7 @@ class Calculator(ABC):
         raise UnknownName(message + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
-        """Return the reason why a ramp has no steps: its rate is not above the first one; empty if it has steps."""
+        """Return the reason why a ramp has no steps: `top` is not above `start`; empty if the ramp has steps."""
         if ramp.time_ps or ramp.top > ramp.start:
             return ""
         rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
@@ -312,7 +312,7 @@ class Calculator(ABC):
         """Return the ramp of a full set of values, all within their ranges."""
 
     def fitted(self, values: Values) -> dict[str, Value | bool]:
-        """Return those values that are options of the part and not at their defaults."""
+        """Return the values that are options of the part and not at their defaults."""
         options = {option.name for option in self.sheet.options}
         truth: dict[Value, bool] = {"True": True, "False": False}
         return {
@@ -331,7 +331,7 @@ class Calculator(ABC):
 
     @abstractmethod
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter value nearest to a rate with its unit (rates.py); None if `text` is not a rate.
+        """Return the parameter value nearest to a rate with its unit (rates.py); None if the text is not a rate.
 
         Raises:
             UsageError: the unit belongs to another quantity, or the rate is far outside the range.
@@ -339,7 +339,7 @@ class Calculator(ABC):
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free parameters, including the best ones, in the order of their nearest bounds.
+        """Yield values of the free parameters, including the best ones, in order of their bounds' distance to the goal.
 
         Raises:
             UsageError: these parameters cannot be searched for together.
@@ -391,7 +391,11 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
 
 
 def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
-    """Return a value in the part's form; raise as `read` does."""
+    """Return a value as the part needs it: a number in range, or a choice.
+
+    Raises:
+        UsageError: the value is out of range or of the wrong kind.
+    """
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
         for choice in quantity.choices:
@@ -409,7 +413,7 @@ def value_of(calculator: Calculator, quantity: RampParameter, value: object, cry
 
 
 def _number(calculator: Calculator, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-    """Return the number in a text; None if there is none."""
+    """Return the number in a text, or the parameter value for the rate in it; None if there is neither."""
     if whole := _WHOLE.fullmatch(text.strip()):
         return int(whole[1] + whole[2], 16) if whole[2] else int(text)
     return calculator.spoken(quantity, text, crystal_hz) if quantity.per_s else None
@@ -423,8 +427,8 @@ def _unit(quantity: RampParameter) -> str:
 def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
     """Return the ramps nearest to the goal, best first.
 
-    Of two ramps equally near to the goal, the slower one comes first.  Of ramps with equal values of the goal, only
-    the slowest is listed, and of equally slow ones, the one with the smallest last free parameter, and so on.
+    Of two ramps equally near to the goal, the slower one comes first.  Of ramps with the same goal quantity, only the
+    slowest is listed, and of equally slow ones, the one with the smallest last free parameter, and so on.
     """
     wanted = search.wanted
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
@@ -458,13 +462,13 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
 
 
 def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
-    """Yield `count` values on each side of the value at which their non-increasing measure reaches a target.
+    """Yield up to `count` values on each side of the one whose non-increasing `measure` reaches a target.
 
     Of values with the same measure, only the smallest is included.
     """
 
     def first(most: float) -> int:
-        """Return the smallest value whose measure is `most` or less."""
+        """Return the smallest value whose measure is `most` or less; `high` if there is none."""
         value = least(lambda each: measure(each) <= most, low, high)
         return high if value is None else value
 

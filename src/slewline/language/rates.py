@@ -119,7 +119,7 @@ def units(arg: Arg) -> str:
 
 
 def manual(arg: Arg, rate: Rate, round_per_s: int) -> int:
-    """Return the register value as in the manual's examples: with round cycles per second, and six digits."""
+    """Return the register value as in the manual's examples: with round cycles per second, and cut to six digits."""
     exact = _number(rate)
     cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * round_per_s**arg.cycles)
     return _within_range(arg, Fraction(cut), rate)
@@ -138,8 +138,8 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
         steps: the steps per motor revolution.
 
     Raises:
-        UsageError: the ratio is not a whole number in the register's unit, so the position error would
-            drift.
+        UsageError: one of them is below 1, or their ratio is not a whole number in the register's unit, so
+            that the position error would drift, or is out of the register's range.
     """
     if counts < 1 or steps < 1:
         raise UsageError(f"{counts} counts and {steps} steps; a revolution has at least one of each")
@@ -162,7 +162,11 @@ def _number(rate: Rate) -> Fraction:
 
 
 def _within_range(arg: Arg, exact: Fraction, shown: object) -> int:
-    """Return the whole number nearest to a value in the register's unit; a half is rounded up."""
+    """Return the register value nearest to a number in the register's unit; a half is rounded up.
+
+    Raises:
+        UsageError: the value is out of the register's range.
+    """
     value = floor(exact * (1 << arg.fraction) + Fraction(1, 2))
     if not arg.allows(value):
         # ten digits: eight would round the highest velocity and the highest jerk up to refused values

@@ -33,7 +33,7 @@ STILL_COMMANDS = ("range", "spacing")  # problems of text that still is a comman
 
 
 def host_lines(text: str) -> list[tuple[int, int, str]]:
-    """Return (line, column, text) of every line with text, without comment and surrounding blanks."""
+    """Return (line, column, text) of every line with text; the text excludes comments and surrounding blanks."""
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         code = line.split(";", 1)[0].rstrip()
@@ -150,7 +150,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return the problems, with a remedy for errors on lines with a comment in another language's style."""
+    """Return the problems; errors on lines with another language's comment get a remedy for that comment."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)
@@ -169,7 +169,7 @@ def _mark(code: str) -> re.Match[str] | None:
 
 
 def _is_command(text: str, sheet: Sheet) -> bool:
-    """Return whether a text is a command of a part; a lower-case word is not."""
+    """Return whether a text is a command of a part; a single word in lower case is not."""
     source = Source(sheet)
     labels = dialect_of(sheet).reader(source, 1, 1, text).take(())
     if labels or not all(isinstance(item, Statement) for item in source.items):

@@ -50,12 +50,12 @@ class Statement:
 
     @property
     def end(self) -> int:
-        """The address after the command."""
+        """The address of the byte after the command."""
         return self.address + self.size
 
     @property
     def target(self) -> Operand | None:
-        """The operand that is the branch target."""
+        """The operand that is the branch target; None if there is none."""
         pairs = zip(self.row.args, self.operands, strict=True)
         return next((operand for arg, operand in pairs if arg.name == "target"), None)
 
@@ -103,12 +103,12 @@ class Block:
 
     @property
     def end(self) -> int:
-        """The address after its last instruction."""
+        """The address after the program's last instruction."""
         return self.statements[-1].end if self.statements else self.base
 
     @property
     def size(self) -> int:
-        """The number of bytes in the buffer."""
+        """The number of bytes that the program takes up in the buffer."""
         return self.end - self.base
 
     def address_of(self, target: Operand) -> int | None:
@@ -146,7 +146,7 @@ class Source:
         section: str = "",
         remedy: str = "",
     ) -> None:
-        """Add a problem at a statement, an operand, a directive or a bare place."""
+        """Add a problem at a statement, an operand, a directive or any other place."""
         where = f"{self.sheet.part.upper()} manual, {section}" if section else ""
         place = spot.line, spot.column, spot.length
         self.problems.append(Problem(*place, code, severity, found, allowed, where, remedy))

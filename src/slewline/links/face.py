@@ -43,7 +43,7 @@ class OpenPort(Protocol):
 
 
 class ClientFace(Protocol):
-    """A client of the control port, for verbs and branches."""
+    """A client of the control port, as seen by the handlers of requests and by the branches."""
 
     server: ServerFace
     stream: SocketStream
@@ -52,7 +52,7 @@ class ClientFace(Protocol):
 
     @property
     def token(self) -> str | None:
-        """Token that a client must send with its first request."""
+        """Token that a client must send with its first request; None if no token is required."""
 
     def perform(self, request: Data) -> Data | None:
         """Execute a request on this server and return its reply; None if the reply comes later."""
@@ -72,20 +72,20 @@ class ClientFace(Protocol):
         """Return the reply for an error."""
 
     def subscribe(self, every_s: float) -> Data:
-        """Start sending events; return the view."""
+        """Start sending events, at this minimum interval; 0 stops them.  Return the current view."""
 
     def watch(self, every_s: float) -> None:
-        """Start sending events, at this minimum interval; 0 stops them."""
+        """Start checking for changes, which are sent as events, at this interval; 0 stops the checks."""
 
     def event(self, found: Data) -> None:
         """Send an event, if the client has subscribed."""
 
     def go_on(self) -> None:
-        """Answer the requests received meanwhile."""
+        """Answer the requests received while the client had to wait, and continue to read."""
 
 
 class ServerFace(Protocol):
-    """A server, as seen by lines, views, the control port and time travel; `Server` describes the names."""
+    """A server, as seen by lines, views, the control port and time travel; `Server` describes the attributes."""
 
     bench: Bench
     pace: Pace
@@ -124,19 +124,19 @@ class ServerFace(Protocol):
         """Serve a line on a TCP socket."""
 
     def furnish(self, bench: Bench) -> None:
-        """Observe a bench."""
+        """Observe the findings, the journal, the dialogue and the signals of a bench."""
 
     def finding(self, found: Finding) -> None:
         """Report a finding."""
 
     def say(self, line: str, text: str) -> None:
-        """Report an event to the user, once."""
+        """Report an event on a line to the user, only once even if the transcript is on the terminal."""
 
     def steps_of(self, chip: Chip) -> int:
         """Return the number of steps of a chip since the beginning, on all axes."""
 
     def catch_up(self) -> None:
-        """Execute requests that hosts have sent before this moment, if those hosts need not wait for answers."""
+        """Execute requests that register hosts have sent before this moment, before any later request."""
 
     def serve(self, done: Callable[[], bool]) -> None:
         """Let time run and answer clients, until `done` returns True."""

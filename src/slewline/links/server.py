@@ -59,10 +59,10 @@ class Server(Closing):
     """A server for the chips of a bench.
 
     Args:
-        bench: the furnished bench; no time may have passed on it.
+        bench: the bench, with all its chips and parts; no time may have passed on it.
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript; "-": standard error.
-        allow_remote: other machines may connect.
+        allow_remote: whether other machines may connect.
         report: called with messages for the user: findings, limits of a port, an unplugged cable, a full disk; not with
             messages that the transcript on the terminal shows.
 
@@ -113,7 +113,7 @@ class Server(Closing):
                 on_failure.add(self._trouble)
 
     def furnish(self, bench: Bench) -> None:
-        """Observe a bench."""
+        """Observe the findings, the journal, the dialogue and the signals of a bench."""
         bench.on_finding.add(self.finding)
         if bench.journal is not None:
             bench.journal.on_failure.add(self._trouble)
@@ -131,7 +131,7 @@ class Server(Closing):
         prologix: bool = False,
         card: str | None = None,
     ) -> HostLine:
-        """Make a line to a chip, or to modules that share it; to a chipset, a line to its registers.
+        """Make a line to a chip, or to modules that share the line; for a chipset, a line to its registers.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
@@ -148,7 +148,7 @@ class Server(Closing):
         return self._joined(line_to(self, name, chips, framing, over, card), chips)
 
     def _joined(self, line: HostLine, chips: Sequence[Chip]) -> HostLine:
-        """Register a line along with the other lines to the same chips."""
+        """Register a line, also with the other lines to its chips; return the line."""
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
@@ -214,7 +214,7 @@ class Server(Closing):
         return port
 
     def _warn_remote(self, name: str, where: str, may: str) -> None:
-        """Warn about a port that other machines can reach."""
+        """Warn about a port if other machines can reach it; `may` is the text about the consequences."""
         if where.endswith(LOCAL):
             return
         host, _ = parse_address(where.rpartition("//")[2], True)
@@ -223,7 +223,7 @@ class Server(Closing):
             self.say(name, f"{where}: open to {reach}; {may}")
 
     def _say_format(self, line: HostLine, where: str) -> None:
-        """Report the format of a line, if it is not 8N1, which most hosts assume."""
+        """Report the format of a line if it has fewer than 8 data bits, because most hosts assume 8N1."""
         port = cast("ConnectorLine", line).port
         word = port.word
         if word.bits < 8:
@@ -273,7 +273,7 @@ class Server(Closing):
         self._over = True
 
     def _shut(self) -> None:
-        """Close every port; the bench is unchanged."""
+        """Close every branch, every port and the log; no virtual time passes."""
         self.branches.close()
         self.past.close()
         for port in self.ports:
@@ -335,7 +335,10 @@ class Server(Closing):
         self.event({"event": "stopped", "why": why})
 
     def call(self, function: Callable[[], Any], timeout: float | None = None) -> Any:
-        """Call a function in the thread that runs the server, from another thread; return its result."""
+        """Call a function in the thread that runs the server, from another thread; return its result.
+
+        Exceptions of the function are raised here, too; `timeout` is in seconds.
+        """
         future: Future[Any] = Future()
 
         def answer() -> None:

@@ -48,7 +48,7 @@ def line_to(
 
 
 def prologix_line(server: ServerFace, name: str, chips: Sequence[Chip]) -> HostLine:
-    """Return a GPIB controller on a bus with chips.
+    """Return a line to a GPIB controller on a bus with chips.
 
     Raises:
         UsageError: a chip has no port for such a bus.
@@ -79,7 +79,7 @@ def register_line(
 
 
 def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip has it."""
+    """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip has CTS."""
     if framing:
         raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
     host = server.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
@@ -87,7 +87,7 @@ def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing:
 
 
 def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a line of text to a host on a bus; without framing, a serial line to its UART."""
+    """Return a framed line to a host computer on a chip's bus; without framing, a serial line to a UART there."""
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))

@@ -28,12 +28,12 @@ class RawRecord:
     """A record of all characters on a line.
 
     Args:
-        path: a new file.
-        failed: called once, when the record ends early.
+        path: the file to create; it must not exist.
+        failed: called once, with a message, if the record ends early.
 
     Attributes:
         path, failed: the arguments.
-        is_kept: whether there is a file.
+        is_kept: whether the file has been created.
     """
 
     def __init__(self, path: str | PathLike[str], failed: Callable[[str], object] = lambda _text: None) -> None:
@@ -47,11 +47,11 @@ class RawRecord:
         self._waiting: deque[str] = deque([head], KEPT_LINES)
 
     def sent(self, data: bytes, ns: int) -> None:
-        """Record sent characters, at an instant (ns of `time.monotonic_ns`)."""
+        """Record characters that were sent at an instant (ns of `time.monotonic_ns`)."""
         self._line(ns, ">", _shown(data))
 
     def came(self, data: bytes, ns: int) -> None:
-        """Record received characters, at an instant (ns of `time.monotonic_ns`)."""
+        """Record characters that were received at an instant (ns of `time.monotonic_ns`)."""
         if data and self._file is None and not self._over:
             self._open()
         if data:

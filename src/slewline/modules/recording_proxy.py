@@ -4,9 +4,9 @@
                                              |
                                        dialogue file
 
-One thread only passes characters on, and a second thread writes the file, so that a slow disk never
-delays a character.  The rate and the RTS/CTS flow control that a host sets on a pty are applied to the
-serial port.
+One thread does nothing but pass characters on, and a second thread writes the file, so that a slow disk
+never delays a character.  The rate and the RTS/CTS flow control that a host sets on a pty are applied to
+the serial port.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ NS_PER_S = 1_000_000_000
 
 
 def prompt_port(url: str, *more: Any, **options: Any) -> Any:
-    """Open a port as pySerial does; a socket sends every character immediately."""
+    """Open a port as pySerial does; if it is a socket, let it send every character immediately."""
     port = serial_for_url(url, *more, **options)
     with suppress(AttributeError, OSError):  # the port has no descriptor
         if stat.S_ISSOCK(os.fstat(port.fileno()).st_mode):
@@ -54,14 +54,14 @@ def prompt_port(url: str, *more: Any, **options: Any) -> Any:
 
 
 class LatenessHistogram:
-    """A histogram of character delays, in bins of 10 µs; delays over 10 ms are in the last bin."""
+    """A histogram of character delays, in bins of 10 µs; delays of 10 ms or more are in the last bin."""
 
     def __init__(self) -> None:
         self.counts = [0] * (BINS + 1)
         self.worst_ns = 0
 
     def note(self, late_ns: int, characters: int = 1) -> None:
-        """Count characters with a given delay."""
+        """Count characters that had a given delay (ns)."""
         self.counts[min(late_ns // (BIN_US * 1000), BINS)] += characters
         self.worst_ns = max(self.worst_ns, late_ns)
 
@@ -71,7 +71,7 @@ class LatenessHistogram:
         return sum(self.counts)
 
     def within_us(self, share: float) -> float:
-        """Return the delay (µs) that a fraction of all characters, such as 0.99, does not exceed."""
+        """Return the delay (µs) that is not exceeded by a given share of all characters, such as 0.99."""
         wanted, seen = share * self.characters, 0
         for number, count in enumerate(self.counts[:-1]):
             seen += count
@@ -90,7 +90,7 @@ class LatenessHistogram:
 
 
 class DialogueRecorder:
-    """A writer of a dialogue file in a separate thread, which has the priority of the thread that creates it."""
+    """A writer of a dialogue file; its thread has the priority of the thread that creates the writer."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file
@@ -99,7 +99,7 @@ class DialogueRecorder:
         self._thread.start()
 
     def characters(self, end: ProxyEnd, data: bytes, ns: int) -> None:
-        """Write characters received at one end."""
+        """Write characters received at one end of the proxy, and the instant (ns) at which they were received."""
         write = self.file.host if isinstance(end, HostEnd) else self.file.module
         self._calls.put(partial(write, data, ns))
 
@@ -124,7 +124,7 @@ class DialogueRecorder:
 
 
 class ProxyEnd:
-    """One end of a proxy, which acts as the line for its port: its input is the output of the other end."""
+    """One end of a proxy, which its port uses as a line: characters received here are output at the other end."""
 
     greetings, share = TEXT, CHUNK
 
@@ -146,12 +146,12 @@ class ProxyEnd:
         return self.setting.baud
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect the receiver of the output at this end."""
+        """Connect the receiver of the characters that this end outputs."""
         self.write, self.resume = host, resume
         self.event(f"{self.name}: connected")
 
     def leave(self, why: str) -> None:
-        """Disconnect the receiver."""
+        """Disconnect the receiver, and record the reason."""
         self.write = None
         self.event(f"{self.name}: {why}")
 
@@ -160,46 +160,46 @@ class ProxyEnd:
         self.proxy.recorder.note(text)
 
     def take(self, data: bytes) -> None:
-        """Pass on received bytes."""
+        """Pass on bytes received at this end to the other end."""
         self.proxy.passed_on(self, data)
 
     def put(self, data: bytes) -> None:
-        """Output characters from this end."""
+        """Output characters at this end; characters that no receiver takes are lost."""
         lost = len(data) if self.write is None else self.write(data)
         if lost and not self.lost:
             self.event(f"{self.name}: takes no characters; {lost} and all further ones are lost")
         self.lost = self.lost + lost if lost else 0
 
     def room(self) -> int:
-        """Return the number of bytes that may arrive now."""
+        """Return the number of bytes that this end may receive now."""
         return CHUNK
 
     def sent(self) -> bool:
-        """Return whether everything received has been sent on."""
+        """Return True, because everything received is passed on immediately."""
         return True
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been sent on."""
+        """Call a function immediately, because everything received has already been passed on."""
         call()
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Let a host that has finished sending receive answers until it closes the connection.
+        """Do nothing, so that a host that has finished sending receives answers until it closes the connection.
 
         Only the module knows when its answers end.
         """
 
     def obey(self, on: bool) -> None:
-        """Record whether a host has switched RTS/CTS flow control on or off."""
+        """Do nothing; only `HostEnd` switches RTS/CTS flow control."""
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set."""
+        """Do nothing; only `HostEnd` sets the rate."""
 
 
 class HostEnd(ProxyEnd):
-    """The proxy end for the host program."""
+    """The end of a proxy that is connected to the host program."""
 
     def room(self) -> int:
-        """Return the number of bytes that may arrive now; a host faster than the line is held off."""
+        """Return the number of bytes that the host may send now; if there is no room, let it try again later."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
             self.proxy.loop.after(FULL_S, self.resume)
@@ -223,9 +223,9 @@ class Proxy:
         device: the serial port, a device or URL that pySerial accepts.
         setting: the rate and format of the line.
         recorder: records all characters.
-        open_host: opens the port for the host, given the loop and the line.
+        open_host: opens the port for the host, given the loop and the host's end of the proxy.
         report: called with messages for the user.
-        echo: whether the line of the module echoes; the echo goes neither to the host nor into the record.
+        echo: whether the module's line echoes; the echo then goes neither to the host nor into the record.
 
     Raises:
         UsageError: a port cannot be opened.
@@ -286,7 +286,7 @@ class Proxy:
         self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that woke the loop
 
     def _answers(self, data: bytes, now_ns: int) -> bytes:
-        """Return the characters sent by the module, without the echo of the line if it is to be dropped."""
+        """Return the received characters that the module sent, without the line's echo if the echo is to be dropped."""
         data = self.echo.rest(data, now_ns / NS_PER_S)
         if self.echo.shows and not self._is_reported:
             self._is_reported = True
@@ -307,13 +307,13 @@ class Proxy:
         self.recorder.characters(end, data, came_ns)
 
     def run(self) -> None:
-        """Pass on characters until `stop`."""
+        """Pass on characters until `stop` is called."""
         with fine_timer():
             while not self.over:
                 self.loop.serve(self.loop.sleep(None))
 
     def stop(self) -> None:
-        """End `run`; may be called in any thread, and in a signal handler."""
+        """End `run`; may be called from any thread, or from a signal handler."""
         self.over = True
         self.loop.ask(lambda: None)
 

@@ -52,7 +52,7 @@ class LineSpeech(Speech):
 
     @property
     def probe(self) -> str:
-        """The last of the part's queries."""
+        """Query used as the probe: the last of the part's queries."""
         if not self.questions:
             raise UsageError(f"{self.sheet.part}: its sheet has no queries; add `questions` to its dialect")
         return [*self.questions.values()][-1][0]
@@ -62,7 +62,7 @@ class LineSpeech(Speech):
         return self.dialect.questions
 
     def framed(self, command: str) -> bytes:
-        """Return a line with address, checksum and carriage return, as far as the part uses them."""
+        """Return a command as a line with a carriage return, and with address and checksum if they are used."""
         if not command.isascii() or CR.decode() in command or not command:
             raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
@@ -72,7 +72,7 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line has arrived; in a listing, that is a line that cannot be in a program."""
+        """Return whether the last line of an answer has arrived; a listing ends with a line that no program has."""
         if not received.endswith(CR):
             return False
         row = self.row(command)
@@ -82,7 +82,7 @@ class LineSpeech(Speech):
         return (last[:-1] if self.checked else last).decode("latin-1") in self.dialect.answers
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in an answer; for a listing, that of a full memory."""
+        """Return the maximum number of characters in an answer; a listing is as long as for a full memory."""
         row = self.row(command)
         if row is None or row.role != "list":
             return super().longest(command)
@@ -98,7 +98,7 @@ class LineSpeech(Speech):
         return text[:-1]
 
     def refusal(self, line: str) -> str:
-        """Return the sheet's text for an answer, if it is a refusal."""
+        """Return the sheet's text for an answer that is a refusal or reports "busy"; empty for all others."""
         return self.dialect.answers[line] if line in (*self.dialect.refusals, self.dialect.busy) else ""
 
     def is_garbled(self, line: str) -> bool:
@@ -135,12 +135,12 @@ class QuerySpeech(Speech):
 
     @property
     def probe(self) -> str:
-        """The first of the part's queries."""
+        """Query used as the probe: the first of the part's queries."""
         return next(iter(self.questions.values()))[0]
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Queries, by the register that they read."""
+        """Queries, each with the pattern of its answer, by the name of the register that it reads."""
         names = {register.letter: register.name for register in self.sheet.registers} | dict(self.dialect.asked)
         return {
             names.get(letter, letter): (
@@ -161,7 +161,7 @@ class QuerySpeech(Speech):
         return CR + self.framed(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None if the text is not a command, or is incomplete."""
+        """Return the sheet's row for a command; None if the text is not a command, or is incomplete."""
         decoder = self.dialect.decoder(self.sheet)
         found: CommandText | None = None
         for byte in self.framed(command):
@@ -169,7 +169,7 @@ class QuerySpeech(Speech):
         return None if found is None else found.row
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether all lines of the answer to a query have arrived."""
+        """Return whether all lines of an answer have arrived; True for a command that is not answered."""
         if not self.answers(command):
             return True
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
@@ -180,11 +180,11 @@ class QuerySpeech(Speech):
         return super().answer_timeout(command) + looked
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in an answer; for a listing, that of the whole memory."""
+        """Return the maximum number of characters in an answer; a listing may contain the whole memory."""
         return super().longest(command) + self.sheet.buffer_bytes * bool(self.listed_lines(command))
 
     def listed_lines(self, command: str) -> int:
-        """Return the number of memory lines that a query requests, not counting the pointer."""
+        """Return the number of memory lines that a query requests, without the line for the pointer; 0 if none."""
         found = re.fullmatch(rf"{re.escape(self.dialect.query)} ?{self.dialect.listing}[ ,]+([0-9]+)", command)
         return int(found[1]) if found else 0
 
@@ -203,8 +203,8 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
         baud, checked, address: as for `Speech`.
 
     Raises:
-        UsageError: the part has no serial line and cannot be read back over a bus, or does not have that rate, checksum
-            or address.
+        UsageError: the part has no serial line and cannot be read back over a bus; or it does not have the given
+            rate or address, or has no checksums.
     """
     serial = next((channel for channel in sheet.channels if isinstance(channel, (*KINDS,))), None)
     if serial is None:

@@ -1,6 +1,6 @@
-"""The protocol of a part on a real port: the base class of all kinds.
+"""The protocol of a part on a real port: the base class of all kinds of protocol.
 
-A protocol object is made from a sheet, one class for each kind of line; it performs no input or output.
+A protocol object is made from a sheet, by the class for its kind of line; it performs no input or output.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Speech:
     Args:
         sheet: the sheet of the part.
         baud: the rate; None: `usual_baud`.
-        checked: lines end in their checksums; None: they do not.
+        checked: whether every line ends with its checksum; None: no.
         address: the address of the module on a shared line; None or 0: no address is sent.
 
     Raises:
@@ -55,7 +55,7 @@ class Speech:
     # ------------------------------------------------------------------------------------------------ kinds of protocol
     @property
     def word(self) -> CharacterFormat:
-        """Format of its characters."""
+        """Format of the characters on the line."""
         raise NotImplementedError
 
     @property
@@ -91,7 +91,7 @@ class Speech:
         return self.framed(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None if the text is not a command."""
+        """Return the sheet's row for a command; None if the text is not a command."""
         raise NotImplementedError
 
     def is_complete(self, command: str, received: bytes) -> bool:
@@ -130,7 +130,7 @@ class Speech:
 
     # -----------------------------------------------------------------------------------------------common to all kinds
     def _refuse(self, checked: bool | None, address: int | None) -> None:
-        """Refuse checksums and addresses for a part that has none."""
+        """Refuse a checksum or an address, because the part has neither."""
         for name, value in (("--checksum", checked), ("--address", address)):
             if value:
                 raise UsageError(f"{name}: lines for the {self.sheet.part.upper()} have none; leave it out")
@@ -166,7 +166,7 @@ class Speech:
         return LONGEST
 
     def seconds(self, characters: int, silence: float) -> float:
-        """Return the longest duration of an exchange, in seconds, however much is received.
+        """Return the time limit for an exchange, in seconds, which applies however many characters arrive.
 
         Args:
             characters: the maximum number of characters in both directions together.

@@ -60,7 +60,7 @@ class Guard:
         self.name = f"[{name}]" if ":" in name else name.lower()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or accept a websocket."""
+        """Pass a request or a new websocket to the application, or refuse it."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -92,7 +92,7 @@ class Guard:
         return None
 
     def is_ours(self, host: str) -> bool:
-        """Return whether a host is a loopback name, an allowed address, or our name with our port."""
+        """Return whether a host is a loopback name, our name with our port, or, if allowed, any other address."""
         found = HOST.fullmatch(host.lower())
         if found is None:
             return False

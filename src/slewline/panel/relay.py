@@ -121,7 +121,7 @@ def checked(text: str, writes: bool) -> str:
     """Return the verb of a request.
 
     Raises:
-        NotAllowed: the verb is not allowed here, or not for this page.
+        NotAllowed: no page may use this verb, or this page is read-only and the verb is not.
     """
     request = parsed(text)
     do, number = request.get("do"), request.get("id")
@@ -144,8 +144,8 @@ class Relay:
         """Pass messages in both directions until one side has disconnected.
 
         Args:
-            admit: called with True if the page has the token, else False; it raises `Hangup` if there are
-                too many such pages.
+            admit: called with this relay, and with True if the page has the token, else False; it raises
+                `Hangup` if there are too many pages of this kind.
         """
         try:
             await self.page.accept()
@@ -183,7 +183,7 @@ class Relay:
             writer.transport.abort()
 
     async def send(self, text: str) -> None:
-        """Send a message to the page once it has read the earlier ones."""
+        """Send a message to the page, once the page has read the earlier messages."""
         async with self.sending:
             await self.page.send_text(text)
 
@@ -197,7 +197,7 @@ class Relay:
         """Return an authenticated connection to the control port.
 
         Raises:
-            Hangup: the control port does not answer.
+            Hangup: the control port does not answer, or needs a different token.
         """
         where = f"{self.access.host}:{self.access.port}"
         try:
@@ -245,7 +245,7 @@ class Relay:
         task.add_done_callback(self.waits.discard)
 
     async def wait_for(self, text: str) -> None:
-        """Send a request on its own connection, and pass on its reply."""
+        """Send a request on its own connection, and pass on the reply to the page."""
         number = json.loads(text).get("id")
         try:
             reader, writer = await self.connected()
@@ -279,7 +279,7 @@ async def line_of(reader: asyncio.StreamReader) -> str:
 
 
 async def first_to_end(*coroutines: Any) -> None:
-    """Run both directions until one ends; then cancel the other, ignoring the loss of the page."""
+    """Run both directions until one ends, then cancel the other; a page that disconnects is not an error."""
     tasks = [asyncio.ensure_future(coroutine) for coroutine in coroutines]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -40,10 +40,10 @@ END_S = 1
 
 
 class HttpConnection(H11Protocol):
-    """A connection that is closed if no first request arrives, and refused if there are too many connections."""
+    """A connection that is closed if no request arrives in time; beyond a limit, the oldest idle one is closed."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Accept a connection."""
+        """Accept a connection, or refuse it if there are too many connections and none of them is idle."""
         super().connection_made(transport)
         if len(self.connections) > CONNECTIONS:
             idle = [one for one in self.connections if isinstance(one, HttpConnection) and one.is_idle]
@@ -71,7 +71,7 @@ class HttpConnection(H11Protocol):
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """A websocket that stops reading while its pongs are not read, since nothing else limits answers to pings."""
+    """A websocket that stops reading while the page does not read its pongs, which nothing else would limit."""
 
     is_paused = False
 
@@ -83,7 +83,7 @@ class PageSocket(WebSocketsSansIOProtocol):
             self.transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """Continue to read."""
+        """Continue to read, now that the page has read the answers."""
         super().resume_writing()
         if self.is_paused and self.queue.empty():  # otherwise the server waits for the next message of the page
             self.read_paused = False
@@ -119,7 +119,7 @@ class Pages:
             self.readers.discard(relay)
 
     def admit(self, relay: Relay, own: bool) -> None:
-        """Count a page among those with the token, or those without, once its first message has arrived.
+        """Count a page, once its first message has arrived, as a page with the token or as one without it.
 
         Raises:
             Hangup: there are too many pages of its kind.
@@ -138,7 +138,7 @@ def application(access: Access, port: int, name: str, allow_remote: bool = False
         access: the control port, and the permissions of pages.
         port: the port of the application.
         name: the name or address on which the application listens.
-        allow_remote: browsers on other machines may connect.
+        allow_remote: whether browsers on other machines may connect.
     """
     pages = Pages()
 
@@ -158,7 +158,7 @@ class PanelServer:
         access: the control port, and the permissions of pages.
         host: the address on which the panel listens.
         port: the port number; 0: any free port.
-        allow_remote: browsers on other machines may connect.
+        allow_remote: whether browsers on other machines may connect.
 
     Raises:
         UsageError: the port is in use.
@@ -195,7 +195,7 @@ class PanelServer:
         )
 
     def run(self) -> None:
-        """Serve until `stop`, SIGINT or SIGTERM."""
+        """Serve until `stop` is called, or SIGINT or SIGTERM arrives."""
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: None)  # the server raises the signal again when it has ended
         asyncio.run(self.server.serve([self.socket]))

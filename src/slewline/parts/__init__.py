@@ -106,7 +106,7 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
 
 
 def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the options of a class that a user may set, which are all options not fixed by its kind."""
+    """Return the options of a class that a user may set: all except the options that the kind fixes."""
     return tuple(row for row in cls.options if row.name not in fixed)
 
 
@@ -118,7 +118,7 @@ def make_part(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     **mounted: Shaft,
 ) -> Part:
-    """Return a new part of a class, mounted on its shaft if it sits on a shaft, after checking all options.
+    """Check all options, and return a new part of a class, mounted on a shaft if its class requires one.
 
     Args:
         fixed: options that the kind fixes.

@@ -25,7 +25,7 @@ NO_HEADER = f"the first line is not the header of a journal of version {VERSION}
 
 
 class Kind(NamedTuple):
-    """The allowed values of a field."""
+    """The allowed values of a field: their description for messages, and their types."""
 
     description: str
     types: tuple[type, ...]
@@ -69,10 +69,10 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 
 
 class Entries:
-    """The entries of a journal file, with the numbers of their lines; each iteration starts at the first one.
+    """The entries of a journal file, with the numbers of their lines; each iteration starts at the first entry.
 
-    With `begin`, reading starts at that byte, which must be the start of a line; `before` is the number of
-    lines before it, from which line numbers continue.  A truncated last line is left out, and the first pass
+    With `begin`, reading starts at that byte offset, which must be the start of a line; `before` is the number of
+    lines before it, from which line numbers continue.  A truncated last line is left out, and the first iteration
     issues the warning TornJournal.
 
     Raises:
@@ -117,7 +117,7 @@ class Entries:
         self.count = found
 
     def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
-        """Return an entry; None if its line is truncated."""
+        """Return the entry in a line; None if the line is truncated."""
         try:
             line.decode("ascii")
             entry = from_json(line)

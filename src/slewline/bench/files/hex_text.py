@@ -53,7 +53,7 @@ def has_records(text: str) -> bool:
 
 
 def hex_bytes(data: bytes, where: str) -> bytes:
-    """Return the bytes in a file of hexadecimal text of either form.
+    """Return the bytes in hexadecimal text: pairs of digits, or Intel HEX.
 
     Raises:
         BenchFileError: the file is empty, or contains anything else.
@@ -63,10 +63,10 @@ def hex_bytes(data: bytes, where: str) -> bytes:
 
 
 def hex_lines(text: str, where: str) -> list[str]:
-    """Return the lines of a hexadecimal text, without their comments.
+    """Return the lines of a text of hexadecimal digit pairs, without their comments.
 
     Raises:
-        BenchFileError: a line contains anything else, with line and column; or no line contains a byte.
+        BenchFileError: a line contains anything but such pairs, with line and column; or no line contains a byte.
     """
     found = []
     for number, line in enumerate(text.split("\n"), 1):

@@ -5,17 +5,17 @@
     {"do": "drive", "t": 12000000000, "round": 1, "pin": "x.abort", "level": 0}
 
 `t` is the instant in picoseconds; `round` 1 marks inputs made in the first round of that instant, before its changes
-commit; all others follow the changes of the instant.  Lines are written immediately, so the journal of a killed run is
-valid up to its last complete line.
+commit; all other inputs follow the changes of the instant.  Lines are written immediately, so the journal of a killed
+run is valid up to its last complete line.
 
     {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
 
 The journal also records the faults of an external store: failed calls, changed content, and delays.
-`call` is the number of the call, counted since its owner was put on the bench, and a replay repeats the
-fault at that call (`core/memory/store.py`).  `entries.py` lists the fields of each entry.
+`call` is the number of the call, counted since the owner of the store was put on the bench, and a replay
+repeats the fault at that call (`core/memory/store.py`).  `entries.py` lists the fields of each entry.
 
-`part` and, for a part, `kind` are names by which the class can be found again: a built-in name, the name of an entry
-point, or module:Class.
+`part` (of a chip) and `kind` (of a part) are names by which the class can be found again: a built-in name, the name of
+an entry point, or module:Class.
 
 A run is repeated bit for bit only if the parts still behave in the same way: `behaviour` is copied from
 the field of that name in the part's sheet.  A journal without it is older than that field; the value is
@@ -114,7 +114,7 @@ class Journal:
 
 
 def _plain(value: Any) -> Any:
-    """Return the JSON form of a value that JSON does not support: a NumPy integer, a fraction."""
+    """Return the JSON form of a value of a type that JSON does not support, a NumPy integer or a fraction."""
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Fraction):
@@ -129,7 +129,7 @@ def closed(file: TextIO) -> None:
 
 
 def replaced(path: str | PathLike[str]) -> bool:
-    """Return whether writing a journal here will replace another one.
+    """Return whether a journal written to this path will replace an existing journal.
 
     Raises:
         BenchFileError: the file exists and is not a journal, so it must not be lost; or it is a FIFO.

@@ -17,7 +17,7 @@ def ordered(
     chips: Collection[str],
     error: Callable[[int, str, str], SlewlineError],
 ) -> list[int]:
-    """Return the part numbers, ordered so that each part follows the parts that it names; otherwise in file order.
+    """Return the numbers of the tables, so that each part follows the parts that it names; otherwise in file order.
 
     Args:
         parts: the [[part]] tables.
@@ -26,7 +26,7 @@ def ordered(
         error: a function that returns an error, given a table number, a key, and the cause.
 
     Raises:
-        SlewlineError: a part names one that is not on the bench, or parts name each other.
+        SlewlineError: a part names a chip or part that does not exist, or parts name each other in a circle.
     """
     numbers: dict[str, int] = {}
     for number, name in enumerate(names):
@@ -34,7 +34,7 @@ def ordered(
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the key under which a part names another part that is not placed yet, and that part's number."""
+        """Return the key under which a part names a part that is not placed yet, and the number of the latter."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:

@@ -1,7 +1,7 @@
 """Untrusted TOML: content that would overload the reader is refused in advance, with its line.
 
-The time and memory that Python's reader needs grow with the square of the number of parts in a key; it also accepts
-numbers of any length, which messages then cannot show.
+The time and memory that Python's reader needs grow with the square of the number of parts in a dotted key; it also
+accepts numbers of any length, which messages then cannot show.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
     """Return the tables in the text of a file.
 
     Raises:
-        BenchFileError: it is not TOML, or has keys or numbers that no file of slewline needs.
+        BenchFileError: the text is not TOML, or has keys or numbers longer than any file of slewline needs.
     """
     bare = _APART.sub(_masked, text)
     for pattern, message in _REFUSED.items():
@@ -52,7 +52,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Return the replacement for a string (one name, as in a key) or for a comment (blanks).
+    """Return a string or comment of a TOML text, masked: underscores, as of one name in a key, or blanks for a comment.
 
     Line numbers do not change.
     """

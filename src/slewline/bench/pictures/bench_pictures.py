@@ -164,9 +164,10 @@ class Pictures:
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """Return the window of a picture, in ps of the picture: that of the motion, unless `start` or `stop` is given.
+        """Return the window (ps, counted as in the picture): that of the motion, unless `start` or `stop` is given.
 
-        A lone `start` after the motion extends the window to the end of the run, a lone `stop` before it to the start.
+        A lone `start` after the motion extends the window to the end of the run, and a lone `stop` before the motion
+        extends it to the start of the run.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -203,16 +204,17 @@ class Pictures:
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
-        """Return the instant of the last load of a position register before another instant (ps).
+        """Return the instant (ps) of the last load of a position register up to the instant `before` (ps).
 
-        Values from before that load are not shown; nor are values that are no longer kept.
+        Values from before that load are not shown; nor are values that are no longer kept, so the result is never
+        earlier than the instant since which all are kept.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
         return max([self.circuit.since, *loads, *(motor.since for motor in motors)])
 
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
-        """Return the first and the last edge, command or finding of the pins shown (ps); None if there is none."""
+        """Return the first and the last instant (ps) of pin edges, commands and findings; None if there are none."""
         now = self.kernel.now
         traces = self._traces(pins, 0, now, 0, None)
         found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
@@ -241,7 +243,7 @@ class Pictures:
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """Return the name of an axis for the legend: with the name of its chip if there are several chips."""
+        """Return the name of an axis for the legend: "x", or for a chip with several axes "axis 2" or "x axis 2"."""
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
@@ -261,7 +263,7 @@ class Pictures:
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
 
     def _parts(self, parts: Sequence[str] | str | None, axes: Sequence[OneAxis]) -> list[Chosen]:
-        """Return the parts whose quantities are shown with some axes."""
+        """Return the parts whose quantities are shown; by default the parts around the chips that have the axes."""
         return chosen(self.circuit.parts, parts, list(dict.fromkeys(self._owner(axis)[0] for axis in axes)))
 
     def _tracks_of_parts(
@@ -301,7 +303,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield the measured steps of the runs, shifted to the first step of this bench; `zero` (ps) is shown as 0."""
+        """Yield the measured steps in `runs`, shifted to begin with this bench's steps; `zero` (ps) is shown as 0."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
@@ -355,7 +357,7 @@ def words_of(chip: Chip) -> dict[str, str]:
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
-    """Yield tracks, leaving out constant positions, such as those of an axis at rest or during homing."""
+    """Yield tracks, without their positions if no position changes: all axes are at rest, or homing."""
     import numpy as np
 
     still = not any(

@@ -14,7 +14,7 @@ from ...parts.base.part import Part
 
 
 def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
-    """Yield the axes of a chip, with the prefix of their quantities: the chip's name if it has only one axis."""
+    """Yield the axes of a chip, each with the prefix of its quantities: "m.axis2", or "x" for an only axis."""
     for number in range(1, chip.sheet.axes + 1):
         yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
 
@@ -26,8 +26,8 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
     """Return the parts whose quantities are shown, each with these quantities.
 
     Args:
-        wanted: names of parts, or of single quantities, "m.position"; None: all parts with quantities that are wired to
-            one of the chips, directly or through another part.
+        wanted: names of parts, or of single quantities, "m.position"; None: all parts that have quantities and are
+            connected to one of the chips, directly or through another part.
 
     Raises:
         UnknownName: no such part or quantity, or the part has none.
@@ -50,7 +50,7 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
 
 
 def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
-    """Return the parts that are wired to one of the chips or to another such part, or are mounted on its shaft."""
+    """Return the parts connected to one of the chips by wires or shafts, directly or through other parts."""
     reached: set[object] = {terminal.net.root for chip in chips for terminal in chip.pins.values()}
     every = rest = list(parts)
     found: list[Part] = []
@@ -68,7 +68,7 @@ def joints_of(part: Part) -> set[object]:
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the first and the last instant of a window at which an axis moves; None if it takes no step."""
+    """Return the first and the last instant (ps) of a window at which an axis moves; None if it takes no step there."""
     played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
     if not played:
         return None
@@ -82,7 +82,7 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 
 
 def first_step(axis: OneAxis, stop: int) -> int | None:
-    """Return the instant (ps) of the first step of an axis; None if it takes no step."""
+    """Return the instant (ps) of the first step of an axis up to `stop`; None if it takes no step."""
     return next((train.clock.ps(train.end(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)
 
 

@@ -75,7 +75,7 @@ class Signals:
             self.commands[owner] = TextLog(self.circuit.kernel, self.circuit.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
-        """Return the net of a pin; for a wire of a bus, the pin."""
+        """Return the net of a pin, or a whole bus; for one wire of a bus, return the pin instead."""
         net = self.circuit.net(name)
         if not isinstance(net, Bus):
             return net
@@ -95,10 +95,10 @@ class Signals:
                 yield f"{chip.name}.{chip.sheet.bus}"
 
     def window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
-        """Return a window in which all the nets are recorded: by default, from the earliest such instant.
+        """Return the window (ps); by default from the earliest instant at which all nets are recorded, up to now.
 
         Raises:
-            NotRecorded: there is no such window, since recording begins now.
+            NotRecorded: by default the window would be empty, since recording begins now.
         """
         now = self.circuit.kernel.now
         first, last = window(start, stop, now)

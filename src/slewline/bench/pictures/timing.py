@@ -48,12 +48,13 @@ class TimingDiagrams:
                 pin.  A measured trace is drawn as a separate lane.  By default all recorded pins.
             start, stop: the window; by default all that is recorded.
             between: the times to measure and draw as arrows: pairs of edges, ("io_request falls", "ready falls 2"), or
-                the symbol of a time in the data sheet, "t14".  The second edge of a pair is the next such edge after
-                the first; a number selects a later one.  A time is checked against the limits in the data sheet.
+                the symbol of a time in the data sheet, "t14".  The second edge of a pair is the next edge of that kind
+                after the first edge; a number such as 2 selects the second one after it.  A time is checked against the
+                limits in the data sheet.
             causes: pairs of edges, cause and effect, drawn as curved arrows.
             title: the title; by default the names of the chips and their part numbers.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
-                its pin, stretches in which the two differ are marked, and its greatest lag is noted.
+                its pin, stretches in which trace and pin differ are marked, and the trace's greatest lag is noted.
             names: labels to show instead of pin names, keyed by pin name.
             decode: print the decoded characters above serial lines.
             quiet: shorten stretches without any edge that are at least this long; "0 s" shortens none; by default as

@@ -64,15 +64,15 @@ class WaveformFiles:
         Args:
             path: the file.
             pins: names such as "x.slew"; by default all recorded pins.
-            start, stop: the window; by default from the earliest instant at which all of them are recorded, up
+            start, stop: the window; by default from the earliest instant at which all these pins are recorded, up
                 to now.
             timescale: the unit of time in the file, "1", "10" or "100" with a unit from "ps" to "s"; times are rounded
                 down to it.
             buses: "bits": each wire of a bus separately, which every viewer reads; "whole": the bus as a vector, which
                 PulseView does not read; or "both".
-            values: write the velocity and position of the axes (acceleration and jerk if the chip has them) and the
-                quantities of the parts around them as reals, and the commands in progress, the commands that began the
-                motions in progress, and the findings as strings.
+            values: write, as reals, the velocity and position of the axes (acceleration and jerk if the chip has
+                them) and the quantities of the parts around the chips; and, as strings, the commands in progress, the
+                commands that began the motions in progress, and the findings.
             layout: write layouts for GTKWave and Surfer next to the file, with the same name and the extensions .gtkw
                 and .sucl.
 
@@ -295,7 +295,7 @@ def values_of(
 
 
 def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
-    """Yield the header lines of the file: the parts, and the units of the quantities."""
+    """Yield the header lines of the file: the part numbers of the chips, and the units of the quantities."""
     from ...record.waveforms.vcd_sources import reference
 
     for chip in chips:
@@ -308,7 +308,7 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:
-    """Return the view that a viewer opens with: the motion, or the whole window (ps) if nothing moves, with marks."""
+    """Return the initial view of a viewer, with marks: the motion, or the whole window (ps) if nothing moves."""
     from ...record.waveforms.viewer_layouts import ViewerSetup
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
@@ -324,7 +324,7 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSe
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
-    """Return marks in chronological order, without those too close to another; the earliest is always kept."""
+    """Return marks in chronological order, without those too close to a kept mark that precedes them in `marks`."""
     kept: list[tuple[int, str]] = []
     for mark in marks:
         if len(kept) < MAX_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):

@@ -27,7 +27,7 @@ STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its s
 
 
 class Window:
-    """The recorded signals in a window (ps); with `reach`, a signal may begin later, where its recording begins."""
+    """The recorded signals from `start` to `stop` (ps); with `reach`, a signal may have been recorded only later."""
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
         self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
@@ -45,7 +45,7 @@ class Window:
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Compare intervals with the limit that applies to them; return the result, or the pin that is not recorded."""
+        """Check all intervals to which a limit applies; the result names a pin that is not recorded, if any."""
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
@@ -77,7 +77,7 @@ class Window:
         yield self._interval(first, second, begin, end)
 
     def _interval(self, first: Edge, second: Edge, begin: int, end: int) -> Interval:
-        """Return an interval with the data sheet limits for its two edges."""
+        """Return the interval between two edges, with the data sheet limits that apply to it."""
         bounds = []
         owner, _, pin = first.pin.partition(".")
         chip = self.signals.circuit.chips.get(owner)
@@ -90,7 +90,7 @@ class Window:
         return Interval(f"{first.pin} {first.change}", f"{second.pin} {second.change}", begin, end, tuple(bounds))
 
     def _named(self, symbol: str) -> Iterator[Interval]:
-        """Yield, for each data sheet time with this symbol, the recorded interval that is closest to its limit."""
+        """Yield, for each data sheet time with this symbol, the recorded interval with the least margin."""
         limits = [(chip, limit) for chip in self.signals.circuit.chips.values() for limit in chip.sheet.limits]
         named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
         if not named:
@@ -113,7 +113,7 @@ class Window:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
-        """Return a pin or bus as a lane, with the trace drawn over it; with `several`, its label names the owner."""
+        """Return a pin or bus as a lane, with `over` drawn over it; if `several`, a default label names the owner."""
         from ...record.measuring.overlay import fitting
         from ...record.pictures.diagram import Lane
 
@@ -157,7 +157,7 @@ class Window:
         ]
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
-        """Return a function that returns the meaning of a bus value: a character, or the command being written."""
+        """Return a function of a bus value and its end (ps): it returns the character or command meant, or ""."""
         if chip is None or chip.sheet.channel(HostPort) is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:
@@ -176,7 +176,7 @@ class Window:
 
 
 def _strobes(chip: Chip) -> tuple[str, str]:
-    """Return the pin that is active for a command byte, and the write strobe."""
+    """Return the names of two pins: the pin that is active while a command byte is written, and the write strobe."""
     return chip.sheet.in_role("command").name, chip.sheet.in_role("write").name
 
 

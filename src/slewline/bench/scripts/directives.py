@@ -31,7 +31,7 @@ POLL_PS = 5 * 10**10  # interval of the queries of a host that waits for a modul
 class DirectiveKind(NamedTuple):
     """The way to queue a directive, the pin that it needs, and a check that it fits the chip.
 
-    `fits` raises an error if it does not.
+    `fits` raises an error if the directive does not fit.
     """
 
     queue: Queue
@@ -141,7 +141,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register contains a value, however it is set; intermediate steps need no computing."""
+    """Wait until the position register contains a value, whether by steps or a load, without computing each step."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:
@@ -333,7 +333,7 @@ async def _ready(runner: ScriptRunner, chip: Chip) -> None:
 def _wait_status(bit: str) -> DirectiveKind:
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         def never() -> bool:
-            """Return whether nothing can move the axis any more."""
+            """Return True if the awaited bit is motion_complete, and nothing can move the axis any more."""
             at_rest = chip.idle and not chip.armed and runner.kernel.next_time() is None
             return bit.lower() == "motion_complete" and at_rest
 
@@ -354,7 +354,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Return the reason why a chipset axis is at rest, if a finding since its last motion explains it."""
+    """Return the finding after its last motion that explains why a chipset axis is at rest; "" if there is none."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""

@@ -14,13 +14,13 @@ from .script_runner import Script
 
 
 def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
-    """Return the text of a program file; for a .hex file, its bytes as text.
+    """Return the text of a program file; for a .hex file, pairs of hexadecimal digits.
 
     Args:
-        data: the content of the file, if it has been read.
+        data: the content of the file, if it has been read already.
 
     Raises:
-        BenchFileError: it cannot be read or is not text; or it is named .hex but is a memory image.
+        BenchFileError: the file cannot be read or is not text; or it is named .hex but is a memory image.
     """
     if not is_named_hex(path):
         return read_text(path, data)
@@ -32,14 +32,14 @@ def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
 
 
 def program_script(text: str, where: str, sheet: Sheet) -> Script:
-    """Return the script of a program file: for a .hex file, its bytes line by line, or for a chipset packet by packet.
+    """Return the script of a program file; for .hex, it sends the bytes by lines or, to a chipset, by packets.
 
     Args:
         where: the name of the file.
         sheet: the sheet of the chip that the host commands, or of the first one if there are several.
 
     Raises:
-        BenchFileError: it is named .hex but does not consist of pairs of hexadecimal digits.
+        BenchFileError: the file is named .hex but does not consist of pairs of hexadecimal digits.
     """
     if not is_named_hex(where):
         return read_script(text, where)

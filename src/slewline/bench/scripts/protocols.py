@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 class BusProtocol(ScriptProtocol):
     """The rules for a bus: a command is sent when the chip is READY.
 
-    It is sent as text or in binary, as the chip requires at that time.
+    The command is sent as text or in binary, as the chip requires at that time.
     """
 
     def command(self, body: str) -> Queue:
-        """Return a function that queues a command, as text or in binary form, as the chip requires when it is sent."""
+        """Return a function that queues a command: text or binary, as the chip requires when the command is sent."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.port(chip)
@@ -50,7 +50,7 @@ class LineProtocol(ScriptProtocol):
     """The rules for a serial line to a module: a command is a line, which the module answers."""
 
     def command(self, body: str) -> Queue:
-        """Return a function that queues a line, whose answer is reported."""
+        """Return a function that queues a line; the module's answer to it is reported."""
         return asking(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
@@ -62,14 +62,14 @@ class LineProtocol(ScriptProtocol):
 
 
 class PacketProtocol(ScriptProtocol):
-    """The rules for packets: a command is a packet, and the host waits for the words that it returns."""
+    """The rules for packets: a command is a packet, and the host waits for the words that the command returns."""
 
     def command(self, body: str) -> Queue:
-        """Return a function that queues a command as a packet; the words that it returns are reported."""
+        """Return a function that queues a command as a packet; the words that the command returns are reported."""
         return exchanging(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send a command byte and the words that follow it."""
+        """Send a packet, which consists of a command byte and the words that follow it."""
         port = runner.packet_port(chip)
         for part, is_command in operations(data):
             await port.write(part, is_command, USUAL)
@@ -85,11 +85,11 @@ class PacketProtocol(ScriptProtocol):
 class FlowProtocol(ScriptProtocol):
     """The rules for a bidirectional bus: commands are sent with handshakes, in the form that the mode requires.
 
-    Answers over this channel are reported.
+    Answers over the same bus are reported.
     """
 
     def command(self, body: str) -> Queue:
-        """Return a function that queues a command, whose answer is reported."""
+        """Return a function that queues a command; if the command is a query, the answer to it is reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.flow_host.port
@@ -104,7 +104,7 @@ class FlowProtocol(ScriptProtocol):
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return a function that queues an action that sends bytes; a later directive waits until the chip has them."""
+        """Return a function that queues `act`; a directive on the next line waits until the chip has the bytes."""
 
         async def taken(runner: ScriptRunner, chip: Chip) -> None:
             await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))
@@ -122,7 +122,7 @@ class FlowProtocol(ScriptProtocol):
 
 
 class AdaptiveProtocol(ScriptProtocol):
-    """The rules for a line whose baud rate the chip detects: a command is a line, as the mode requires.
+    """The rules for a line whose baud rate the chip detects: a command is a line, in the form that the mode requires.
 
     The answer to a query is reported.
     """
@@ -161,7 +161,7 @@ SPEECH: Mapping[type[Channel], ScriptProtocol] = {
 
 
 def sending(send: Act) -> Queue:
-    """Return a function that queues bytes for a bus; a later directive waits until the chip has accepted them."""
+    """Return a function that queues `send`; a directive on the next line waits until the chip has the bytes."""
 
     def queue(runner: ScriptRunner) -> None:
         runner.do(send)
@@ -178,7 +178,7 @@ async def _taken(runner: ScriptRunner, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """Return a function that queues a line for a serial line, and reports the answer."""
+    """Return a function that queues the sending of a line to a module and the report of the answer."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
         runner.report(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
@@ -192,7 +192,7 @@ async def answers(runner: ScriptRunner, chip: Chip, line: str | bytes) -> list[s
 
 
 def meaning(found: Sequence[str], sheet: Sheet) -> str:
-    """Return answers as text; error codes and states are followed by their meaning in the sheet."""
+    """Return answers as text; an error code or state is followed by its meaning in the sheet."""
     if not found:
         return "no answer"
     explanation = dialect_of(sheet).meaning_of(found[0])
@@ -200,7 +200,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """Return a function that queues a command as a packet, and reports the words that it returns."""
+    """Return a function that queues a command as a packet; the words that the command returns are reported."""
 
     async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (
@@ -220,7 +220,7 @@ def exchanging(text: str) -> Queue:
 
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:
-    """Return a word from a chipset as text: bit fields in hexadecimal, with the names of the bits that are set."""
+    """Return a word from a chipset as text: decimal or, for bit fields, hexadecimal with the names of set bits."""
     dialect = spoken_as(sheet, packets.Packets)
     bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
     if arg.unit and not arg.unit.startswith("bits"):

@@ -23,7 +23,7 @@ or part on the bench (y.abort):
     @drive abort=0         drive a pin to a level, now
     @drive abort=0@12 ms   or at an instant of the run
     @release abort         release a pin now, or at an instant: @release abort@15 ms
-    @pulse wait=0 20 us    drive a pin to a level for a time
+    @pulse wait=0 20 us    drive a pin to a level for a time, then release it
     @power off             switch the supply off or on
     @bytes 43 00           send bytes unchanged
     @to y                  address all further commands to chip y on the same bus or line
@@ -33,17 +33,17 @@ or part on the bench (y.abort):
 For a chip on a bus (while ASCII/BINARY is low, commands are sent in binary form):
 
     @reset                 pulse RESET
-    @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
+    @live R 20 | V 0       send commands to a running program, through PROG/LIVE; V 0 reads verify group 0
     @rate 60               change the rate on the fly while the motor slews
     @read position         read the position on the fly, while the motor steps
-    @verify 3              read a verify group
+    @verify 3              read verify group 3
 
 For a module on a serial line:
 
     @until ready           send F until the answer is no longer B
     @ask V1                send a query, like a line without @
 
-For a chipset that takes packets, a line is a command and its number, decimal or hexadecimal; the transcript shows the
+For a chipset that takes packets, a line is a command and its argument, decimal or hexadecimal; the transcript shows the
 returned words.  These two directives may also be written without @:
 
     @wait motion_complete  read the status word of the current axis until this bit is 1; !in_motion: until it is 0
@@ -91,7 +91,7 @@ def _runner(bench: Bench, host: Host, script: Script) -> ScriptRunner:
 
 
 def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], where: str = "script") -> None:
-    """Queue a script on a host; it runs while time passes, in parallel with those of other hosts.
+    """Queue a script on a host; it runs while time passes, in parallel with the scripts of other hosts.
 
     Args:
         script: text, lines, or the result of `read_script`.
@@ -114,7 +114,7 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
 
 
 def check_script(bench: Bench, host: Host, script: Script) -> None:
-    """Check a script.
+    """Check that a host can execute every line of a script on its bench.
 
     Raises:
         ProgramError: lines that cannot be executed; all of them are in `.problems`.
@@ -146,7 +146,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:
-    """Return the problems with a command that no host can send."""
+    """Return the problem with a command line that no host can send, in a list; [] if there is none."""
     dialect = dialect_of(sheet)
     if step.directs or dialect.directs(step.text):
         return []
@@ -159,7 +159,7 @@ def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem
 
 # ------------------------------------------------------------------------------------------------------------- reading
 def read_script(text: str, where: str = "script") -> Script:
-    """Parse a text.  Never raises: errors are in `problems`."""
+    """Parse the text of a script.  Never raises: errors are in the `problems` of the script."""
     steps, problems = [], []
     for line, column, body in host_lines(text):
         step = ScriptLine(line, column, body, command(body))
@@ -184,7 +184,7 @@ def _plain(step: ScriptLine) -> None:
 
 
 def _line(step: ScriptLine) -> ScriptLine:
-    """Return the script line for a command; in some dialects, some words are directives even without @."""
+    """Return the script line for a line without @; in some dialects, words such as `wait` make it a directive."""
     word = step.text.split()[0].lower()
     if word not in DIRECTIVES:
         return step

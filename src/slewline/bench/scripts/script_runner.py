@@ -40,8 +40,8 @@ Fits = Callable[["ScriptRunner", "Chip"], object]
 class ScriptLine:
     """A line of a script.
 
-    `queue` puts it into the queue of a host; `pin` and `to` must exist on the bench, and `fits` raises an error if the
-    chip cannot take the line.
+    `queue` puts the line into the queue of a host; the pin `pin` and the chip `to`, if named, must exist on the bench;
+    `fits` raises an error if the chip cannot take the line.
     """
 
     line: int
@@ -88,7 +88,7 @@ class Script:
 class ScriptRunner:
     """A host that executes a script on a bench.
 
-    `step` is the line that is being queued; `directed` is true if a directive follows it.
+    `step` is the line that is being queued; `directed` is true if the line after it is a directive.
     """
 
     def __init__(self, bench: Bench, host: Host, script: Script, protocol: ScriptProtocol) -> None:
@@ -133,14 +133,14 @@ class ScriptRunner:
         self.host.on_event(text)
 
     async def next_round(self) -> None:
-        """Wait for the end of this round, so that its changes are visible."""
+        """Wait for the end of the present round, so that the changes made in it are visible."""
         self.event.set()
         await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
         """Suppress reports of inputs made in this block, because listeners have received the whole script.
 
-        Calls to the host only queue actions.
+        Within the block, calls to the host only queue actions.
         """
         return self.kernel.outside.nested()
 
@@ -149,7 +149,7 @@ class ScriptRunner:
         return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
-        """Drive or release a pin, now or at an instant."""
+        """Drive a pin to a level or, for None, release it: now, or at an instant (ps)."""
         if at is not None:
             self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
             return
@@ -174,7 +174,7 @@ class ScriptProtocol:
         raise NotImplementedError
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return a function that queues an action that sends bytes."""
+        """Return a function that queues `act`, an action that sends bytes."""
         return lambda runner: runner.do(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:

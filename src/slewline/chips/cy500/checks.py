@@ -1,6 +1,6 @@
 """Lint rules that apply to the CY500 only: the warnings in the magazine article about it (see sheet.py).
 
-Each is reported at the command that it concerns.
+Each warning is reported at the command that it concerns.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ TURNS = ("CW", "CCW")
 
 
 class State(NamedTuple):
-    """The modes and registers, as far as the text determines them."""
+    """The modes and registers after a command, as far as the text of the program determines them."""
 
     last: str = ""
     home: bool = False
@@ -73,7 +73,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def warnings(source: Source) -> None:
-    """Step through the text, and report the article's warnings."""
+    """Step through the text of a program, and report the article's warnings."""
     judged(source, State(), remarks, after)
 
 

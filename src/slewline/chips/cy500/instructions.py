@@ -38,7 +38,7 @@ class Registers(sloped.Registers):
 
     @property
     def factor(self) -> int:
-        """The factor in effect: 1 if a slope is set."""
+        """The factor in effect: 1 if a slope is set, else F, where 0 counts as 256."""
         return 1 if self.sloped else super().factor
 
 
@@ -67,7 +67,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_athome()
 
     def do_number(self, steps: int) -> None:
-        """N: load the number of steps of the next G; directly after A, load one less."""
+        """N: load the number of steps of the next G; directly after A, load one step less."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"command N directly after A moves one step less: {steps}")
@@ -89,22 +89,22 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.registers.jog = True
 
     def do_leftright(self) -> None:
-        """L: from now on, take the direction from the pin."""
+        """L: from now on, take the direction from the pin XDIR."""
         self.registers.external = True
 
     def do_cw(self) -> None:
-        """+: set the direction to clockwise; this has no effect if the pin sets the direction."""
+        """+: set the direction to clockwise; this has no effect if the pin XDIR sets the direction."""
         if not self.registers.external:
             super().do_cw()
 
     def do_ccw(self) -> None:
-        """-: set the direction to counter-clockwise; this has no effect if the pin sets the direction."""
+        """-: set the direction to counter-clockwise; this has no effect if the pin XDIR sets the direction."""
         if not self.registers.external:
             super().do_ccw()
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
-        """G: return the motion by N steps or to P; if neither was sent, report a finding and return None."""
+        """G: return the motion by N steps or to P, as was sent last; in jog mode, report a finding, return None."""
         self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "command G is ignored in jog mode, in which XSS starts and stops the motor")
@@ -112,7 +112,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.relative() if self.registers.target is None else self.absolute(self.registers.target)
 
     def relative(self) -> Awaitable[None]:
-        """Return the motion of G after N: N steps."""
+        """Return the motion of a G after N: by N steps."""
         number = self.registers.values["number"]
         if self.chip.options.early_part and number % 256 == 0 and number:
             number -= 256
@@ -121,7 +121,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
-        """Return the motion of G after P: to a position in the set direction, past the wrap-around if necessary."""
+        """Return the motion of a G after P: to that position in the set direction, wrapping around if necessary."""
         self.check_registers("G", "position")
         distance = (target - self.axis.position) * self.sign
         if distance < 0:

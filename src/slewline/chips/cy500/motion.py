@@ -40,14 +40,14 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters of this motion; motions of O and J have no slope."""
+        """Load the parameters of this motion, without slope for O and J; return a function that computes them."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.at_start = self.at_start._replace(slope=0)
         return self.at_start.parameters
 
     def planned(self) -> Plan:
-        """Return the plan of this motion; an empty plan while ABORT is low."""
+        """Return the plan of this motion; an empty plan if ABORT is low."""
         if self.abort.is_active:
             return STOP
         self.faces()
@@ -63,7 +63,7 @@ class Motion(sloped.Motion):
         return [self.inhibit.when_active, self.abort.when_active, *[self.xss.when_inactive] * jogs, *[turned] * follows]
 
     def first_sample_after(self, net: Net) -> tuple[int, None]:
-        """Return the start of the next step, when every input is sampled."""
+        """Return the tick at which the next step starts, when every input is sampled, and None."""
         return self.train.end(self.train.count(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:

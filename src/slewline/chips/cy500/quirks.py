@@ -1,7 +1,7 @@
 """Gaps in our knowledge of the CY500, whose manual is not available: the model's choice, its reason, and its test.
 
-UND-...: no source states it; the choice is inferred.  CON-...: two sources disagree.  "CY525": as in its manual.  Data
-only.
+UND-...: no source states it; the choice is inferred.  CON-...: two sources disagree.  "CY525 s.1": section 1 of
+the CY525's manual; T.1 and T.2 are tables of the article (sheet.py).  Data only.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from .instructions import Registers
 
 
 class Stepwise(SlopeStepwise):
-    """The slow twin, which plays every motion step by step."""
+    """The slow twin of motion.py, which plays every motion step by step."""
 
     registers: Registers
 

@@ -14,7 +14,7 @@ from .profile import LAW
 
 
 class State(NamedTuple):
-    """The registers, as far as the text determines them."""
+    """The registers after a command, as far as the text of the program determines them."""
 
     rate: int | None = None
     slope: int = 0
@@ -53,7 +53,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def ramps(source: Source) -> None:
-    """Step through the text, and check its ramps."""
+    """Step through the text of a program, and check its ramps."""
     judged(source, State(), remarks, after)
 
 

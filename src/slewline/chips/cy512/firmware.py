@@ -1,4 +1,4 @@
-"""The CY512, described by its differences from the CY525, which fits its socket.
+"""The CY512, described by its differences from the CY525, a later chip that fits the CY512's socket.
 
 Choices without a source are in quirks.py.
 """

@@ -45,7 +45,7 @@ class Motion(sloped.Motion):
         return pairs if self.aborted else [*pairs, self.abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion (empty to stop)."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan of the rest of the motion (empty to stop)."""
         if step >= plan.steps:
             return STOP if self.done < self.number else plan  # an end before or at the target
         if not self.aborted and self.abort.is_active:
@@ -64,7 +64,7 @@ class Motion(sloped.Motion):
         return plan(("down", down)) if down else STOP
 
     def stop_ramp(self, of: Plan, step: int) -> tuple[tuple[int, int], ...]:
-        """Return the stop ramp that begins at the end of a step."""
+        """Return the stop ramp that begins at the end of a step, as runs of equal steps; () if there is none."""
         over = of.leg(step - 1) if step else of.legs[0]
         if over.name == "down":
             return tail(over.runs, step - over.first)
@@ -76,7 +76,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of a net's first sample strictly after this instant, and its action if within a step."""
+        """Return the tick of a net's first sample after now, and the action if within a step (None at its end)."""
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train
@@ -86,7 +86,7 @@ class Motion(sloped.Motion):
         return (look, self.terminated) if look < end - self.high else (end, None)
 
     async def terminated(self) -> bool:
-        """End the step now if TERMINATE is low; return whether it is."""
+        """End the step now if TERMINATE is low; return whether TERMINATE is low."""
         if self.terminate.is_inactive:
             return False
         self.axis.log.depart()

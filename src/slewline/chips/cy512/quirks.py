@@ -1,7 +1,7 @@
 """Gaps in our knowledge of the CY512, whose manual is not available: the model's choice, its reason, and its test.
 
-All of it is inferred: from remarks about the CY512 in the CY525 manual, from the CY525 where these say
-nothing about the CY512, and from the CY500.  Times apply at 11 MHz.  UND-...: no source states it.
+All choices are inferred: from remarks about the CY512 in the CY525 manual; where these remarks state nothing, from
+the CY525 itself; and from the CY500.  Times apply at 11 MHz.  UND-...: no source states it.
 CON-...: two passages disagree.  Data only.
 """
 

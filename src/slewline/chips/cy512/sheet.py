@@ -33,7 +33,7 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 
 def _alike(letter: str, *args: Arg) -> TextRow:
-    """Return a CY525 command that the comparison does not list; pass `args` if their range differs."""
+    """Return a CY525 command that the comparison does not list; pass `args` if the ranges differ from the CY525's."""
     row: TextRow = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 

@@ -10,7 +10,7 @@ from ..cy5xx.stepping.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):
-    """The slow twin, which plays every motion step by step."""
+    """The slow twin of motion.py, which plays every motion step by step."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -28,7 +28,7 @@ class Stepwise(SlopeStepwise):
         self.plan = deque([*up, *slew, *down])
 
     async def time_out(self, end: int) -> None:
-        """Wait within a step until PULSE may rise; after a minimum time, TERMINATE low ends the wait."""
+        """Wait within a step until PULSE may rise; after a minimum time, the wait also ends if TERMINATE is low."""
         chip, least = self.chip, max(self.ticks["terminated"] - self.ticks["pulse_high"], 1)
         await chip.at_tick(min(chip.tick + least, end))
         while chip.tick < end:
@@ -53,7 +53,7 @@ class Stepwise(SlopeStepwise):
         return True
 
     def turned_down(self, just: TwinStep, option: str) -> bool:
-        """Plan the stop ramp of a motion; return False if there is none."""
+        """Plan the stop ramp of a motion; return False if there is none, so that the motion ends immediately."""
         self.aborted = True
         if self.inferred[option] == "stop":
             return False

@@ -27,7 +27,7 @@ SHORT_CRAWL = 0.1  # seconds at the first rate, too few for a warning
 
 
 class State(NamedTuple):
-    """The registers, as far as the text determines them; `halt` is the line of an H that no motion has used yet."""
+    """The registers, as far as the text determines them; `halt` is the line of an H that no motion has used up yet."""
 
     first: int | None = None
     rate: int | None = None
@@ -46,7 +46,7 @@ class KnownMotion(NamedTuple):
 
     @property
     def distance(self) -> int | None:
-        """Steps of the motion; None if the number is not known."""
+        """The number of steps of the motion; None if it is not known."""
         if self.statement.row.name == "GO":
             return self.state.number
         position = self.state.position
@@ -54,7 +54,7 @@ class KnownMotion(NamedTuple):
 
 
 class Unreached(NamedTuple):
-    """A motion that decelerates before it reaches its rate, the text of its finding, and the rate that it reaches."""
+    """A motion that decelerates before it reaches its rate, and its finding; `remedy` states the rate reached."""
 
     statement: Statement
     found: str
@@ -88,7 +88,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 class Walk:
-    """All motions of a text, each with every set of register values that it can start with."""
+    """All motions of the text of a program, each with every set of register values that it can start with."""
 
     def __init__(self, source: Source) -> None:
         self.motions: dict[KnownMotion, None] = {}  # in order of discovery
@@ -110,7 +110,7 @@ class Walk:
 
 
 def motions(source: Source) -> None:
-    """Check every motion, and every H that no motion follows."""
+    """Check every motion, and report every H that no motion follows."""
     walk = Walk(source)
     unset(source, walk.motions)
     short: list[Unreached] = []
@@ -147,7 +147,7 @@ def unset(source: Source, found: Iterable[KnownMotion]) -> None:
 
 
 def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
-    """Check one motion with one set of registers; return whether it is endless."""
+    """Check one motion with one set of registers; return whether the motion is endless."""
     first, rate, slope, divisor = motion.state[:4]
     if first is None or rate is None:
         return False
@@ -166,7 +166,7 @@ def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
 
 
 def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> bool:
-    """Report an H without effect: two ramps and 256 steps must fit (s.7, s.8).
+    """Report an H that has no effect: two ramps and 256 steps must fit into the motion (s.7, s.8).
 
     Return whether H makes the motion endless.
     """
@@ -211,9 +211,9 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Report the first motion that does not reach its rate, and list the lines of the others.
+    """Report the first motion that does not reach its rate, and list the lines of the other ones.
 
-    Such motions are seldom mistakes.
+    The report is only a note, because such motions are seldom mistakes.
     """
     if not short:
         return
@@ -239,13 +239,13 @@ class Flight:
         self.lowest = 0  # rate at which an abort would stop: F, or the last lower rate on the fly
 
     def motion(self, motion: KnownMotion) -> None:
-        """Follow a motion: an endless one has a rate that may be changed on the fly."""
+        """Follow a motion: if it is continuous (after H), its rate may be changed on the fly."""
         if motion.state.halt is not None:
             self.current = motion.state.rate if motion.state.rate is not None else RATE_TOP
             self.first = self.lowest = motion.state.first or 0
 
     def directive(self, item: Directive) -> None:
-        """Follow a directive: a rate on the fly, or an input that stops the motion."""
+        """Follow a directive: a change of rate on the fly, or an input that stops the motion."""
         change = re.match(r"@rate\s+(\d+)\s*$", item.text)
         self.stopped |= item.verb in ("reset", "power", "tell", "bytes") or "reset" in item.text
         if change:
@@ -255,9 +255,9 @@ class Flight:
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:
-        """Follow a rate on the fly, 0 to 127.
+        """Follow a change of rate on the fly, to 0 to 127.
 
-        Report a rate that has no motion to change, is out of range, or causes a dead stop.
+        Report a new rate that has no motion to change, is out of range, or causes a dead stop.
         """
         if self.current is None:
             found, remedy = "a rate on the fly needs a continuous motion", "send H before the G or P"
@@ -273,7 +273,7 @@ class Flight:
             self.current = rate
 
     def stop(self, item: Directive) -> None:
-        """Report an abort whose ramp ends above the first rate."""
+        """Report an abort that does not decelerate to the first rate: its ramp ends at a higher one."""
         if self.current is not None and self.lowest > self.first:
             found = f"the abort decelerates only to rate {self.lowest}, the last lower rate, and then stops dead"
             remedy = f"lower the rate to {self.first} before the abort"
@@ -312,5 +312,5 @@ def size(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return this part's rules for `language.lint.lint`.  They read the sheet's tables; `sheet` names the part."""
+    """Return this part's rules for `language.lint.lint`; they use the tables of the sheet that lint works with."""
     return (motions, rates, size, written_for)

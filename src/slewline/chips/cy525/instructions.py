@@ -45,7 +45,7 @@ class Instructions(instructions.Instructions):
         self.program.begin(0)
 
     def do_til(self, target: int) -> None:
-        """T: branch to a program address while DOWHILE is low."""
+        """T: branch to a program address if DOWHILE is low; as a host command, start the program there."""
         program = self.program
         target = program.resolved(target)
         if self.dowhile.is_active:
@@ -56,7 +56,7 @@ class Instructions(instructions.Instructions):
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:
-        """O: output a phase pattern, 0 to 3; above 3 the phases are switched off, and above 127 a pulse follows."""
+        """O: output a phase pattern, 0 to 3; above 3, switch the phases off, and above 127 output a pulse before."""
         outputs = self.outputs
         if offset <= 3:
             self.registers.phase = offset

@@ -30,7 +30,7 @@ class Motion(motion.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters for this motion."""
+        """Load the parameters of this motion; return a function that computes them for pictures."""
         values = self.registers.values
         self.first = min(values["firstrate"], sheet.RATE_TOP)  # effective F: requests change it
         self.top = max(self.first, min(values["rate"], sheet.RATE_TOP))
@@ -41,7 +41,7 @@ class Motion(motion.Motion):
         return self.at_start.parameters
 
     async def ordered(self) -> None:
-        """Wait until I/O REQUEST is high; if ABORT is low at that time, disable it for this motion."""
+        """Wait until I/O REQUEST is high; if ABORT is low at that time, ignore ABORT during this motion."""
         if self.request.is_active:
             self.chip.waits(f"waiting for io_request=1 before the first step ({self.text})")
             await self.chip.polled(*self.request.when_inactive, 1)
@@ -102,7 +102,7 @@ class Motion(motion.Motion):
 
     # -------------------------------------------------------------------------------------- decisions between two steps
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion (empty to stop)."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan of the rest of the motion (empty to stop)."""
         chip = self.chip
         if step >= plan.steps:
             return plan  # at the target
@@ -192,7 +192,10 @@ class Motion(motion.Motion):
         return await self.change_rate(profile.rate(plan, step))
 
     async def change_rate(self, current: int) -> Plan:
-        """Read a new rate from the bus (s.7): for this motion, a higher rate replaces R, a lower rate replaces F."""
+        """Read a new rate from the bus (s.7) and return the new plan.
+
+        For the rest of this motion, a higher rate replaces R, and a lower rate replaces F as well as R.
+        """
         rate = self.taken_rate()
         if rate == 0:
             return await self.zero_rate(current)
@@ -210,7 +213,7 @@ class Motion(motion.Motion):
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
-        """Return the rate byte, read with one INSTROBE pulse; the request is then ignored until it has been high."""
+        """Return the rate byte, read with one INSTROBE pulse; I/O REQUEST is then ignored until it has been high."""
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:
@@ -220,7 +223,7 @@ class Motion(motion.Motion):
         return rate
 
     async def zero_rate(self, old: int) -> Plan:
-        """Handle rate 0 on the fly: output no step until a higher rate resumes the motion or ABORT ends it (s.7)."""
+        """Handle a new rate of 0 (s.7): output no step until a rate above `old` resumes the motion or ABORT ends it."""
         chip = self.chip
         slew = self.outputs.slew
         blinks = chip.clock.ps(chip.tick + self.ticks["slew_blink"])
@@ -251,9 +254,10 @@ class Motion(motion.Motion):
 
     # ------------------------------------------------------------------------------------------- position on the fly
     def stretched(self, leg: str) -> int:
-        """Put the position on the bus, high byte, low byte, if I/O SELECT is high as a step begins (fig. 6.5).
+        """Put the position on the bus, first the high byte, then the low byte, if I/O SELECT is high (fig. 6.5).
 
-        Returns the clocks by which the step becomes longer: none at a constant rate, 20 µs (at 11 MHz) in a ramp.
+        Returns the clocks by which the step that begins becomes longer: none at a constant rate, 20 µs (at 11 MHz) in
+        a ramp.
         """
         if self.select.level != 1:
             return 0

@@ -31,7 +31,7 @@ __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ra
 
 
 class Law(NamedTuple):
-    """The law by which the rate parameter changes."""
+    """The law by which the rate parameter changes in a ramp."""
 
     unit: int = sheet.RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
     jumps: bool = False  # take all units that are due when a step begins, not just one
@@ -41,13 +41,13 @@ LAW = Law()
 
 
 def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
-    """Return the clocks of one rate unit.  S = 0 counts as 256 - 0; Z = 0 as 256, a full turn of an 8-bit counter."""
+    """Return the clocks of one rate unit; S = 0 gives the factor 256, and Z = 0 counts as 256 (an 8-bit counter)."""
     return (divisor or 256) * (256 - slope) * law.unit
 
 
 @lru_cache(maxsize=256)
 def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
-    """Return the ramp as runs, from the first step at rate `low` to the last below `high`; empty unless low < high."""
+    """Return the ramp as runs, from the first step, at `low`, to the last step below `high`; () unless low < high."""
     return accelerate(sheet.STEP_TICKS, low, high, unit_ticks(slope, divisor, law), law.jumps)
 
 
@@ -97,5 +97,5 @@ def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law 
 
 
 def steady(rate: int, before: tuple[str, Runs] = ("up", ())) -> Plan:
-    """Return the plan of a change of rate in a continuous motion: a ramp, then steps at `rate` without end."""
+    """Return the plan of a continuous motion after a new rate: the ramp `before`, then endless steps at `rate`."""
     return plan(before, ("slew", ((sheet.STEP_TICKS[rate], OPEN),)))

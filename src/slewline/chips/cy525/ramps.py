@@ -1,7 +1,7 @@
 """The CY525's parameters for the ramp calculator: F, R, S and Z; the manual's own program is in section 8.
 
-The manual uses one value of D for all rates; here the ramp is computed step by step (profile.py), at the crystal that
-is fitted.
+The manual's program uses one value of D for all rates; here the ramp is computed step by step (profile.py), at the
+frequency of the crystal that is fitted.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
 
 
 def rate_of(parameter: int) -> float:
-    """Return the logarithm of a rate: equal ratios become equal differences."""
+    """Return the logarithm of a rate (plus a constant), in which equal ratios of rates are equal differences."""
     return -log(STEP_TICKS[parameter])
 
 
@@ -48,7 +48,7 @@ QUANTITIES = (
 
 
 def law_of(values: Values) -> profile.Law:
-    """Return the law selected by the options among the values."""
+    """Return the law selected by the chip options that are among the values."""
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
@@ -75,7 +75,7 @@ class Cy525Ramps(Calculator):
         return ["A 0", *(f"{form} {values[form]}" for form in "FRSZ"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter for a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the rate parameter nearest to a rate such as "500 steps/s"; None if the text is not a rate."""
         top = len(STEP_TICKS) - 1
         return nearest_rate(
             f"cy525: {quantity.name}", text, lambda each: Fraction(crystal_hz, STEP_TICKS[each]), 0, top, " (T.VII)"
@@ -116,9 +116,10 @@ def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[i
 class Bounds:
     """Bounds of a ramp, from the clocks per rate unit, so that most ramps need not be calculated.
 
-    No unit is taken before it is due, and the steps before it, at one per unit, delay it by their own
-    duration at most: unit k, due at k * u, is taken by k * u + (the intervals of the k rates before it).
-    Time follows from the last unit; steps, the sum of (time at a rate) / (its interval), from all of them.
+    No unit is taken before it is due, and the steps before it, at most one per unit, delay it by no more than
+    their own durations: with u clocks per unit, unit k is due at k * u and taken no later than
+    k * u + (the intervals of the k rates before it).  The time of the ramp follows from its last unit; its number of
+    steps, the sum of (time at a rate) / (interval of that rate), follows from all units.
     """
 
     def __init__(self, search: Search) -> None:

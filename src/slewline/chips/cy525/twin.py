@@ -27,7 +27,7 @@ def step_of(kind: str, rate: int) -> TwinStep:
 
 
 class Stepwise(twin.Stepwise):
-    """The slow twin, which plays every motion step by step."""
+    """The slow twin of motion.py, which plays every motion step by step."""
 
     registers: Registers
     law: Law
@@ -39,7 +39,7 @@ class Stepwise(twin.Stepwise):
         await super().move(number, sign, text)
 
     async def play(self) -> None:
-        """Output step after step; the first step begins now, and decides whether H has an effect."""
+        """Output step after step, beginning now; report an H without effect, or whose motion only RESET can end."""
         if self.asked_endless:
             if not self.endless:
                 self.chip.finding("halt-without-effect", "too few steps to slew")
@@ -53,7 +53,7 @@ class Stepwise(twin.Stepwise):
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
-        """Wait until I/O REQUEST is high; if ABORT is low at that time, disable it for this motion."""
+        """Wait until I/O REQUEST is high; if ABORT is low at that time, ignore ABORT during this motion."""
         await self.chip.polled(self.request, 1, 1)
         self.abort_enabled = self.abort.level == 1
         if not self.ordered_steps and self.by_command:
@@ -69,7 +69,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- the plan
     def prepare(self) -> None:
-        """List the steps of an undisturbed motion."""
+        """List the steps of the motion as they are if no input disturbs it."""
         number, self.abort_used, self.served = self.number, False, False
         self.ramped_over = self.hold_reported = False
         self.asked_endless = self.registers.continuous
@@ -89,7 +89,7 @@ class Stepwise(twin.Stepwise):
             self.plan.extend([step_of(CRAWL, self.first)] * (rest - slews))
 
     def ramp_up(self, low: int, high: int, most: int | None = None) -> list[int]:
-        """Return the rates of the steps from one rate up to, but not including, another; at most `most` steps."""
+        """Return the rate parameters of the steps from `low` up to, but not including, `high`; at most `most` steps."""
         unit = (self.registers.values["divisor"] or 256) * (256 - self.registers.values["slope"]) * self.law.unit
         rates: list[int] = []
         rate, ramp_time = low, 0
@@ -107,7 +107,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- one step
     def stretched(self, step: TwinStep) -> int:
-        """Read out the position if I/O SELECT is high; this lengthens a ramp step."""
+        """Read out the position if I/O SELECT is high; return the clocks by which this lengthens the step."""
         if self.select.level == 0:
             return 0
         if self.request.level == 0:
@@ -185,7 +185,7 @@ class Stepwise(twin.Stepwise):
         return True
 
     def turned_down(self, just: TwinStep) -> bool:
-        """Plan ABORT's stop ramp, then steps at the first rate to the target; return False if there is no ramp."""
+        """Plan the stop ramp of ABORT, then steps at the first rate to the target; return False if there is no ramp."""
         if just.kind == DOWN:  # it already decelerates
             down = [step for step in self.plan if step.kind == DOWN]
         elif not (down := [step_of(DOWN, rate) for rate in reversed(self.ramp_up(self.first, just.rate))]):
@@ -202,7 +202,7 @@ class Stepwise(twin.Stepwise):
 
     # ----------------------------------------------------------------------------------------------- rates on the fly
     def taken_rate(self) -> int:
-        """Return the byte on the bus, acknowledged by INSTROBE."""
+        """Return the rate on the bus, 127 at most, acknowledged by INSTROBE."""
         chip, now, over = self.chip, self.chip.tick, self.chip.tick + self.ticks["strobe_width"]
         self.port.instrobe.play(Wave(1, (chip.clock.ps(now), chip.clock.ps(over)), (0, 1)))
         if chip.bus.byte > sheet.RATE_TOP:
@@ -212,7 +212,7 @@ class Stepwise(twin.Stepwise):
         return rate
 
     def ramp_up_to(self, rate: int) -> None:
-        """Plan the steps from the present rate up to another rate parameter."""
+        """Plan the steps from the present rate parameter up to a higher one, at which the motor then slews."""
         self.plan = deque(step_of(UP, each) for each in self.ramp_up(self.top, rate))
         self.slews_at(rate)
 
@@ -238,7 +238,7 @@ class Stepwise(twin.Stepwise):
         return True
 
     async def zero_rate(self) -> bool:
-        """Slew at 0 steps/s until a rate above the former one arrives (True) or ABORT goes low (False)."""
+        """Slew at 0 steps/s; return True when a rate above the former one arrives, False when ABORT goes low."""
         chip, ps, every = self.chip, self.chip.clock.ps, self.ticks["wait_poll"]
         self.outputs.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + self.ticks["slew_blink"])), (1, 0)))
         self.port.motion_complete.drive(0)

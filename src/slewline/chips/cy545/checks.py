@@ -29,7 +29,7 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return the value that a command writes into the mode register; None if it writes none or reads switches."""
+    """Return the value that a command writes into the mode register; None if it writes none, or one set on switches."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 
@@ -54,7 +54,7 @@ def forms(source: Source) -> None:
 
 
 def misread(source: Source, statement: Statement, text: bool | None) -> None:
-    """Report a mode command that, within a program, makes the chip misread the commands after it."""
+    """Report a mode command in a program that makes the chip misread the program's commands after it."""
     mode, following = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is following[-1]:
         return
@@ -66,7 +66,7 @@ def misread(source: Source, statement: Statement, text: bool | None) -> None:
 
 
 def spelled(source: Source, statement: Statement) -> None:
-    """Report a command that a host cannot send in binary."""
+    """Report a command that has no binary form for a host to send."""
     try:
         spoken_as(source.sheet, Verbatim).sent_binary(source.sheet, statement.text)
     except UsageError as error:

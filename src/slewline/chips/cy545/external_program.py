@@ -36,13 +36,13 @@ class Program:
 
     @property
     def counter(self) -> int | None:
-        """Address of the command in progress or, during a host command, of the next one; None if no program runs."""
+        """The address of the command in progress or, during a host command, of the next one; None without a program."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at
 
     def begin(self) -> None:
-        """Run from the pointer, with no loop counts: they are cleared whenever a program ends."""
+        """Run from the pointer.  There are no loop counts then: they are cleared whenever a program ends."""
         if not self.running:
             self.reported.clear()
         self.running = True
@@ -54,17 +54,17 @@ class Program:
         self.loops.clear()
 
     def go_to(self, target: int) -> None:
-        """Continue at a byte of this page, which is the page of the byte after the branch."""
+        """Continue at a byte of the present page, which is the page of the byte after the branch command."""
         self.registers.pointer = self.registers.pointer // sheet.PAGE_BYTES * sheet.PAGE_BYTES + target
 
     def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, once per run."""
+        """Add a finding, unless the present run of the program has one with this code."""
         if code not in self.reported:
             self.reported.add(code)
             self.chip.finding(code, text)
 
     def passes_left(self, letter: str, count: int, whole: int) -> bool:
-        """Count a pass of a loop; return whether another one follows.
+        """Count a pass of a loop; return whether another pass follows.
 
         Args:
             letter: the letter of the loop command; each letter has one count.

@@ -80,7 +80,7 @@ class Cy545(Chip):
             self._driven(False)
 
     def _moved_by(self, ticks: Mapping[str, int]) -> None:
-        """Create the object that moves the motor: the fast one, or its slow twin."""
+        """Create the objects that move the motor: the fast ones or, with the option `stepwise`, their slow twins."""
         options, state, shown = self.options, self.state, self._display.position
         law = law_of(self.sheet)
         self._outputs = StepOutputs(self, state, ticks)
@@ -92,7 +92,7 @@ class Cy545(Chip):
         self._home = seeks(self, ticks, state, self._outputs, law, shown, self._bits)
 
     def _twins(self) -> tuple[type[Stepwise], type[Homewise]]:
-        """Return the classes of the slow twins, which are loaded on demand."""
+        """Return the classes of the slow twins (of motions and HOME), which are imported only when needed."""
         from .twin import Homewise, Stepwise
 
         return Stepwise, Homewise
@@ -122,7 +122,7 @@ class Cy545(Chip):
         self._sides.reset()
 
     def _restart(self) -> None:
-        """Set registers, position, mode and outputs as after power-up, and end a program: RESET and I (ch.10).
+        """Set registers, position, mode and outputs as after power-up, and end any program, as RESET and I do (ch.10).
 
         A transfer in progress continues, but the serial side measures its baud rate again.
         """
@@ -136,14 +136,14 @@ class Cy545(Chip):
         self._sides.restart()
 
     def _cleared(self) -> None:
-        """Clear the program, motion, command and bus state after the firmware was stopped."""
+        """Clear the state of program, motion, commands and bus, after the firmware has been stopped."""
         self._motion.killed()
         self._home.killed()
         self.on_command("")
         self._restart()
 
     def _driven(self, on: bool) -> None:
-        """Drive every output to its reset level; without supply, release all outputs."""
+        """Drive every output to its reset level if the supply is on; otherwise, release all outputs."""
         for row in self.sheet.pins:
             if row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset if on and row.in_out == "out" else None)
@@ -156,7 +156,7 @@ class Cy545(Chip):
 
     # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the host's unfinished input: a line, and a program that has not been ended."""
+        """Return the host's unfinished input: the start of a line, and a program entry that Q has not ended yet."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
@@ -166,7 +166,7 @@ class Cy545(Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a line of the serial host is in progress, or its answer is being sent."""
+        """True while a command line of the serial host is in progress, or the answer to it is being sent."""
         return self._sides.answering
 
     @property
@@ -186,7 +186,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """Address of the program command in progress or, during a host command, of the next one."""
+        """The address of the program's command in progress or, during a host command, of its next one; else None."""
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:
@@ -195,13 +195,13 @@ class Cy545(Chip):
 
     @property
     def unfinished(self) -> str:
-        """The part of a line received so far."""
+        """The part of a command line that has been received so far."""
         coming = self._port.catch_up() if self.state.ascii else ""
         return self._interpreter.decoder.unfinished + coming
 
     @property
     def _lacking(self) -> str:
-        """The characters that would end the line; for a string, its quotation mark."""
+        """The name of the character that would end the line; in a string, the quotation mark."""
         return "quotation mark" if self._interpreter.decoder.in_string else super()._lacking
 
 

@@ -38,7 +38,7 @@ class RegistersAtStart(NamedTuple):
 
         Args:
             start: the time of the first step, ps.
-            position: the position before it.
+            position: the position before the first step.
             endless: the motion slews until an event ends it.
         """
         rates = [self.steps_per_s(rate) for rate in range(self.first, max(self.first, self.rate) + 1)]
@@ -47,7 +47,7 @@ class RegistersAtStart(NamedTuple):
 
 
 class Single(NamedTuple):
-    """The rate of jog and HOME: a twentieth of the first rate."""
+    """The rate of jog steps and of HOME: a twentieth of the first rate."""
 
     crystal_hz: int
     first: int
@@ -59,7 +59,7 @@ class Single(NamedTuple):
         return self.law.periods[self.first] * sheet.JOG_DIVISOR
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture."""
+        """Return the parameters for a picture: this rate."""
         return MotionParameters(self.rates(), {})
 
     def rates(self) -> Mapping[str, float]:

@@ -26,7 +26,7 @@ class Instructions(instructions.ParameterHandlers):
     """The command handlers.  Handlers of commands with text also receive the characters after the numbers.
 
     Args:
-        begin: restores the state after reset, for I.
+        begin: a function that restores the state after reset, for I.
     """
 
     registers: Registers
@@ -63,7 +63,7 @@ class Instructions(instructions.ParameterHandlers):
         self.registers.continuous = True
 
     def do_mode(self, mode: int) -> None:
-        """O: load the mode register and output its bits on their pins; report a finding for bits of unknown use."""
+        """O: load the mode register and update the pins that depend on it; report a finding for bits of unknown use."""
         self.registers.load("mode", mode)
         self.bits.show()
         unknown = mode & (sheet.MB_6 | sheet.MB_3)
@@ -78,7 +78,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
-        """B: set, clear, write, AND or OR user bits; if the data bus is in use, report a finding."""
+        """B: set, clear, write, AND or OR user bits, or set or clear a data bus bit; report a bit that is in use."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding(
@@ -89,7 +89,7 @@ class Instructions(instructions.ParameterHandlers):
         self.bits.act(argument)
 
     async def do_wait(self, argument: int) -> None:
-        """W: sample the bits at a fixed interval until they match."""
+        """W: wait until the bits match the argument; they are sampled at a fixed interval."""
         chip, poll = self.chip, self.ticks["wait_poll"]
         origin = chip.tick
         chip.waits(f"waiting until bits match (W {argument})")
@@ -117,7 +117,7 @@ class Instructions(instructions.ParameterHandlers):
         await self.pause("D", delay)
 
     async def do_initialize(self) -> None:
-        """I: restore the state after power-up and end a program."""
+        """I: restore the state after power-up, and end the running program, if any."""
         self.chip.waits("I in progress")
         await self.chip.ticks(self.ticks["initialize"])
         self.restart()
@@ -129,7 +129,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # -------------------------------------------------------------------------------------------------------- program
     def do_enter(self) -> None:
-        """E: report a finding in a running program, where it has no effect."""
+        """E: report a finding if a program runs, in which E has no effect."""
         if self.program.running:
             self.program.finding_once("enter-while-running", "E has no effect in a program")
 
@@ -148,28 +148,28 @@ class Instructions(instructions.ParameterHandlers):
             self.program.end()
 
     def do_jump(self, target: int) -> None:
-        """J: continue at a byte of this page; as a host command, start the program there."""
+        """J: continue at a byte of the present page; as a host command, start the program there."""
         self.program.go_to(target)
         if self.program.direct:
             self.program.begin()
 
     def do_loop(self, count: int, target: int) -> None:
-        """L: branch while passes are left, at most 256 passes."""
+        """L: branch to a byte of the present page while passes are left, 256 at most."""
         self.loop("L", count, target, 1 << 8)
 
     def do_longloop(self, count: int, target: int) -> None:
-        """Z: branch while passes are left, at most 65,536 passes."""
+        """Z: branch to a byte of the present page while passes are left, 65,536 at most."""
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
-        """L and Z: branch while passes are left; as a host command, start the program there."""
+        """L and Z: branch while passes are left; as a host command, start the program at the target, with a finding."""
         if self.program.direct:
             self.branch_as_command(letter, count != 1, target)
         elif self.program.passes_left(letter, count, whole):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch until the bits match the argument; as a host command, report a finding."""
+        """T: branch unless the bits match the argument; as a host command, report a finding."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)
@@ -177,7 +177,10 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def branch_as_command(self, letter: str, away: bool, target: int) -> None:
-        """Report a branch command that was sent by the host, although it belongs in a program."""
+        """Report a branch command sent by the host, although it belongs in a program; if `away`, carry it out.
+
+        It then starts the program at its target.
+        """
         became = "the program starts at its target" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a host command: {became}")
@@ -198,7 +201,7 @@ class Instructions(instructions.ParameterHandlers):
             self.chip.finding("unknown-query", f"{text}; {meant}" if meant else text)
 
     def parameter(self, letter: str) -> int:
-        """Return the value that answers a query."""
+        """Return the value that answers a query, given its letter."""
         if letter == "P":
             return self.axis.position
         if letter == "B":
@@ -207,9 +210,9 @@ class Instructions(instructions.ParameterHandlers):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
-        """Send characters to the display device; the handler of the command that begins with a quotation mark."""
+        """Send the characters of a string to the display device, for the command that begins with a quotation mark."""
         await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:
-        """[: write values to the local bus, beginning at an address."""
+        """[: write values to the HP display on the local bus, at ascending addresses from the given one."""
         await self.local_bus.show(address, data)

@@ -3,8 +3,8 @@
     idle:     the first byte of a command, from the side that begins one, or else a jog step
     program:  on the CY545B a host command, if one has begun; else the next command from memory
 
-A host command acts when its execution time, counted from its last byte, is over; then BUSY rises.  With
-a motion, a delay or a wait, BUSY rises when it ends.
+A host command acts when its execution time, counted from its last byte, is over; then BUSY rises.  If the command
+begins a motion, a delay or a wait, BUSY rises when that ends.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REFUSED = frozenset("EQXYJLTZ")  # commands refused while a program runs (quirk 
 
 
 class Interpreter:
-    """The firmware, beginning at reset."""
+    """The firmware, which executes commands; it begins at reset."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that are merely stored as part of a command.
+        """Return the number of bytes, from index `at` on, that are merely stored as part of a command.
 
         Return -1 if no bytes may arrive as one value.
         """
@@ -101,7 +101,7 @@ class Interpreter:
         return self.decoder.kept(data, at, self.registers.ascii)
 
     def feed(self, byte: int) -> CommandText | None:
-        """Pass a byte to the decoder, and report the faults of the command."""
+        """Pass a byte to the decoder, and report faults of the command; return the command if the byte completes it."""
         found = self.decoder.feed(byte, self.registers.ascii)
         if self.decoder.notes:
             for note in self.decoder.take_notes():
@@ -128,7 +128,7 @@ class Interpreter:
             chip.sync_forward()
 
     async def execute(self, command: CommandText) -> None:
-        """Execute and finish a host command; a program that it has started runs afterwards."""
+        """Execute and finish a host command; if it has started a program, run the program as well."""
         chip, arbiter = self.chip, self.arbiter
         chip.waits(f"{command.text} in progress")
         chip.on_command(command.text)
@@ -149,7 +149,7 @@ class Interpreter:
             chip.on_command("")
 
     def report_elsewhere(self, command: CommandText) -> None:
-        """Report, once per mode, that an answer does not go to the serial side, although the query came from there."""
+        """Report, once for each value of the mode, that the answer to a query from the serial side goes elsewhere."""
         mode, device = self.registers.values["mode"], self.instructions.display.device
         asked = command.row.form == "?" and self.arbiter.owner is self.arbiter.serial
         if asked and device in ("parallel", "hp") and mode != self.reported_mode:
@@ -161,13 +161,13 @@ class Interpreter:
             )
 
     async def start(self) -> None:
-        """Show that the host has started a program: on the CY545, BUSY stays low until the program has stopped."""
+        """Run a program that the host has started; on the CY545, BUSY stays low until the program has stopped."""
         if self.live:
             await self.arbiter.release(self.chip.tick)
         await self.run_program()
 
     async def perform(self, command: CommandText) -> None:
-        """Call the handler of a command, and wait for its end."""
+        """Call the handler of a command, and wait until the effect of the command has ended."""
         row, values = command.row, command.values
         if command.switched:
             digits = {1: 3, 2: 5, 3: 8}[row.args[0].size]
@@ -185,7 +185,7 @@ class Interpreter:
             await work
 
     async def enter(self) -> None:
-        """E: write the bytes from this side to the memory, until Q."""
+        """E: write the bytes from the side that has sent E to the memory, until Q."""
         chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
         self.program.entering = True

@@ -25,7 +25,7 @@ from ..cy5xx.stepping.unit_ramps import accelerate
 
 
 class Law(NamedTuple):
-    """The step periods in clocks, by rate parameter; the growth of the parameter, and whether it jumps."""
+    """The law of ramps: the step periods in clocks, by rate parameter, and how the parameter grows."""
 
     periods: tuple[int, ...]
     unit: int  # clocks of one rate at S 255
@@ -42,7 +42,7 @@ class Law(NamedTuple):
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:
-        """Return the clocks per unit of the rate parameter; with S = 0 they are 256 times the minimum."""
+        """Return the clocks per unit of the rate parameter; S = 0 gives 256 times as many as S = 255."""
         return (256 - slope) * self.unit
 
 
@@ -55,7 +55,7 @@ def law_of(sheet: Sheet) -> Law:
 
 @lru_cache(maxsize=256)
 def ramp(first: int, rate: int, slope: int, law: Law) -> Runs:
-    """Return the ramp from the first step at F to the last step below R; empty unless F < R."""
+    """Return the ramp from the first step, at F, to the last step below R; () unless F < R."""
     return accelerate(law.periods, first, rate, law.unit_ticks(slope), law.jumps)
 
 
@@ -87,13 +87,13 @@ def endless(first: int, rate: int, slope: int, law: Law) -> Plan:
 
 
 def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
-    """Return the rest of a plan after INHIBIT_ABORT: a ramp down to the first rate, then steps at that rate.
+    """Return the rest of a plan when INHIBIT_ABORT is low: a ramp down to the first rate, then steps at that rate.
 
     The ramp down mirrors the ramp up so far.  INHIBIT_ABORT is sampled at each step at the first rate, so
     these steps form a separate leg.
 
     Args:
-        of, step: the plan, and its next step, at least 1.
+        of, step: the plan, and the number of its next step, at least 1.
         first: F.
         left: steps to the target; OPEN if there is no target.
     """

@@ -29,7 +29,7 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 class State(NamedTuple):
-    """The registers, as far as the text determines them; None if unknown."""
+    """The registers, as far as the text of the program determines them; None for an unknown value."""
 
     first: int | None
     rate: int | None
@@ -48,7 +48,7 @@ class State(NamedTuple):
 
 
 def value(statement: Statement) -> int | None:
-    """Return the first argument; None if it comes from switches."""
+    """Return the first argument of a command; None if it is read from switches."""
     return None if statement.operands[0].label else statement.values[0]
 
 
@@ -78,7 +78,7 @@ def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[O
 
 
 def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Iterator[Odd]:
-    """Yield the problem found if a motion decelerates before it reaches its rate."""
+    """Yield a problem if the motion decelerates before it reaches its rate."""
     ramp = steps(profile.ramp(*made, law))
     if distance <= 2 * ramp:
         top = min(interval for interval, _ in profile.move(distance, *made, law).runs)

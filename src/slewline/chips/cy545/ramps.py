@@ -14,7 +14,7 @@ from . import profile
 
 
 class Cy545Ramps(Calculator):
-    """The calculator of both parts; it uses the sheet's law, unless the values select another."""
+    """The calculator of the CY545 and the CY545B; it uses the sheet's law, but the values select whether ramps jump."""
 
     parameter = "rate"
 
@@ -68,7 +68,7 @@ class Cy545Ramps(Calculator):
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.periods[each]), 0, top)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S, because there are few and each is cheap to compute."""
+        """Yield every S, or only the fixed one; there are few, and each is cheap to compute."""
         arg = self.arg("S")
         for slope in range(arg.low, arg.high + 1) if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})

@@ -17,7 +17,7 @@ class Registers(registers.Registers):
     continuous: bool = False  # True after C, until the next motion
 
     def power_up(self) -> None:
-        """Set every register to its power-up value, which is known for all of them."""
+        """Set every register to its power-up value; for this chip, all these values are known."""
         super().power_up()
         self.unset.clear()
 
@@ -27,7 +27,7 @@ class Registers(registers.Registers):
         self.power_up()
 
     def has(self, bit: int) -> bool:
-        """Return whether a bit of the mode register, one of MB_..., is set."""
+        """Return whether a bit of the mode register is set; the bit is one of the constants MB_... of the sheet."""
         return bool(self.values["mode"] & bit)
 
     @property
@@ -37,7 +37,7 @@ class Registers(registers.Registers):
 
     @property
     def pointer(self) -> int:
-        """The memory pointer, which is the program counter of a running program."""
+        """The memory pointer; while a program runs, it is the program counter."""
         return self.values["pointer"]
 
     @pointer.setter

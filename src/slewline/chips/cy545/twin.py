@@ -51,7 +51,7 @@ class TwinSteps:
         self.log.mark(kind, text)
 
     def limit_low(self) -> bool:
-        """Return whether the limit in the direction shown on CCW is low."""
+        """Return whether the limit in the direction shown on CCW is low; if it is, mark it as a deviation."""
         if self.outputs.sign > 0:
             if self.cw_limit.level == 0:
                 self.mark_deviation("limit", "CW_LIMIT")
@@ -69,7 +69,7 @@ class TwinSteps:
         self.outputs.turn(sign > 0)
 
     async def lead(self) -> None:
-        """Lower STOPPED, and wait for the first step."""
+        """Lower STOPPED, and wait until the first step is due."""
         self.outputs.moving(True)
         await self.chip.ticks(self.ticks["ccw_lead"])
 
@@ -86,7 +86,7 @@ class TwinSteps:
         await chip.at_tick(begin + period)
 
     async def rest(self, why: Why | None) -> None:
-        """Raise STOPPED 5 ms after the last step."""
+        """Raise STOPPED 5 ms after the last step, and end the motion."""
         self.outputs.slew.drive(1)
         await self.chip.ticks(self.ticks["hold"])
         self.outputs.moving(False)
@@ -204,7 +204,7 @@ class Homewise(TwinSteps):
         await self.rest("done" if found else "limit")
 
     async def until(self, wanted: bool, period: int, matches: Callable[[], bool]) -> bool:
-        """Step until the pins match, or do not match, as `wanted`; return whether they do."""
+        """Step until `matches` returns `wanted`, or a limit is reached; return False if it was the limit."""
         while True:
             await self.single(period)
             if matches() is wanted:

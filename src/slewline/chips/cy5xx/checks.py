@@ -25,7 +25,7 @@ FORMS = (
 
 
 class Odd(NamedTuple):
-    """A problem found in a command, with the state in which it was found."""
+    """A problem found in a command, as it will be reported."""
 
     code: str
     severity: Severity
@@ -40,7 +40,7 @@ def walk(
     step: Callable[[Statement, S], S],
     directive: Callable[[Directive], None] = lambda item: None,
 ) -> None:
-    """Process each command of a text in every state in which it can be reached, even in a program never started.
+    """Process each command of a text, even in a program never started, in every state in which it is reached.
 
     Args:
         states: the possible states at the start; they must be hashable.
@@ -93,10 +93,10 @@ def judged(
 
 
 def written_for(source: Source) -> None:
-    """Report, once, all letters that have another meaning in a sister part, if commands have that part's form.
+    """Report, once, that a text may be written for a sister part, if faulty commands are correct in that part.
 
-    If several sister parts match, choose the one whose forms occur most often; among equals, the one that differs
-    least.
+    The remedy lists all letters with another meaning there.  If several sister parts match, choose that in
+    which most of these commands are correct; among equals, the one with the fewest such letters.
     """
     sheet, problems = source.sheet, sorted(source.problems)
     means = exchanged(sheet.part)
@@ -109,7 +109,7 @@ def written_for(source: Source) -> None:
 
 
 def meant(problem: Problem, sister: str, means: Mapping[str, str], sheet: Sheet) -> bool:
-    """Return whether a faulty command is correct in a sister part."""
+    """Return whether the command in which a problem was found would be correct in a sister part."""
     if problem.code not in FORMS:
         return False
     letters = {row.name: row.form for row in sheet.commands}

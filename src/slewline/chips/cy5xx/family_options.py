@@ -9,7 +9,7 @@ from ...core.datasheet.table import Register, Timing
 
 
 def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
-    """Return an option for each register, which sets its value at power-up."""
+    """Return one option per register, to set the register's value at power-up."""
     template = "at power-up: {}; random in the part"
     return tuple(
         Option(
@@ -26,7 +26,7 @@ def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
 
 
 def clocks(times: Mapping[str, Timing]) -> tuple[Option, ...]:
-    """Return an option for each inferred time."""
+    """Return one option per inferred time, to replace that time."""
     return tuple(
         Option(
             name, "int", time.ticks, f"inferred: {time.description}", low=1, high=10**6, unit="clocks", where=time.where
@@ -56,6 +56,6 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
 
 
 def _many(*counts: int) -> Callable[[Sequence[int]], str]:
-    """Return a check that reports a wrong number of values in a list."""
+    """Return a check that reports a list whose number of values is none of `counts`."""
     allowed = " or ".join(str(count) if count else "none" for count in counts)
     return lambda given: "" if len(given) in counts else f"{len(given)} numbers; allowed {allowed}"

@@ -83,7 +83,7 @@ class Cy5xx(Chip):
         return moves(self, ticks, self.state, self._outputs, self._port, self._law())
 
     def run(self) -> Coroutine[Any, Any, None]:
-        """Run the firmware, beginning at reset."""
+        """Return a coroutine that runs the firmware, beginning at reset."""
         return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
@@ -100,7 +100,7 @@ class Cy5xx(Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Pulse RESET low for 20 µs (at 6 MHz), beginning now."""
+        """Pulse RESET low, beginning now, for 20 µs (with a 6 MHz crystal)."""
         self.pin("reset").pulse(0, self.clock.ps(120) + 1)
 
     def _powered_up(self) -> None:
@@ -111,7 +111,7 @@ class Cy5xx(Chip):
         self._clock_runs()
 
     def _cleared(self) -> None:
-        """Clear program, motion and command state after the firmware was stopped; reset flags and pointers."""
+        """Clear program, motion and command state, and reset flags and pointers; the firmware is already stopped."""
         self._stored.clear()
         self._motion.killed()
         self.on_command("")
@@ -156,7 +156,7 @@ class Cy5xx(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """Buffer address of the running instruction or, during live commands, of the next one."""
+        """Buffer address of the running instruction (in live commands: of the next one); None if no program runs."""
         return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:

@@ -36,14 +36,14 @@ class ParameterHandlers:
         self.reported: set[str] = set()  # findings that are reported once
 
     def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, once."""
+        """Add a finding, once per code."""
         if code not in self.reported:
             self.reported.add(code)
             self.chip.finding(code, text)
 
     # ------------------------------------------------------------------------------------------------- parameters
     def do_number(self, steps: int) -> None:
-        """N: load the number of steps of a G."""
+        """N: load the number of steps that G moves."""
         self.registers.load("number", steps)
 
     def do_rate(self, rate: int) -> None:
@@ -76,7 +76,7 @@ class ParameterHandlers:
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_go(self) -> Awaitable[None]:
-        """G: return a motion by N steps in the present direction."""
+        """G: return an awaitable that moves N steps in the present direction."""
         self.check_registers("G", "number")
         return self.motion.move(self.registers.values["number"], 1 if self.registers.clockwise else -1, "G")
 
@@ -104,7 +104,7 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield each condition checked for a motion: whether it holds, and the code and text of its finding."""
+        """Yield each fault sought in a motion's parameters: whether it is present, its finding's code and text."""
         return ()
 
 
@@ -197,7 +197,7 @@ class Instructions(ParameterHandlers):
         self.program.quit()
 
     def do_initialize(self) -> None:
-        """I: erase the program, modes and readout; switch the coils off, set clockwise, and enter command mode."""
+        """I: erase the program, reset modes and read-out; coils off, direction clockwise; enter command mode."""
         self.program.clear()
         self.readout.clear()
         self.registers.clear()

@@ -22,7 +22,7 @@ UNKNOWN_US = 40  # time of a byte of the program that is not an opcode
 
 
 class Interpreter:
-    """The firmware, beginning at reset."""
+    """The interpreter of commands, which is the firmware's main loop, beginning at reset."""
 
     lasting = frozenset(("GO", "POSITION", "DELAY", "UNTIL", "WAIT"))  # these last for as long as they take
     announces = True  # READY is low for motions of a program
@@ -49,7 +49,7 @@ class Interpreter:
             )
 
     def lead(self, row: Row) -> int:
-        """Return the clocks by which a command begins early: motions set READY and DIRECTION before the first step."""
+        """Return the clocks by which a command begins early: a motion sets READY and DIRECTION before stepping."""
         return self.ticks["step_lead"] if row.motion else 0
 
     async def run(self) -> None:
@@ -96,7 +96,7 @@ class Interpreter:
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:
-        """Add bytes that `kept` has counted to the command."""
+        """Add to the command the bytes that `kept` has counted."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:
@@ -142,7 +142,7 @@ class Interpreter:
             due = chip.tick
 
     async def no_instruction(self, at: int) -> None:
-        """Handle the end of the stored program."""
+        """Report that the program has no instruction at an address, and wait until PROG/LIVE is low."""
         chip, program = self.chip, self.program
         chip.on_command("")
         room = chip.sheet.buffer_bytes
@@ -158,7 +158,7 @@ class Interpreter:
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
-        """Execute one instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN falls."""
+        """Execute one instruction after its execution time; the first one of a program acts 60 µs after RUN falls."""
         chip, program, buffer = self.chip, self.program, self.program.buffer
         program.began()
         code = buffer[at]
@@ -182,7 +182,7 @@ class Interpreter:
         self.port.open()
 
     async def live_commands(self) -> None:
-        """Execute host commands while PROG/LIVE is low, until it is high after one of them."""
+        """Execute host commands until PROG/LIVE, which is low now, is high at the end of a command."""
         program = self.program
         program.live = True
         self.chip.on_command("")

@@ -1,7 +1,7 @@
 """Letters whose meaning differs between parts of the family.
 
-They are from the CY525 manual (section 3, comparison) and the CY545 manual (chapters 4 to 10).  A letter that is not
-listed means the same in every part that has it.  Data only.
+The meanings are from the CY525 manual (section 3, comparison) and the CY545 manual (chapters 4 to 10).
+A letter that is not listed means the same in every part that has it.  Data only.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts that h
 
 
 def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:
-    """Return the letters' meanings in sister parts where they differ from this part's, as text.
+    """Return a text for each letter whose meaning in a sister part differs from its meaning in this part.
 
-    The keys are the sister part and then the letter.
+    The outer key is the sister part, the inner key is the letter; the text states both meanings.
     """
     part = ALIKE.get(part, part)
     sisters = sorted({other for means in MEANS.values() for other in means} - {part})

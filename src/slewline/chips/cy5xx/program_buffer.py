@@ -74,7 +74,7 @@ class Program:
         self.prog.drive(self.prog_rest)
 
     def store(self, command: Command) -> None:
-        """Store a command; drop it if it does not fit."""
+        """Store a command; drop the bytes that do not fit into the buffer."""
         room = self.sheet.buffer_bytes
         self.buffer += command.stored
         if len(self.buffer) > room:
@@ -86,7 +86,7 @@ class Program:
             self.overflowed = True
 
     def mark(self, letter: str) -> None:
-        """`A$`: name the next instruction of the program."""
+        """`A$`: make a letter the label of the next instruction of the program."""
         if not self.entering:
             self.chip.finding("label-outside-program", f"{letter}$ is ignored outside program entry")
             return
@@ -133,7 +133,7 @@ class Program:
             )
 
     def resolved(self, target: int) -> int:
-        """Return a branch target; on first execution, replace a label with its address, in the buffer too (s.3)."""
+        """Return the address of a branch target; replace a label of the program by its address in the buffer (s.3)."""
         if target < self.sheet.buffer_bytes or chr(target) not in self.sheet.labels:
             return target
         address = self.labels.get(chr(target))
@@ -146,7 +146,7 @@ class Program:
 
     # ----------------------------------------------------------------------------------------------- public properties
     def began(self) -> None:
-        """Report the instruction in progress."""
+        """Notify the chip's observers of the instruction in progress."""
         if self.chip.on_instruction:
             self.chip.on_instruction(self.at)
         if self.chip.on_command:

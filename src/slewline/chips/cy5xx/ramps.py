@@ -46,7 +46,7 @@ class PlannedMove(Move):
 
 
 class SlopeRamp(Ramp):
-    """The ramp from the first parameter up to R."""
+    """The ramp from the first rate parameter up to R."""
 
     def __init__(self, of: SlopeRamps, values: Values, crystal_hz: int) -> None:
         self.of, self.values, self.crystal_hz, self.clock = of, values, crystal_hz, Clock(crystal_hz)
@@ -59,7 +59,7 @@ class SlopeRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """The ramp's accelerations: each increase of the rate, divided by the duration of its step."""
+        """The ramp's accelerations: each increase of the rate, divided by the duration of the step before it."""
         rates = [self.crystal_hz / interval for interval in self.intervals]
         rises = [(b - a) * a for a, b in pairwise(rates)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
@@ -83,7 +83,7 @@ class SlopeRamp(Ramp):
         return self.of.number.low, self.of.number.high, " (N)"
 
     def made(self, distance: int) -> PlannedMove:
-        """Return the move of a number of steps."""
+        """Return the move that makes a number of steps."""
         return PlannedMove(self, self.of.plan_move(distance, self.rate, self.slope, 1, self.of.law), distance)
 
 
@@ -118,7 +118,7 @@ class SlopeRamps(Calculator):
         return SlopeRamp(self, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a move of a number of steps with these values."""
+        """Return the commands that a host sends for a move of `steps` steps with the given values."""
         return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
@@ -127,7 +127,7 @@ class SlopeRamps(Calculator):
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.law.period(each)), arg.low, arg.high)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S, because there are few and each is cheap to compute."""
+        """Yield every S, because there are few and each is cheap to compute; an empty candidate if S is given."""
         for slope in self.slopes if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
 
@@ -178,7 +178,7 @@ class UnitRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The number of steps in the shortest move that reaches the rate."""
+        """The number of steps in the shortest move that reaches the rate; None if no move does."""
         return least(lambda number: self.made(number).reached, 1, self.number.high)
 
     @property
@@ -187,5 +187,5 @@ class UnitRamp(Ramp):
         return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
 
     def made(self, distance: int) -> PlannedMove:
-        """Return the move of a number of steps."""
+        """Return the move that makes a number of steps."""
         return PlannedMove(self, self.plan(distance), distance)

@@ -8,9 +8,9 @@ from dataclasses import MISSING, dataclass, field, fields
 
 @dataclass
 class Registers:
-    """Parameters under the manual's names, flags and pointers.  A part adds its flags, with the events that clear them.
+    """Parameters (under the manual's names), flags and pointers; a part adds flags and their clearing events.
 
-    `defaults` are the parameters after power-up.  The position is not in `values`, because the axis counts it.
+    `defaults` are the parameters after power-up.  `values` lacks the position, because the axis counts it.
     """
 
     defaults: Mapping[str, int]

@@ -17,7 +17,7 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """The duration of RESET after power-up in ps, for any crystal: the minimum, and that of the capacitor."""
+    """The duration of RESET after power-up in ps, for any crystal: the minimum, and that with the capacitor."""
 
     least_ps: int
     charged_ps: int
@@ -103,7 +103,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """End RESET, unless the pin is driven active at this time."""
+        """End the reset of the power-up at `on`, if it is still in progress, unless the pin is driven active now."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.is_active:
                 self.reset_valid = True

@@ -18,22 +18,22 @@ class Activity:
         self.clear()
 
     def clear(self) -> None:
-        """Clear all work when the supply is off."""
+        """Discard all work, as for a loss of supply."""
         self.kinds: set[str] = set()
         self.text = ""
 
     def begin(self, kind: str) -> None:
-        """Begin a kind of work."""
+        """Begin a kind of work, and drive RDY low."""
         self.kinds.add(kind)
         self.busy.put(self.busy.active_level)
 
     def end(self, kind: str) -> None:
-        """End a kind of work, if it is in progress."""
+        """End a kind of work, if it is in progress; release RDY if no work remains."""
         self.kinds.discard(kind)
         if not self.kinds:
             self.busy.put(None)
 
     def works_on(self, text: str) -> None:
-        """Set the text that describes work other than a program instruction; empty when it is over."""
+        """Set the text that describes work other than a program instruction; set an empty text when it is over."""
         self.text = text
         self.chip.on_command(text)

@@ -106,7 +106,7 @@ def judge(source: Source, motion: MotionCommand) -> None:
 
 
 def reach(source: Source, motion: MotionCommand, start: int, top: int, length: int) -> None:
-    """Report a move that decelerates before it reaches its speed, or a ramp without any rate between S and T."""
+    """Report a move that decelerates before it reaches its speed T, or a ramp without any rate between S and T."""
     steps = abs(motion.steps or 0)
     if 0 < steps < 2 * length + 2:
         up = ramp(start, top, length)
@@ -136,7 +136,7 @@ def counter(source: Source, motion: MotionCommand, position: int) -> None:
 
 
 def unset(source: Source) -> None:
-    """Report a motion listed before S, T and R, unless these are already known: command E would be refused."""
+    """Report a motion for which the text has not yet set all of S, T and R: command E would be refused."""
     known: set[str] = set()
     for block in source.blocks:
         for statement in block.statements:
@@ -153,7 +153,7 @@ def unset(source: Source) -> None:
 
 
 def loops(source: Source) -> None:
-    """Report nested loops: the module has one loop start and one count."""
+    """Report nested loops (the module has one loop start and count), single passes, and missing starts or ends."""
     for block in source.blocks:
         inside: Statement | None = None
         marks = 0
@@ -176,7 +176,7 @@ def loops(source: Source) -> None:
 
 
 def heads(source: Source) -> None:
-    """Report the special effect of certain instructions at the start of a program."""
+    """Report an empty program, and the special effect of certain instructions at the start of a program."""
     saved = next((s for s in source.statements if s.row.name == "MEMORIZE"), None)
     for block in source.blocks:
         first = block.statements[0] if block.statements else None
@@ -210,5 +210,5 @@ def pulses(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return these parts' rules for `language.lint.lint`; `sheet` names the part."""
+    """Return the lint rules of the GS-C modules for `language.lint.lint`; `sheet` names the part."""
     return (motions, unset, loops, heads, pulses)

@@ -55,7 +55,7 @@ class ProgramEeprom:
         self.activity.begin(EEPROM)
 
     async def _write(self, program: bytes, over: Callable[[bool], None]) -> None:
-        """Write byte after byte, then a check byte, and verify all of them."""
+        """Write all bytes, one after the other, then a check byte, and verify them."""
         self.chip.waits("writing the EEPROM")
         self.activity.works_on("M")
         self.saving = program, self.kernel.now

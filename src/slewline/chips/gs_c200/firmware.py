@@ -130,7 +130,7 @@ class GsC(InLines, Chip):
         return Straps(port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
 
     def check_wiring(self) -> None:
-        """Report wiring that violates the sheet, as findings.  Called before time passes."""
+        """Report wiring that violates the sheet, as findings.  This is called before time passes."""
         super().check_wiring()
         if self.pins["test"].level != 0:
             self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
@@ -195,7 +195,7 @@ class GsC(InLines, Chip):
             self._recall_and_run()
 
     def _recall_and_run(self) -> None:
-        """Start stand-alone: load the program, home at its start-stop speed, and run it."""
+        """Start stand-alone operation: load the program, home at its start-stop speed, and run it."""
         program = self._stored
         failed = self._eeprom.recall()
         if failed:
@@ -226,7 +226,7 @@ class GsC(InLines, Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a line is in progress or its answer is being sent; M is answered after the EEPROM write."""
+        """True while a line is in progress or its answer is sent, or an EEPROM write delays the answer to M."""
         return self.line.answering or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
@@ -247,7 +247,7 @@ class GsC(InLines, Chip):
         return self._framed(answer, line.checked)
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command of a line for this module, without address and checksum; None if there is none."""
+        """Return the command of a line, without address and checksum; None if the line has none for this module."""
         text = line.text
         if not text:
             return None
@@ -272,7 +272,7 @@ class GsC(InLines, Chip):
 
     @property
     def _running(self) -> bool:
-        """True while a program or a homing run is in progress."""
+        """True while a program, a homing run or an instruction outside a program is in progress."""
         return self._interpreter.running
 
     @property
@@ -290,7 +290,7 @@ class GsC(InLines, Chip):
 
     @property
     def under_way(self) -> str:
-        """Work in progress other than a line from the host."""
+        """Work in progress other than a line from the host, as text; "" for none."""
         return self._interpreter.under_way
 
     @property
@@ -333,7 +333,7 @@ class GsC(InLines, Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The location of the instruction in progress."""
+        """The location of the instruction in progress; None while no program runs."""
         return self._stored.at
 
     def program_rows(self) -> list[ProgramRow]:
@@ -341,7 +341,7 @@ class GsC(InLines, Chip):
         return self._stored.rows()
 
     def listing(self) -> str:
-        """Return the stored program as text, with addresses."""
+        """Return the stored program as text, with locations."""
         return "\n".join(f"{row.address:3}  {row.text}" for row in self.program_rows())
 
     @property

@@ -31,13 +31,13 @@ class RegistersAtStart(NamedTuple):
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rates for S and T, and R."""
+        """Return the parameters to show in a picture of the motion: the rates for S and T, and R."""
         speeds = (("S", self.start_stop), ("T", self.top_speed))
         rates = {f"{letter} = {speed}": float(RATE_UNIT * speed) for letter, speed in speeds if speed}
         return MotionParameters(rates, {"R": self.ramp})
 
     def homing(self) -> MotionParameters:
-        """Return the parameters of a homing run, for a picture."""
+        """Return the parameters to show in a picture of a homing run."""
         return MotionParameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
 
     @property
@@ -50,11 +50,11 @@ class RegistersAtStart(NamedTuple):
         return [IdealPiece(2 / (a + b), a, (b - a) * (a + b) / 2) for a, b in pairwise(rates)]
 
     def ideal(self, start: int, position: int, sign: int, number: int | None, limit: int) -> Ideal:
-        """Return the ideal of the motion.
+        """Return the ideal motion.
 
         Args:
             start: the time of the first step, ps.
-            position: the position before it.
+            position: the position before the first step.
             number: steps; None if the motion lasts until an event ends it, or for `limit` steps.
         """
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)

@@ -32,12 +32,12 @@ Law = Callable[[float, float, int, int], float]
 
 
 def constant_acceleration(start: float, top: float, ramp: int, k: int) -> float:
-    """Return the rate at step k of a ramp if its square grows linearly with the steps (constant torque)."""
+    """Return the rate at step k of a ramp if the rate's square grows linearly with the steps (constant torque)."""
     return sqrt(start * start + (top * top - start * start) * k / ramp)
 
 
 def linear_in_steps(start: float, top: float, ramp: int, k: int) -> float:
-    """Return the rate at step k of a ramp if it grows linearly with the steps."""
+    """Return the rate at step k of a ramp if the rate grows linearly with the steps."""
     return start + (top - start) * k / ramp
 
 
@@ -110,9 +110,10 @@ def steady(interval: int) -> Plan:
 
 
 def stopped(of: Plan, step: int) -> Plan:
-    """Return the rest of a plan that is to decelerate, starting with `step`, which is about to begin.
+    """Return the plan that replaces the rest of a plan, to decelerate from `step`, which is about to begin.
 
-    It contains as many ramp steps as the ramp up so far, or the rest of the ramp down.
+    It has as many steps as the ramp up has had so far, but no more than the ramp down still has, if that has
+    begun; it is empty if there is no ramp.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:
@@ -124,5 +125,5 @@ def stopped(of: Plan, step: int) -> Plan:
 
 
 def within(of: Plan, room: int) -> Plan:
-    """Return the steps of a plan before the end of the counter, which is `room` steps away."""
+    """Return the first `room` steps of a plan: those before the end of the counter."""
     return of if of.steps <= room else plan(*((leg.name, head(leg.runs, room - leg.first)) for leg in of.legs))

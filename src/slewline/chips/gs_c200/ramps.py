@@ -60,7 +60,7 @@ class GscRamp(Ramp):
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
-        """Yield the intervals of the ramp, one segment for each position in its table."""
+        """Yield the intervals of the ramp, one segment per step."""
         begin = 0
         for position, (interval, _) in enumerate(self.runs):
             yield RampSegment(begin, position, 1, PS_PER_S / interval)
@@ -73,11 +73,11 @@ class GscRamp(Ramp):
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps; no command sets them."""
+        """The minimum and maximum numbers of steps of a move, and an empty text, because no command sets limits."""
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:
-        """Return the move of a number of steps."""
+        """Return the move that makes a number of steps."""
         return GscMove(self, distance)
 
 
@@ -124,11 +124,11 @@ class GscRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
-        """Return the ramp for values of S, T and R."""
+        """Return the ramp for values of S, T, R and the ramp law."""
         return GscRamp(self.sheet.part, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the lines that a host sends for a move of a number of steps with these values."""
+        """Return the lines that a host sends for a move of `steps` steps with the given values."""
         begin = self.sheet.commands.named("PROGRAM").form
         return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
@@ -138,7 +138,7 @@ class GscRamps(Calculator):
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the values of R near the wanted result.
+        """Return the values of R whose ramps are nearest to the wanted result.
 
         A ramp with one more step is gentler and takes longer: none of its rates is higher than that of the same
         step in the shorter ramp.

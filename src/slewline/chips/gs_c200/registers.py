@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Registers:
-    """S, T and R under the sheet's names, and the faults that F reports once."""
+    """S, T and R under the sheet's names, and the faults, each of which F reports once."""
 
     start_stop: int = 0  # units of 10 steps/s; 0: never set
     top_speed: int = 0

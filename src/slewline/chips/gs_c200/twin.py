@@ -32,7 +32,7 @@ SECOND = 10**12
 
 
 def nearest(number: int, by: int) -> int:
-    """Return a quotient, rounded to the nearest whole number."""
+    """Return `number` / `by`, rounded to the nearest whole number."""
     return (2 * number + by) // (2 * by)
 
 
@@ -60,7 +60,7 @@ class Stepwise:
         await self.go(sign, text, number)
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Step until a stop request, a low input, or the end of the position counter."""
+        """Step until a stop request, a low level of `watched`, or the end of the position counter."""
         self.number = None
         watcher = self.kernel.spawn(self.watch, watched, name="a low input stops") if watched is not None else None
         try:
@@ -70,7 +70,7 @@ class Stepwise:
                 watcher.kill()
 
     async def watch(self, net: Net) -> None:
-        """Sample an input once per instruction time."""
+        """Sample an input once per instruction time until it is low; then request a stop."""
         while True:
             await until(self.kernel, self.kernel.now + self.times_ps["instruction"])
             if net.level == 0:
@@ -116,7 +116,7 @@ class Stepwise:
         self.rest()
 
     def come_to_rest(self) -> None:
-        """Z: end the motion with its ramp."""
+        """Z: end the motion with a ramp down."""
         self.stop.drive(1)
 
     async def kill(self) -> None:
@@ -160,7 +160,7 @@ class Stepwise:
         await until(self.kernel, begin + period)
 
     def rest(self) -> None:
-        """End a motion."""
+        """Lower MOV and RAMP at the end of a motion."""
         self.lines.mov.drive(0)
         self.lines.ramp.drive(0)
         self.moving = False
@@ -171,7 +171,7 @@ class Stepwise:
         return max(min(step, down, self.ramp), 0)
 
     def leg(self, step: int) -> str:
-        """Return the leg of the interval after a step."""
+        """Return the leg to which the interval after a step belongs: "up", "slew" or "down"."""
         if self.ramp == 0 or self.number == 1:
             return "slew"
         if self.number is not None and step >= max(self.number - 1 - self.ramp, self.number // 2):
@@ -183,7 +183,7 @@ class Stepwise:
         return int(self.number != 1 and self.index(self.made) < self.ramp)
 
     def period(self, index: int) -> int:
-        """Return the reciprocal of the rate at a ramp index, in picoseconds; the rate's square grows evenly."""
+        """Return the step period at a ramp index, in ps; computed with integers if the acceleration is constant."""
         if self.ramp == 0:
             return nearest(SECOND, 10 * self.start_stop)
         if not self.exact:

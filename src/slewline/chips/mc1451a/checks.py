@@ -46,9 +46,9 @@ class KnownMove:
     """A move in progress.
 
     Attributes:
-        begun: the last command before the update that began it.
+        begun: the last command before the update that began the move.
         left_s: the minimum time that the move still takes, seconds.
-        used: the values with which it began, by command; None if unknown.
+        used: the values with which the move began, by command; None for an unknown value.
     """
 
     begun: Statement
@@ -56,16 +56,16 @@ class KnownMove:
     used: Mapping[str, int | None]
 
     def changes(self, name: str, pending: Mapping[str, Statement]) -> bool:
-        """Return whether an update would change one of the move's values."""
+        """Return whether an update would change the move's value for the command `name`."""
         return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
 
     def after(self, seconds: float) -> KnownMove | None:
-        """Return the move after a number of seconds; None if it may be over."""
+        """Return the move as it will be after a number of seconds; None if it may then be over."""
         return replace(self, left_s=self.left_s - seconds) if self.left_s > seconds else None
 
 
 def waited_s(directive: Directive) -> float:
-    """Return the seconds for which a host waits; infinite if it waits for an event."""
+    """Return the seconds for which a directive makes the host wait; infinite if the host waits for an event."""
     if directive.verb != "wait":
         return inf
     try:
@@ -75,12 +75,12 @@ def waited_s(directive: Directive) -> float:
 
 
 def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str, int | None]) -> float:
-    """Return the minimum duration of a move in seconds; 0 if there is no move, or if it is not known.
+    """Return the minimum duration of a move in seconds; 0 if there is no move, or if the duration is not known.
 
     Args:
-        mode: the profile mode.
-        end: its destination.
-        at: its start.
+        mode: the profile mode; in velocity contouring the duration is infinite.
+        end: the destination of the move; None if unknown.
+        at: the position at which the move starts.
         used: velocities, acceleration and jerk, by command.
     """
     velocity = (used["SET_VEL"] or 0) / SCALE
@@ -103,7 +103,7 @@ def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str
 
 @dataclass
 class KnownAxis:
-    """The state of an axis, as far as the text determines it: statements by command name."""
+    """The state of an axis, as far as the text determines it; statements are stored by command name."""
 
     written: dict[str, Statement] = field(default_factory=dict)  # the last values
     pending: dict[str, Statement] = field(default_factory=dict)  # commands that wait for an update
@@ -183,7 +183,7 @@ class KnownChipset:
         axis.auto_update = name == "SET_AUTO_UPDATE_ON" or (axis.auto_update and name != "SET_AUTO_UPDATE_OFF")
 
     def multi_update(self, statement: Statement) -> None:
-        """Follow an update of the axes whose bits are set."""
+        """Follow an update of the axes whose bits in the mask are set."""
         mask = statement.values[0]
         for number, axis in enumerate(self.axes):
             if mask >> number & 1:
@@ -297,7 +297,7 @@ class KnownChipset:
             )
 
     def accelerations(self, axis: KnownAxis) -> None:
-        """Report an acceleration whose sign has no effect."""
+        """Report an update that cannot start the axis, and an acceleration whose sign has no effect."""
         if axis.known:
             self.starts(axis)
         acceleration = axis.value("SET_ACC") or 0
@@ -306,7 +306,7 @@ class KnownChipset:
             self.warn(axis.written["SET_ACC"], "acceleration-sign", found, note=True)
 
     def end(self) -> None:
-        """Report commands that still wait for an update at the end of the script."""
+        """At the end of the script, report commands that still wait for an update, and an auto stop without effect."""
         for axis in self.axes:
             if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
                 last = axis.pending[pending[-1]]
@@ -319,7 +319,7 @@ class KnownChipset:
 
 
 def script(source: Source) -> None:
-    """Check every packet in turn."""
+    """Check every packet and host directive in turn."""
     chipset, returned = KnownChipset(source), False
     for item in source.items:
         if isinstance(item, Statement):
@@ -335,5 +335,5 @@ def script(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """Return these parts' rules for `language.lint.lint`; `sheet` names the part."""
+    """Return the lint rules of the MC1451A family for `language.lint.lint`; `sheet` names the part."""
     return (script,)

@@ -18,15 +18,15 @@ class CycleClock:
         return self.clock.hz / self.cycle_ticks
 
     def tick(self, n: int) -> int:
-        """Return the tick at which a cycle begins."""
+        """Return the crystal tick at which a cycle begins."""
         return self.origin + n * self.cycle_ticks
 
     def ps(self, n: int) -> int:
-        """Return the instant at which a cycle begins."""
+        """Return the instant (ps) at which a cycle begins."""
         return self.clock.ps(self.origin + n * self.cycle_ticks)
 
     def cycle_at(self, ps: int) -> int:
-        """Return the last cycle that has begun by an instant; negative before cycle 0."""
+        """Return the last cycle that has begun by an instant (ps); negative before cycle 0."""
         return self.cycle_at_tick(self.clock.ticks_until(ps))
 
     def cycle_at_tick(self, tick: int) -> int:

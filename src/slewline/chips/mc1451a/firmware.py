@@ -78,7 +78,7 @@ class Chipset(Chip):
 
     # ------------------------------------------------------------------------------------------------- supply and reset
     def power(self, on: bool) -> None:
-        """Switch the supply.  A bare part starts after its own power-up reset; otherwise RESET starts it.
+        """Switch the supply.  If RESET is low at power-up, its rise starts the chip; if high, the chip starts itself.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -157,7 +157,7 @@ class Chipset(Chip):
         return self._activity.armed
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the values that still wait for an update."""
+        """Return the values that still wait for an update, as findings: code and text."""
         found = []
         for state in self.state.states:
             if pending := forgotten(pending_of(state.buffer), bool(state.breakpoint), state.auto_update):

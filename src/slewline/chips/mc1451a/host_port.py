@@ -84,7 +84,7 @@ class Port:
         return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """Return whether the strobe that begins now is valid.  `net` is the net of the other strobe."""
+        """Return whether the strobe `name`, which begins now, is valid; `net` is the net of the strobe `other`."""
         now = self.kernel.now
         if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
@@ -160,7 +160,7 @@ class Port:
         return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
 
     def shows(self, number: int) -> bytes:
-        """Return the bytes of a read operation."""
+        """Return the next bytes that the host will read, up to `number`, within one word."""
         word = (self.answer[0] if self.answer else 0).to_bytes(2, "big")
         return word[self.half :][:number]
 
@@ -168,9 +168,9 @@ class Port:
         """Process an operation whose last strobe ends now.
 
         Args:
-            number: number of bytes.
+            number: the number of bytes of the operation.
             data: the bytes written; None for a read operation.
-            command: True if the byte is a command.
+            command: True if the byte written is a command.
         """
         self.rose_at = self.kernel.now
         if data is None and number == 2:  # a whole word, as `takes` has checked
@@ -242,7 +242,7 @@ class Port:
         return self.shown
 
     def read_on(self) -> None:
-        """Advance to the next byte after the last one has been read."""
+        """Advance to the next byte, because a byte has been read; after the second byte of a word, lower HostRdy."""
         if not self.ready:
             return
         self.half = not self.half
@@ -272,7 +272,7 @@ class Port:
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def _serve(self, then: Callable[[], None]) -> None:
-        """Call a function, and raise HostRdy; after RESET the supply raises it, ten cycles later."""
+        """Call a function, and raise HostRdy; after command RESET, the supply raises HostRdy, ten cycles later."""
         self.motion.catch_up()
         self.ready = True
         then()
@@ -314,7 +314,7 @@ class Port:
             self._perform(row)
 
     def _without_row(self, code: int) -> None:
-        """Answer a code that is not a command of this part."""
+        """Process a command byte that is not a command of this part."""
         if code in self.codes.illegal:
             self.chip.finding(
                 "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: the checksum is 0"

@@ -38,13 +38,13 @@ class Moves(Protocol):
         """Begin cycle 0 at this instant, after reset."""
 
     def stop(self) -> None:
-        """Output no pulse after this instant, because of a reset or the loss of supply."""
+        """Output no more pulses after this instant, because of a reset or the loss of supply."""
 
     def catch_up(self) -> None:
         """Update the registers to this instant, including a cycle that begins with it."""
 
     def attend(self) -> None:
-        """Read the registers in the next cycle, because a command has written to them."""
+        """Make the next cycle read the registers, because a command has written to them."""
 
     def declare(self, state: AxisState, value: int) -> None:
         """Set the position of an axis, immediately and without pulses."""
@@ -122,13 +122,13 @@ class Instructions:
 
     # ---------------------------------------------------------------------------------------------------- axis control
     def do_set_i(self) -> int:
-        """SET_I: select the axis that interrupts; return its status."""
+        """SET_I: make the interrupting axis, if any, the current axis; return the status of the current axis."""
         self.registers.current = self.interrupt.axis or self.registers.current
         return self.state.status
 
     # ----------------------------------------------------------------------------------------------- profile generation
     def do_set_acc(self, value: int) -> None:
-        """SET_ACC: load the acceleration; report a finding for a negative one in trapezoidal mode."""
+        """SET_ACC: load the acceleration; report a finding if it is negative in trapezoidal mode."""
         number = self.kept(sheet.ACCELERATION, value, -32)
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
@@ -136,7 +136,7 @@ class Instructions:
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:
-        """SET_START_VEL: load the start velocity; report a finding for a change during a motion that uses one."""
+        """SET_START_VEL: load the start velocity; report a finding if it changes during a motion that has one."""
         state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
         if state.in_motion and number != state.start_velocity and state.mode in STARTING:
             self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")
@@ -144,11 +144,11 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------------- parameter update
     def do_update(self) -> None:
-        """UPDATE: apply the buffered values of the axis."""
+        """UPDATE: apply the buffered values of the current axis."""
         self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
-        """MULTI_UPDATE: apply the buffered values of all axes in a mask simultaneously."""
+        """MULTI_UPDATE: apply the buffered values of all axes whose bits in a mask are set, simultaneously."""
         kept = self.kept(sheet.AXES, mask, 4)
         for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
@@ -160,7 +160,7 @@ class Instructions:
         return self.registers.states[(self.interrupt.axis or self.registers.current) - 1].status
 
     def do_rst_intrpt(self, mask: int) -> None:
-        """RST_INTRPT: clear events of the interrupting axis by a mask, and end the interrupt."""
+        """RST_INTRPT: clear the events of the interrupting axis whose mask bits are 0, and end the interrupt."""
         if self.interrupt.axis:
             state = self.registers.states[self.interrupt.axis - 1]
             state.reported |= state.motion_error and not mask & MOTION_ERROR
@@ -169,16 +169,16 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------------- status and mode
     def do_clr_status(self) -> None:
-        """CLR_STATUS: clear all events of the axis."""
+        """CLR_STATUS: clear all events of the current axis."""
         self.state.clear(0)
 
     def do_rst_status(self, mask: int) -> None:
-        """RST_STATUS: clear events of the axis by a mask."""
+        """RST_STATUS: clear the events of the current axis whose bits in the mask are 0."""
         self.state.clear(mask)
 
     # ------------------------------------------------------------------------------------------------ pulse generation
     def do_mtr_off(self) -> None:
-        """MTR_OFF: stop the pulses of the axis."""
+        """MTR_OFF: stop the pulses of the current axis."""
         self.state.switch_off()
 
     # ---------------------------------------------------------------------------------------------------------- encoder

@@ -59,7 +59,7 @@ class Motion:
         self._schedule()
 
     def stop(self) -> None:
-        """Output no pulse after this instant, because of a reset or the loss of supply."""
+        """Output no more pulses after this instant, because of a reset or the loss of supply."""
         if self.running:
             self.running, self.cycle = False, 0
             for trajectory in self.trajectories:
@@ -89,7 +89,7 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """After this round, make the next cycle due, because a filtered input is about to change, which may matter."""
+        """Make the next cycle due after this round, because a filtered input may be about to change."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 

@@ -43,11 +43,11 @@ STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or th
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:
-    """Return the commands that must precede an update that is to start an axis; none if the axis is to remain at rest.
+    """Return the commands missing before an update that is to start an axis; none if it is to remain at rest.
 
     Args:
         mode: the profile mode.
-        value: returns the value of a command at an update; None if unknown, which counts as 0.
+        value: returns the value that a command has set, as of an update; None if unknown, which counts as 0.
         written: the commands sent so far; a velocity of 0 that was sent explicitly is intended.
         starts: True if there is a start velocity, with which trapezoidal mode needs no acceleration.
     """
@@ -60,7 +60,7 @@ def missing(mode: int, value: Callable[[str], int | None], written: Container[st
 
 
 def missing_of(mode: int, state: AxisState) -> list[str]:
-    """Return the commands that are missing, judging from an axis's active registers."""
+    """Return the commands that are missing before an axis can start, judging from its active registers."""
     active = state.active
     written = {name for name, register in REGISTERS.items() if register in state.written}
     return missing(mode, lambda name: getattr(active, REGISTERS[name]), written, bool(state.start_velocity))
@@ -85,7 +85,7 @@ REMEDY = "motion commands are the same in both; omit commands for gains and outp
 
 
 def servo(sheet: Sheet, code: int) -> str:
-    """Return the remark about a code that is typical of a program for a servo chip; "" for any other code."""
+    """Return a remark on a code that is typical of a program for a servo chip; "" for any other code."""
     sibling = SIBLINGS.get(code)
     if sibling is None or sibling.of != SERVO:
         return ""

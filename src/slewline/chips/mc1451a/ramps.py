@@ -140,7 +140,7 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def acceleration(self) -> float:
-        """The acceleration in every cycle, steps/s^2, limited to one that reaches maximum velocity in one cycle."""
+        """The acceleration in every cycle, steps/s^2, at most that which reaches the maximum velocity in one cycle."""
         return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
 
     @property
@@ -201,7 +201,10 @@ class SCurvePhases(ChipsetRamp):
 
 
 def risen(phases: profile.Phases) -> int:
-    """Return the distance of phases 1 to 3, at half the peak velocity on average: 1/65536 step, 17+3*PLACES places."""
+    """Return the distance of phases 1 to 3, covered at half the peak velocity on average.
+
+    The distance is in 1/65536 step, with 17 + 3 * PLACES PLACES binary places.
+    """
     return phases.peak * (2 * phases.jerked + phases.steady)
 
 
@@ -236,7 +239,7 @@ class ChipsetRamps(Calculator):
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a move of `steps` steps with these values."""
+        """Return the commands that a host sends for a move of `steps` steps with the given values."""
         modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
             values["output"] == "high"
         )
@@ -248,7 +251,10 @@ class ChipsetRamps(Calculator):
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the values near the wanted one; of several values with the same ramp, only the gentlest."""
+        """Return the values of the free parameter whose ramps are nearest to the wanted result.
+
+        Of several values with the same ramp, only the gentlest is included.
+        """
         if len(search.free) > 1:
             names = " and ".join(search.free)
             raise UsageError(f"{self.sheet.part}: {names} cannot both be searched for; set one of them")
@@ -279,7 +285,7 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
     target, around = search.wanted.value, search.best + 2
 
     def tooth(value: int) -> tuple[int, int]:
-        """Return the lowest and the highest accelerations with the same number of cycles."""
+        """Return the lowest and the highest accelerations whose ramps have as many cycles as the ramp of `value`."""
         count = cycles(value)
         low = least(lambda each: cycles(each) <= count, arg.low, arg.high)
         above = least(lambda each: cycles(each) < count, arg.low, arg.high)

@@ -1,7 +1,8 @@
 """A chipset's registers, as the manual lists them: those of each axis, and the few common to all axes.
 
-An axis has double-buffered registers, registers with immediate effect, and a status.  Commands write here; the
-processor of the cycles (motion.py, or the twin) reads them at the start of the next cycle and writes its results.
+An axis has double-buffered registers, registers with immediate effect, and a status.  Commands write to
+them; the module that processes the cycles (motion.py, or the slow twin) reads them at the start of each
+cycle and writes its results to them.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ PROFILE_COMMANDS = tuple(row.name for row in ROWS if row.sets and row.sets[0] ==
 
 @dataclass(slots=True)
 class Profile:
-    """The double-buffered registers and actions; registers are in the units of their commands."""
+    """The double-buffered registers and actions of an axis; each register has the unit of its command."""
 
     position: int = 0  # steps
     velocity: int = 0  # 1/65536 step per cycle
@@ -129,12 +130,13 @@ class AxisState:
         self.buffer.loaded |= {register}
 
     def take(self, cause: str) -> None:
-        """Begin an update requested by `cause`: a command, or the breakpoint that the command has set.
+        """Begin an update; `cause` is the command that requested it, or that set the breakpoint requesting it.
 
-        Buffered values, and actions since the last update, take effect in the next cycle.
+        The buffered values, and the actions commanded since the last update, take effect in the next cycle.
 
-        The motor state now decides whether a motion may start: after MTR_ON the axis stays at rest until a move is
-        initiated (manual, pulse generation control), in whichever cycle that happens.
+        The state of the motor during this call decides whether a motion may start: after MTR_ON the axis stays
+        at rest until a move is initiated (manual, pulse generation control), no matter in which cycle that
+        happens.
         """
         self.awaits_update = not self.motor_on
         buffer, waiting = self.buffer, self.update
@@ -159,7 +161,7 @@ class AxisState:
 
     @property
     def interrupts(self) -> int:
-        """The events that interrupt the host."""
+        """The events that interrupt the host, as bits of the status word."""
         return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
@@ -188,13 +190,17 @@ class Registers:
         return self.states[self.current - 1]
 
     def by_name(self, number: int, cycle: int) -> dict[str, int]:
-        """Return the registers of an axis in a cycle, under the names of the commands that write and read them."""
+        """Return the registers of an axis in a cycle, as {name: value}.
+
+        The names are those of the commands that write and read the registers, in lower case without SET_ or
+        GET_.
+        """
         apart = {"capt": 0, "time": cycle % (1 << 32)}
         state = self.states[number - 1]
         return {name: show(state) if show else apart[name] for name, show in SHOWN.items()}
 
 
 def signed(value: int, bits: int) -> int:
-    """Interpret a `bits`-bit number as two's complement, and return it."""
+    """Return a number of `bits` bits, interpreted as two's complement."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half

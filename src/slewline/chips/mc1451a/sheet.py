@@ -118,13 +118,13 @@ def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
 
 
 def _limits(pins: Sequence[Pin]) -> tuple[Limit, ...]:
-    """Return the limits on the time between edges, for the pins that a part has."""
+    """Return the limits on the time between two edges, except limits for pins that the part does not have."""
     names = {pin.name for pin in pins} | {"hostdata"}
     return tuple(limit for limit in LIMITS if names >= {limit.start.split()[0], limit.end.split()[0]})
 
 
 def _wired(pins: Sequence[Pin]) -> tuple[tuple[str, ...], ...]:
-    """Return the wires between the packages of a part."""
+    """Return the wires between the packages of a part, each as the names of the pins that it connects."""
     names = {pin.name for pin in pins}
     wires = (tuple(name for name in wire if name in names) for wire in WIRES)
     return tuple(wire for wire in wires if wire[1:])
@@ -184,9 +184,10 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 class RegisterRow(PacketRow):
     """A command, with its effect on a register; a command that does more has a method in instructions.py.
 
-    It `sets` a register to a fixed value, `loads` one with the host's number, of which `bits` are stored
-    (negative: signed), or `shows` one.  The registers are those of the current axis (of its buffer if the
-    command is buffered), or those of the chipset if `acts` is not "current".
+    `sets` is a register and the fixed value that the command writes to it; `loads` is the register that
+    stores the host's number, in `bits` bits (negative: signed); `shows` is the register that the command
+    reads.  They are registers of the current axis (of its buffer if the command is buffered), or of the
+    chipset if `acts` is not "current".
     """
 
     sets: tuple[str, object] | None = None

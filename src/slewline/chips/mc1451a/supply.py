@@ -17,7 +17,7 @@ from .cycle_clock import CycleClock
 
 
 class Supplied(NamedTuple):
-    """A chipset's actions at power-up, power-down and RESET."""
+    """The functions that perform a chipset's actions at power-up, power-down and RESET."""
 
     clock_runs: Callable[[], None]  # the supply is on, and so is CLKOUT
     cleared: Callable[[], None]  # reset has begun: no packet, no motion; registers and outputs as the manual lists them
@@ -44,7 +44,7 @@ class Supply:
 
     # ---------------------------------------------------------------------------------------------------------- supply
     def switch(self, on: bool) -> None:
-        """Switch the supply."""
+        """Switch the supply on or off."""
         if on != self.powered:
             self.chip.switched(on)
             self.kernel.call_at(self.kernel.now, self.come if on else self._go)
@@ -87,7 +87,7 @@ class Supply:
         self._start_in(0)
 
     def request(self) -> None:
-        """Request a reset after the packet in progress: RESET as a command."""
+        """Request a reset at the end of the packet in progress, which is the RESET command."""
         self.restarting = True
 
     def restarted(self) -> bool:

@@ -117,7 +117,7 @@ class DebugCommand(BenchOptions):
         return 0
 
     def new_bench(self, journal: str) -> Bench:
-        """Return the bench: that of a bench file, that of a program and its chip, or that of a chip with an idle host.
+        """Return a new bench: from a bench file, or with a chip and its program, or with a chip and an idle host.
 
         Its journal makes every past instant reachable.
         """
@@ -158,10 +158,10 @@ def end_with_input(server: Server) -> None:
 
 
 def app_class() -> Any:
-    """Return the class of the screen.
+    """Return the class of the debugger's screen.
 
     Raises:
-        UsageError: the optional package is not installed.
+        UsageError: the optional package that it needs is not installed.
     """
     try:
         from ...panel.terminal.debugger import Debugger
@@ -194,12 +194,12 @@ def run(app: Debugger) -> int:
 
 @contextmanager
 def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
-    """Start `slewline debug --control` in a separate process; yield the address of its control port, and the token.
+    """Start `slewline debug --control` in a separate process; yield its control port's address, and the token.
 
     The process ends when ours does, however ours ends, because its standard input closes.
 
     Raises:
-        UsageError: the process has not started; the message is that of the process.
+        UsageError: the server has not started; the message is the one that it printed.
     """
     token = secrets.token_urlsafe(16)
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]

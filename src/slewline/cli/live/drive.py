@@ -136,7 +136,7 @@ class DriveCommand(ServeCommand):
         )
 
     def _motor(self, bench: Bench) -> tuple[Chip, int]:
-        """Return the chip of the motor, and the number of the axis."""
+        """Return the chip that controls the motor, and the number of the motor's axis."""
         there = [f"{name}.{number}" for name, chip in bench.chips.items() for number in range(1, len(chip.axes) + 1)]
         wanted = self.of
         if wanted is None and len(bench.chips) == 1:
@@ -156,7 +156,7 @@ class DriveCommand(ServeCommand):
         return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def _open(self, stack: ExitStack, server: Server, drive: Drive) -> None:
-        """Open the session with the board; if there is no board, close the ports again."""
+        """Open the session with the board; if that fails, close the server's ports again."""
         try:
             stack.enter_context(drive)
         except BaseException:

@@ -68,7 +68,7 @@ class PanelCommand(BenchOptions):
 
     # ------------------------------------------------------------------------------------------ a server that runs
     def show_server(self, address: str) -> int:
-        """Open a panel for another server, until the server or this command ends."""
+        """Open a panel for a running server, until the server or this command ends; return the exit status."""
         from ...links.clients.control_client import reach
         from ...links.sockets import system
 
@@ -85,7 +85,7 @@ class PanelCommand(BenchOptions):
 
     # -------------------------------------------------------------------------------------------- a server of our own
     def serve(self) -> int:
-        """Serve the bench and its panel, until a signal ends it."""
+        """Serve the bench and its panel until a signal ends the server; return the exit status."""
         report_replaced(self.journal)
         with (
             PanelProcess.beside(self.listen, self.read_only, self.allow_remote) as panel,
@@ -112,7 +112,11 @@ class PanelCommand(BenchOptions):
 
     @property
     def begins_paused(self) -> bool:
-        """True if time is paused until the page starts it, as for a program; hosts on ports keep their own time."""
+        """True if time is paused until the user starts it on the page.
+
+        This is so for a program without --run; a bench with served ports is never paused, because its hosts run
+        in real time.
+        """
         if self.run:
             return False
         if self.file is not None:
@@ -144,7 +148,7 @@ class PanelCommand(BenchOptions):
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
 
     def report(self, panel: PanelProcess) -> None:
-        """Print the address of the panel, and open it in a web browser."""
+        """Print the address of the panel, and open it in a web browser unless --no-browser is given."""
         show_ports([("panel", panel.url)])
         if not self.no_browser:
             webbrowser.open(panel.url)

@@ -83,7 +83,7 @@ class PanelProcess(Closing):
                 self.process.stdin.flush()
 
     def _opened(self, line: bytes) -> bool:
-        """Read a line with the address of the page; return whether it is such a line."""
+        """Set `url` from a line with the address of the page; return whether the line has an address."""
         self.url = line.decode().partition(": ")[2].strip()
         return bool(self.url)
 

@@ -51,7 +51,10 @@ FIRMWARE = {
 
 
 def next_to_the_wheel() -> list[Path]:
-    """Return the folder of the installed wheel file, and its firmware folder; [] if there was no such file."""
+    """Return two folders: `firmware` next to the wheel file that was installed, and the folder of that file.
+
+    Return [] if slewline was not installed from a wheel file.
+    """
     try:
         origin = distribution("slewline").read_text("direct_url.json")
     except PackageNotFoundError:
@@ -64,7 +67,7 @@ def next_to_the_wheel() -> list[Path]:
 
 
 def places() -> list[Path]:
-    """Return the folders that may contain firmware: those of the wheel and of a checkout, and the current folder."""
+    """Return the folders that may contain firmware: next to the wheel, in a checkout, in the current folder."""
     return [*next_to_the_wheel(), HERE.parents[1] / "build" / "firmware", Path("firmware"), Path()]
 
 
@@ -72,7 +75,7 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
     """Return the firmware image of this name.
 
     Raises:
-        UsageError: there is none, or it is for another board.
+        UsageError: there is no such firmware, or it is for another board.
     """
     if name not in FIRMWARE:
         raise UsageError(f"firmware {name!r}: allowed: {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")

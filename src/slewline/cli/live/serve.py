@@ -155,7 +155,7 @@ class ServeCommand(BenchOptions):
 
     # ---------------------------------------------------------------------------------------------------- the bench
     def new_bench(self, stores: Stores | None) -> Bench:
-        """Return the bench, with one chip or as described by a file."""
+        """Return the bench: with the one chip given, or as described by the bench file."""
         if self.bench is not None:
             self.file = self.bench_file(self.bench)
             if not self.file.tables.serve:
@@ -215,12 +215,18 @@ def show_ports(found: Iterable[tuple[str, str]]) -> None:
 
 
 def bus_of(part: str) -> str | None:
-    """Return the name of the bus of a part with several channels; None if the part has one channel, or no such bus."""
+    """Return the name of the bus of a part with several channels.
+
+    None if the part has only one channel, or if none of its channels is a bus.
+    """
     return over_which(sheet_of(part), REGISTERS)
 
 
 def over_which(sheet: Sheet, kind: str) -> str | None:
-    """Return the channel that a port of a given kind serves, if a part has several; None if it has only one."""
+    """Return the name of the channel that a port of a given kind serves.
+
+    None if the part has only one channel, or none of the kind that the port needs.
+    """
     if len(sheet.channels) == 1:
         return None
     wanted = FlowBus if kind == REGISTERS else AdaptiveLine
@@ -254,7 +260,9 @@ def titled(line: HostLine) -> str:
 
 @contextmanager
 def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores | None]:
-    """Yield the memories of chips, by name, in a directory locked by one server at a time; None without a directory.
+    """Yield a function that returns the memory of a chip by name; None without a directory.
+
+    The memories are files in the directory, which is locked by one server at a time.
 
     Args:
         path: the path of the directory.

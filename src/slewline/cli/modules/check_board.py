@@ -32,7 +32,7 @@ FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901"
 
 
 def entry(part: str) -> tuple[str, list[str]]:
-    """Return the command that begins program entry, and the commands that end it without a run: one or none."""
+    """Return the command that begins program entry, and those that end it without a run (one or none)."""
     rows = sheet_of(part).rows(LineRow)
     begin = next(row.head for row in rows if row.role == "enter")
     return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]
@@ -43,8 +43,8 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
     Args:
         part: the module that the board replaces.
-        replace: include a program, which replaces the program in RAM; the EEPROM is not written.
-        move: include steps, 60 in each direction.
+        replace: enter a program, which replaces the program in RAM; the EEPROM is not written.
+        move: let the motor make steps, 60 in each direction.
     """
     begin, end = entry(part)
     lines = [*HARMLESS]
@@ -56,7 +56,7 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
 
 def exchanges_with(speech: Speech, lines: list[str]) -> list[RecordedExchange]:
-    """Return lines in the form of recorded exchanges, each with its pause."""
+    """Return lines in the form of recorded exchanges; the times leave a pause after each line."""
     found: list[RecordedExchange] = []
     at_us = 0
     for number, line in enumerate(lines, start=1):

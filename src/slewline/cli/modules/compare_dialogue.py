@@ -45,7 +45,7 @@ def is_dialogue(path: str) -> bool:
 
 
 class SendableFile(DialogueFile):
-    """A dialogue file without remarks; they are printed to standard error instead."""
+    """A dialogue file that contains no remarks: these are printed to standard error instead."""
 
     def note(self, text: str) -> None:
         """Print a remark."""
@@ -59,7 +59,7 @@ class ComparisonProgress:
         self.next_s = monotonic() + PROGRESS_S
 
     def __call__(self, number: int) -> None:
-        """Print the number of the present exchange."""
+        """Print the number of the present exchange, but only about every 3 s."""
         if monotonic() >= self.next_s:
             self.next_s += PROGRESS_S
             remark(f"the model is at exchange {number} ...")
@@ -118,7 +118,7 @@ class CompareDialogue(SettingOptions):
         return 0 if found.agree else FOUND
 
     def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
-        """Return the class of the part that the user, or the dialogue, names; the dialogue is not trusted."""
+        """Return the class of the part named by the user, or else by the dialogue, which is not trusted."""
         if self.part is not None:
             return chip_class(self.part)
         try:
@@ -146,7 +146,7 @@ class CompareDialogue(SettingOptions):
         return speech_of(sheet_of(cls), header.baud, header.checksum, header.address)
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
-        """Send the commands of a dialogue to the module now; return the new dialogue."""
+        """Send the commands of a dialogue to the module now; return the dialogue recorded in doing so."""
         from ...modules.comparing.playing import play
 
         with ExitStack() as stack:

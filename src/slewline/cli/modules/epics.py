@@ -71,7 +71,7 @@ class EpicsCommand(SettingOptions):
         return 0
 
     def find(self) -> ModuleMotor:
-        """Find the module, for the first time or again."""
+        """Find the module, for the first time or again; return its motor."""
         from ...labs.module_motor import ModuleMotor
 
         sheet = sheet_of(self.part)
@@ -104,7 +104,7 @@ class EpicsCommand(SettingOptions):
         return found
 
     def check_program(self, record: MotorRecord) -> None:
-        """Refuse to replace a program, unless it is one of this record's moves."""
+        """Refuse to replace a program, unless it consists of this record's moves or --replace is given."""
         lines = 0 if self.replace else record.motor.foreign_program()
         if lines:
             record.close()

@@ -22,7 +22,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def chip_option(description: str, *, required: bool = True) -> Callable[[Function], Function]:
-    """Return the option --chip, which gives the part number of a module."""
+    """Return the option --chip, whose value is the part number of a module."""
     return click.option(
         "--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=description
     )
@@ -65,11 +65,11 @@ class SettingOptions:
 
     @property
     def crystal_hz(self) -> int | None:
-        """Clock frequency of the module, Hz; None if unknown."""
+        """The clock frequency of the module, Hz; None if unknown."""
         return None if self.crystal is None else int(hertz(self.crystal))
 
     def found(self, port: str, sheet: Sheet, raw: RawRecord | None = None, *, may_move: bool) -> Module:
-        """Return the module at a port after it has answered; raise the same errors as `find`."""
+        """Find a module at a port; return it when it has answered.  The errors are those of `find`."""
         from ...modules.finding import find
         from ..live.serve import remark
 

@@ -58,7 +58,7 @@ class ProxyCommand(SettingOptions):
         return 0
 
     def opened(self) -> tuple[LineSetting, DialogueFile]:
-        """Return the line settings of the module, and the dialogue file."""
+        """Return the line settings of the module, and the new dialogue file."""
         from ...modules.dialogue import DialogueFile, DialogueHeader
         from ...modules.speech import speech_of
 
@@ -89,5 +89,5 @@ class ProxyCommand(SettingOptions):
 
 
 def report(proxy: Proxy) -> str:
-    """Return a text about the latency of the relayed characters."""
+    """Return a text about the latency of the characters relayed in each direction."""
     return f"slewline: to the module: {proxy.host.lateness}\nslewline: to the host: {proxy.module.lateness}"

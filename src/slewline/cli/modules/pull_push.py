@@ -39,7 +39,7 @@ class PortOptions(SettingOptions):
 
     @contextmanager
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
-        """Find and yield the module; record the dialogue with it, and the raw characters, in files."""
+        """Find and yield the module; record the dialogue and the raw characters in files next to `beside`."""
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=None)
@@ -56,7 +56,7 @@ class PortOptions(SettingOptions):
 
 
 def free(beside: str, ending: str) -> Path:
-    """Return the name of a new file with a given ending, next to another file."""
+    """Return a path at which no file exists: `beside` with the given ending, and with a number if necessary."""
     path, number = Path(beside + ending), 1
     while path.exists():
         number += 1
@@ -66,7 +66,7 @@ def free(beside: str, ending: str) -> Path:
 
 @contextmanager
 def raw_record(beside: str) -> Iterator[RawRecord]:
-    """Record the characters of a module in a separate file; after an error, report its path."""
+    """Record the characters of a module in a new file next to `beside`; after an error, report the file's path."""
     raw = RawRecord(free(beside, RAW), remark)
     try:
         yield raw
@@ -84,7 +84,7 @@ def say_raw(raw: RawRecord) -> None:
 
 
 def performed(work: Callable[[], object]) -> int:
-    """Perform a task on a module; return the exit status, which is 1 if the module has not completed the task."""
+    """Perform a task on a module; return the exit status, which is 1 if the task failed or was interrupted."""
     try:
         work()
     except ModuleFailure as failure:

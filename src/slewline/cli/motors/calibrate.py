@@ -81,7 +81,7 @@ def rate(text: str | None, name: str, per_turn: int) -> float | None:
 
 
 def rows_of(found: Calibration, motor: str | Mapping[str, Any], load: str) -> list[str]:
-    """Return the lines for a bench file, with `motor` as the user wrote it."""
+    """Return the lines `motor` and `load` for a bench file: the user's values with the constants found."""
     iron = {} if found.iron is None else {"iron": float(f"{found.iron:.3g}")}
     if isinstance(motor, str) and not is_described(motor):
         rows = [f"motor = {toml({'like': motor} | iron if iron else motor)}"]

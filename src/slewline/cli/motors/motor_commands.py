@@ -96,10 +96,11 @@ def tune_command(**options: Any) -> int:
 
     Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated, the
     fastest first, with the physics of the motor, under perturbations of load, inertia, supply, current,
-    friction and drag, until one completes under all of them: the best.  The recommended move is the fastest
-    one whose neighbours in the grid also complete, and whose lag is never more than 1.8 steps.
+    friction and drag, until one completes under all of them: this is the best move.  The recommended move is
+    the fastest one whose neighbours in the grid also complete, and whose lag is never more than 1.8 steps.
 
-    A Dask cluster runs any code sent to it, and a client any result it receives: name only your own cluster.
+    A Dask cluster runs any code that a client sends, and the results that it returns can run code in the
+    client: name only your own cluster.
     """
     from .tune import tune
 

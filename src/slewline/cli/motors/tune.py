@@ -52,7 +52,7 @@ def tune(
     bench: str | None,
     options: str | None = None,
 ) -> int:
-    """Find the best move, and print the result; exit status 1 if no candidate completes."""
+    """Find the best move, and print the result; return the exit status, which is 1 if no candidate completes."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
@@ -99,7 +99,7 @@ def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> Abstrac
     """Return the workers that simulate the candidates.
 
     Raises:
-        UsageError: both a pool and a cluster are given.
+        UsageError: both a number of processes (`jobs`) and a cluster are given.
     """
     if cluster is not None:
         if jobs is not None:
@@ -191,7 +191,7 @@ def _verdict(place: MapPlace) -> tuple[str, str, str]:
 # ------------------------------------------------------------------------------------------------------------- progress
 @contextmanager
 def progress() -> Iterator[OnProgress]:
-    """Show on a terminal the best move so far, and the number of faster candidates left."""
+    """Yield a function that shows progress on a terminal: the best move so far, and the faster candidates left."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return

@@ -1,8 +1,8 @@
-"""The questions of `slewline tune` in a terminal: a prompt for each missing argument, with a list and a default.
+"""The questions of `slewline tune` in a terminal: one for each missing argument, with a list and a default.
 
 An answer is a number from the list, a name, part of a name (which shortens the list), or any other text;
-the Enter key alone selects the default.  The option checks each answer, so any valid value of the option
-may be typed.  At the end the complete command line is printed, for the next time.
+the Enter key alone selects the default.  An answer is checked as a value on the command line is, so any
+valid value may be typed.  At the end the complete command line is printed, for the next time.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the answer that a text denotes: a name in any case, a number from the list, else the text itself."""
+        """Return the name that a text gives in any case, or by its number in the list; otherwise the text itself."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]
@@ -99,7 +99,7 @@ class AskingCommand(HintingCommand):
     """The command `tune`, which prompts for missing arguments in a terminal."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; ramp parameters are allowed only in --grid."""
+        """Read the arguments; refuse ramp parameters outside --grid."""
         values = [
             word for before, word in pairwise(["", *args]) if VALUE.fullmatch(word) and not before.startswith("--")
         ]
@@ -108,7 +108,7 @@ class AskingCommand(HintingCommand):
         return super().parse_args(ctx, args)
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments completed with the answers, and print the complete line."""
+        """Prompt for missing arguments in a terminal, print the complete command line, and return its arguments."""
         if not (sys.stdin.isatty() and sys.stderr.isatty()) or not self.missing(ctx, args):
             return args
         click.echo("Enter the missing arguments; the enter key takes the default, Ctrl-C ends.", err=True)
@@ -120,7 +120,7 @@ class AskingCommand(HintingCommand):
         return line
 
     def answers(self, ctx: click.Context, given: dict[str, Any]) -> Iterator[tuple[str, str]]:
-        """Prompt for each answer, and yield it with its option; for an argument, the option is ""."""
+        """Prompt for each missing value; yield its option ("" for an argument) and the answer."""
         for name, question in self.questions():
             param = next(each for each in self.get_params(ctx) if each.name == name)
             if name in given:
@@ -137,7 +137,7 @@ class AskingCommand(HintingCommand):
                 yield ("" if isinstance(param, click.Argument) else param.opts[0]), given[name]
 
     def questions(self) -> list[tuple[str, Callable[[dict[str, str]], Question]]]:
-        """Return the questions in order; each is made from the answers so far."""
+        """Return the name of each value, and a function that makes its question from the answers so far, in order."""
         return [
             ("chip", chip_question), ("motor", motor_question), ("driver", driver_question), ("load", load_question),
             ("steps", steps_question),
@@ -161,7 +161,7 @@ def motor_question(_given: dict[str, str]) -> Question:
 
 
 def motor_of(given: dict[str, str]) -> MotorData:
-    """Return the motor that was named."""
+    """Return the data of the motor named in the answers so far."""
     from ...parts.motors.motors import read_motor
 
     return read_motor(given["motor"], "--motor")

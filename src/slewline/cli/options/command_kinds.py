@@ -61,7 +61,7 @@ EXAMPLES = {  # of commands that need more than one option
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """Return the option or command that a wrong name probably means; empty if none is similar."""
+    """Return a text that suggests the name probably meant by a wrong one; empty if no name is similar."""
     return next((f". Did you mean {each!r}?" for each in near(name, names)), "")
 
 
@@ -95,18 +95,18 @@ class HintingCommand(click.Command):
         return [name for each in listed for name in (*each.opts, *each.secondary_opts) if name.startswith("--")]
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments, completed with the user's answers."""
+        """Return the arguments unchanged; subclasses may add answers that the user gives to questions."""
         return args
 
     def given(self, ctx: click.Context, args: list[str]) -> dict[str, Any]:
-        """Return the arguments of the line as they were written, by parameter name."""
+        """Return the values on the command line as they were written, by parameter name."""
         found, _, _ = self.make_parser(ctx).parse_args(list(args))
         return {
             name: value for name, value in found.items() if isinstance(value, (str, bool, list, tuple)) and value != ()
         }
 
     def missing(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the required arguments that the line lacks, as a user writes them."""
+        """Return the names of the required arguments and options that the line lacks, as a user writes them."""
         found = self.given(ctx, args)
         needed = [each for each in self.get_params(ctx) if each.required and each.name not in found]
         return [each.human_readable_name if isinstance(each, click.Argument) else each.opts[0] for each in needed]
@@ -133,13 +133,13 @@ class CommandGroup(click.Group):
 
     @property
     def shown(self) -> list[str]:
-        """The commands that the help lists."""
+        """The names of the commands that the help lists."""
         return [name for name, command in self.commands.items() if not command.hidden]
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that is called."""
+        """Return the command that is called; for an unknown name, fail with a suggestion."""
         name = args[0]
         if name not in self.commands and not name.startswith("-"):
             if name in MEANT:
@@ -153,7 +153,7 @@ class CommandWithGuide(HintingCommand):
     """A command whose help ends with the guide to writing run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the docstring of the script module, unchanged, and the exit status."""
+        """Write the guide, which is the docstring of bench/scripts/script.py, unchanged, and the exit status."""
         from ...bench.scripts import script
 
         formatter.write_paragraph()
@@ -165,7 +165,7 @@ class OncePerName(click.Option):
     """A repeatable option, NAME=VALUE, that refuses a repeated name: otherwise the last value would win silently."""
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
-        """Return the values, each with a different name."""
+        """Return the values; refuse a repeated name."""
         found = super().type_cast_value(ctx, value)
         given: dict[str, Any] = {}
         for each in found or ():

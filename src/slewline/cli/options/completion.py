@@ -49,7 +49,7 @@ def parts(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comp
 
 
 def sheet(ctx: click.Context) -> Sheet | None:
-    """Return the data sheet of the part that the line names, by an argument or by a file extension."""
+    """Return the data sheet of the part that an argument or a file extension names; None if none does."""
     from ...chips import CATALOGUE, sheet_of
 
     known = CATALOGUE.names()
@@ -62,7 +62,7 @@ def sheet(ctx: click.Context) -> Sheet | None:
 
 
 def of_sheet(words: Callable[[Sheet], Iterable[tuple[str, str]]]) -> Complete:
-    """Return a completer for words of a data sheet."""
+    """Return a completer for words from the data sheet of the part that the line names."""
 
     def complete(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
         found = sheet(ctx)
@@ -72,14 +72,14 @@ def of_sheet(words: Callable[[Sheet], Iterable[tuple[str, str]]]) -> Complete:
 
 
 def inputs(found: Sheet) -> Iterable[tuple[str, str]]:
-    """Yield the inputs of a part, each with a level."""
+    """Yield PIN=0 and PIN=1 for each input of a part, with the description of the pin."""
     for pin in found.pins:
         if pin.in_out in ("in", "both"):
             yield from ((f"{pin.name}={level}", pin.description) for level in (0, 1))
 
 
 def options(found: Sheet) -> Iterable[tuple[str, str]]:
-    """Yield the options of a part."""
+    """Yield NAME= for each option of a part, with the allowed values."""
     return ((f"{row.name}=", row.allowed) for row in found.options)
 
 

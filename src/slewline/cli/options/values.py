@@ -60,7 +60,7 @@ class TimeWithUnit(click.ParamType[int]):
 
 
 class UnitsPerStep(click.ParamType[float]):
-    """A number in a unit that another option sets."""
+    """A number without a unit, because the option --units sets the unit."""
 
     name = "number"
 
@@ -82,9 +82,9 @@ class WholeNumber(click.ParamType[int]):
 
     Args:
         example: an example, for messages.
-        noun: the unit counted, which may follow the number.
-        also: additional text for a message.
-        least, most: the allowed range; None: the command checks it.
+        noun: the things counted, such as "steps"; the word may follow the number.
+        also: text added to the message about a wrong value.
+        least, most: the allowed range; without `least` the command checks it, without `most` it has no end.
     """
 
     name = "number"
@@ -132,10 +132,10 @@ STEPS = WholeNumber(400, "steps", "; most motors have 200 per revolution")
 
 
 class QuantityWithUnit(click.ParamType[float]):
-    """A number with a unit from one row of the table of units.
+    """A number with a unit; any unit in one row of the table of units is allowed.
 
     Args:
-        unit: the unit of the row, in which the number is returned.
+        unit: the unit that stands for the row; the number is converted to this unit.
     """
 
     name = "quantity"
@@ -144,7 +144,7 @@ class QuantityWithUnit(click.ParamType[float]):
         self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the quantity in the unit."""
+        """Return the number, converted to `unit`."""
         try:
             return quantity(value, self.unit, KINDS[self.unit])
         except UsageError as error:
@@ -152,7 +152,7 @@ class QuantityWithUnit(click.ParamType[float]):
 
 
 class CheckedText(click.ParamType[str]):
-    """A text that is checked here and read later.
+    """A text that is checked when the command line is read, but converted later.
 
     Args:
         name: the kind of value, for the usage line.
@@ -206,7 +206,7 @@ class PinDrive(Completed[tuple[str, int, int]]):
 
 
 def wrong_level(value: str) -> str:
-    """Return a message that a level must be 0 or 1 if the text gives a pin another level; else an empty string."""
+    """Return a message if the text gives a pin a level other than 0 or 1; otherwise an empty string."""
     match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
     if match is None or match[2] in ("0", "1"):
         return ""
@@ -226,7 +226,10 @@ class PartName(Completed[str]):
 
 
 def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: bool) -> bool:
-    """Add the current directory to the module path, as `python -m` does, but after all other directories."""
+    """Append the current directory to the module path if `wanted`; return `wanted`.
+
+    `python -m` adds that directory too, but before all others.
+    """
     if wanted and os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     return wanted

@@ -103,7 +103,7 @@ def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], w
 
 
 def describe(word: str, kind: str, argument: click.Argument | None) -> str:
-    """Return the kind of a word, and the kind that its argument needs."""
+    """Return a text with the kind of a misplaced word, and the name of the argument in whose place it is."""
     if kind == ANY:
         return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} is one word too many"
     here = argument is not None and not fits(kind, TAKES.get(argument.name or ""))
@@ -113,7 +113,7 @@ def describe(word: str, kind: str, argument: click.Argument | None) -> str:
 
 
 def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) -> bool:
-    """Return whether the first word is a file where the chip should be, and no other word is a chip."""
+    """Return whether the first word is a file in the place of the chip, and none of the words is a chip."""
     kinds = [kind for _, kind in words]
     return kinds[0] in FILES and "chip" not in kinds and not option_of(command, kinds[0])
 
@@ -122,7 +122,7 @@ def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list
     """Return the words that are arguments, and all other words.
 
     Raises:
-        LookupError: the command does not have the option.
+        LookupError: the line has an option that the command does not have.
     """
     takes_value = {
         name: not (each.is_flag or each.count)
@@ -153,7 +153,7 @@ def fits(kind: str, takes: Sequence[str] | None) -> bool:
 
 
 def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the word for an argument: one of the kind that it prefers, else a word of unknown kind."""
+    """Return the word for an argument: of a kind that it takes, else of unknown kind; None if there is neither."""
     if takes is None:
         return words[0] if words else None
     known = [each for kind in takes for each in words if each[1] == kind]
@@ -161,7 +161,7 @@ def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tu
 
 
 def kind_of(command: click.Command, word: str) -> str:
-    """Return the kind of a word on a command line."""
+    """Return the kind of a word on a command line, such as "chip" or "port"; "word" if it is unknown."""
     from ...chips import CATALOGUE
 
     path = Path(word)

@@ -52,7 +52,7 @@ def new(kind: Kind, name: str, output: str) -> int:
 
 
 def words(kind: Kind, name: str) -> dict[str, str]:
-    """Return the replacement of each template word."""
+    """Return the text that replaces each template word."""
     return {
         "new-name": name,
         "NEW-NAME": name.upper(),
@@ -67,7 +67,7 @@ def check_shape(kind: Kind, name: str) -> None:
     """Check that a name can be used for a package, a module, a class and a file.
 
     Raises:
-        UsageError: it cannot; the message describes the allowed names.
+        UsageError: the name cannot be used; the message describes the allowed names.
     """
     if SHAPE.fullmatch(name) and len(name) <= LONGEST:
         return
@@ -83,7 +83,7 @@ def check_free(kind: Kind, name: str) -> None:
     """Check that a name is not in use.
 
     Raises:
-        UsageError: it is in use; the message states where.
+        UsageError: the name is in use; the message states where.
     """
     module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:

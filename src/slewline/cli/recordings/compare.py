@@ -57,7 +57,7 @@ def compare(
 
 
 def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
-    """Return the model signals whose measurement is inverted: those given by either name, or all."""
+    """Return the model signals whose measurement is inverted: those given by model or measured name, or all."""
     names = {part.strip() for text in given for part in text.split(",")}
     by_name = {name: each.name for each in signals if each.wire for name in (each.name, each.other)}
     if "all" in names:

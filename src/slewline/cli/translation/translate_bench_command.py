@@ -104,7 +104,7 @@ def does_not_load(path: str) -> str:
 
 
 def whole_proof(done: BenchTranslation, path: str) -> BenchProof:
-    """Run and compare both benches."""
+    """Run the original and the translated bench, and return their comparison."""
     from ...translation.proof.prove_bench import prove_bench
 
     return prove_bench(done, path)

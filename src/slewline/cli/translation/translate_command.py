@@ -99,7 +99,7 @@ def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings:
 
 
 def meant(text: str, file: str, part: str) -> str:
-    """Return the part for which a refused program may be meant; empty if it is meant for this one."""
+    """Return a message with the parts for which a refused program may be meant; empty if it is for this part."""
     from ..dialects import foreign
 
     cls = chip_class(part)
@@ -107,14 +107,14 @@ def meant(text: str, file: str, part: str) -> str:
 
 
 def proven(done: Translation) -> Proof:
-    """Run source and result, and return their comparison."""
+    """Run the program and its translation, and return the comparison of the two runs."""
     from ...translation.proof.prove import prove
 
     return prove(done)
 
 
 def drawn(proof: Proof, path: str, done: Translation) -> None:
-    """Draw both runs."""
+    """Draw the runs of the program and of its translation."""
     from ...translation.proof.picture import draw
 
     draw(proof, path, (done.report.part, done.report.to))

@@ -1,12 +1,13 @@
-"""Classes of chips and parts, found by name: built-in classes, those of installed packages, and those in any module.
+"""Classes of chips and parts, found by name: those built in, of installed packages, and in any module.
 
     the name of a part    built-in
     mx10                  an entry point of a package that the user has installed
     my_lab.mx10:Mx10      module:Class
 
-Importing a module runs its code.  A name that the user enters, on the command line or as an argument, is trusted.  A
-bench file, a journal or a URL may come from anywhere: the code that reads names from one decides whether modules are
-allowed (`allow_code`).  Packages that the user has installed are allowed everywhere.
+Importing a module runs its code.  A name that the user enters, on the command line or as an argument, is
+trusted.  A bench file, a journal or a URL may come from anywhere: the code that reads a name from such a
+source decides whether modules are allowed (`allow_code`).  Packages that the user has installed are
+allowed everywhere.
 """
 
 from __future__ import annotations
@@ -136,7 +137,7 @@ class Catalogue(Generic[T]):
 
     # --------------------------------------------------------------------------------------------------- any module
     def _imported(self, place: str, places: str) -> type[T]:
-        """Return the class at module:Class; error messages quote it as `places`."""
+        """Return the class at module:Class (`place`); `places` describes it at the start of error messages."""
         module, _, attribute = place.partition(":")
         if "<locals>" in attribute:
             raise UsageError(
@@ -182,7 +183,7 @@ def package(point: EntryPoint) -> str:
 
 
 def failed(module: str, error: BaseException) -> str:
-    """Return a description of the error in a module that was being imported, with its line."""
+    """Return a description of an error that was raised during the import of a module, with file and line."""
     at = ""
     if isinstance(error, SyntaxError) and error.filename:
         at = f" ({error.filename}, line {error.lineno})"

@@ -22,8 +22,9 @@ class Channel:
 
     `name` is the argument in `bench.host(x, over=name)`, `description` its wording in messages.
 
-    Pins that every such channel has are found by their roles; pins that only some parts have are named in the channel.
-    `instead` is the remedy shown when a directive is for another channel.
+    Pins that all parts with a channel of one class have are found by their roles; pins that only some of
+    these parts have are named in the channel.  When a script has a directive for another kind of channel,
+    the message states `instead` about the part.
     """
 
     name: ClassVar[str]
@@ -41,7 +42,7 @@ class Channel:
         return {}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text that explains how a setting that is not an option is given this value; "" if it cannot be set."""
+        """Return text on how to give this value to a setting that is not an option; "" if it cannot be set."""
         return ""
 
 
@@ -51,7 +52,7 @@ class BusHandshake(Channel):
 
     Attributes:
         verify_bytes: the number of bytes in each read-out group, keyed by group number.
-        ccw_bit: the mask of the bit in the last status byte that is set when the direction is counter-clockwise.
+        ccw_bit: the mask of the direction bit in the last status byte: 1 means counter-clockwise.
     """
 
     name = "bus"
@@ -108,7 +109,7 @@ class SerialLine(Channel):
 
     @property
     def fastest(self) -> dict[str, int]:
-        """Return the straps that select the highest rate."""
+        """The straps that select the highest rate."""
         levels = max(self.bauds, key=lambda levels: self.bauds[levels])
         return dict(zip(self.baud_pins, levels, strict=True))
 
@@ -135,7 +136,7 @@ class SerialLine(Channel):
 
     @property
     def plain(self) -> dict[str, int]:
-        """Return the straps that switch off checksums."""
+        """The straps that switch off checksums."""
         return {self.checksum_pin: 0} if self.checksum_pin else {}
 
 

@@ -16,7 +16,7 @@ from .table import Arg, Order, Row
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class TextRow(Row):
-    """A row of `Letters` or `Verbatim`.
+    """A command row of the dialects `Letters` and `Verbatim`.
 
     Attributes:
         terminated: True if the command ends with a carriage return.
@@ -28,7 +28,7 @@ class TextRow(Row):
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class LineRow(Row):
-    """A row of `Lines`.
+    """A command row of the dialect `Lines`.
 
     Attributes:
         head: the text that a host sends first, if different from `form`.
@@ -58,7 +58,7 @@ class LineRow(Row):
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class PacketRow(Row):
-    """A row of `Packets`.
+    """A command row of the dialect `Packets`.
 
     Attributes:
         acts: the axes on which the packet acts: the "current" axis, the axis that it selects ("set"), the

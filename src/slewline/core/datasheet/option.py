@@ -4,8 +4,9 @@ Option("stepwise", "bool", False, "play every motion step by step; slow, and the
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
 Option("load", "table", {}, "what the motor drives", table=(Option("inertia", "float", 0.0, "...", unit="kg m2"), ...))
 
-A chip has its rows in its sheet, a part in its class; `checked` passes all of them to the constructor.
-Text, from a URL or a command line, is first converted to a value by the method `read` of the row.
+A chip has its rows in its sheet, a part in its class; `checked` returns the values of all rows to the
+constructor.  Text, from a URL or a command line, is first converted to a value by the method `read` of
+the row.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ class Option:
     Attributes:
         name: the name.
         kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes"; a
-            "choice" from `choices`, by their text; a "table" with the rows in `table`; a "number", which is exact:
+            "choice", one of `choices` or its text; a "table" with the rows in `table`; a "number", which is exact:
             whole, or a decimal as text; a "quantity", a number of `unit` or text such as "68 g cm2", which becomes a
             float; an "object", which only Python can pass (a function, a store), or one of `choices`.
         default: the value used if none is given; ... (Ellipsis) if the option is required.
@@ -129,7 +130,7 @@ class Option:
         unit: the unit of the value; for a "quantity" an SI unit.
         choices: the allowed values.
         table: the rows of a "table", each an option.
-        check: a function that returns text about any other fault of a value, or "".
+        check: a function that returns text about a fault of a value of the right kind and range, or "".
         none: True if None is also allowed.
         like: an example value, for a "text" or an "object".
         where: the section of the manual.
@@ -190,7 +191,7 @@ class Option:
 
     @property
     def shown(self) -> str:
-        """The default as text."""
+        """The default as text; "" if there is no default, or if it is an empty table or object."""
         if self.required:
             return ""
         if self.kind == "time" and _whole(self.default):
@@ -198,7 +199,7 @@ class Option:
         return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
 
     def checked(self, owner: str, value: Any) -> Any:
-        """Return an allowed value; a table is completed with the defaults of its missing rows.
+        """Check a value, and return it in its final type; a table is completed with the defaults of missing rows.
 
         Raises:
             UsageError: the value is not allowed; the message lists the allowed values.
@@ -223,7 +224,7 @@ class Option:
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
-        """Return the reason why a value is not allowed, "" if `allowed` explains it; None if it is allowed."""
+        """Return why a value is not allowed, or "" if the text `allowed` says enough; None if it is allowed."""
         if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
             odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
             if odd is not None:
@@ -300,7 +301,7 @@ def checked(
     """Return the values of all rows: the given ones, checked, and the defaults of the others.
 
     Args:
-        beside: the other arguments that are allowed besides these options, for the message about an unknown argument.
+        beside: the arguments that are allowed besides these options, for the message about an unknown one.
         elsewhere: a function that, given a name that is not an option, and a value, returns text on how to
             set it; "" if it cannot be set.
 

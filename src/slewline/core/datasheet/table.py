@@ -80,7 +80,7 @@ class Pin:
 
     @property
     def acts(self) -> int | None:
-        """The level at which the reflex of the pin acts; None if it has no such level."""
+        """The level at which the reflex of the pin acts; None if the pin has no such level."""
         level = self.active if self.sense is None else self.sense
         return 1 - level if self.role == "enable" and level is not None else level
 
@@ -90,7 +90,7 @@ class Pin:
         return self.in_out == "out"
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Return whether the pin has a role, and has it on the given axis if such roles belong to an axis."""
+        """Return whether the pin has a role; a role that belongs to an axis must be on the given axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -129,11 +129,11 @@ class Arg:
 
     @property
     def modulus(self) -> int:
-        """The value at which numbers wrap: 256 or 65536."""
+        """The value at which numbers wrap: 256 for one byte, 65536 for two."""
         return 1 << (8 * self.size)
 
     def fit(self, number: int) -> int:
-        """Return the value that the part uses for a number, whether or not it is in range."""
+        """Return the value that the part uses for a number, which may be out of range."""
         return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
@@ -145,7 +145,7 @@ class Arg:
         return (value % self.modulus).to_bytes(self.size, order)
 
     def unpack(self, data: bytes, order: Order = "little") -> int:
-        """Return the value of bytes; missing bytes count as 0."""
+        """Return the value that bytes encode; missing bytes count as 0."""
         return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
@@ -169,7 +169,8 @@ class Row:
         description: text that describes the effect of the command.
         where: the section of the manual.
         program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
-        code: the opcode in the program memory, or the command byte of a packet; by default the first letter.
+        code: the opcode in the program memory, or the command byte of a packet; by default the ASCII code
+            of the first letter.
         stored: True if the command can be stored in a program.
         motion: True if the command makes the motor step.
         when: the states in which the command is executed immediately: "i" idle, "p" program entry, "r" program running.
@@ -262,7 +263,10 @@ class Row:
         return bytes([code]) + data
 
     def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
-        """Return the argument values that bytes encode; missing bytes count as 0.  `code` is the opcode as stored."""
+        """Return the argument values that bytes encode; missing bytes count as 0.
+
+        An argument of size 0 is taken from `code`, the stored opcode; without `code` it is 0.
+        """
         values, at = [], 0
         for arg in self.args:
             if arg.size:
@@ -274,7 +278,7 @@ class Row:
 
     @classmethod
     def of(cls, row: Row) -> Self:
-        """Return a row with the columns of this family.
+        """Convert a row to this class, which adds the columns of a family; return a row of this class unchanged.
 
         Raises:
             SheetError: the row is of another family.
@@ -347,9 +351,9 @@ class Limit:
 
     An edge names a pin, or the data bus, and a change: "falls", "rises", "changes"; for a bus also "appears"
     and "vanishes", when an output starts or stops driving it.  The time is measured from the last `start` to
-    the first `end` after it: with two strobes in a selection, the first one ends a set-up time and the
-    second one begins a hold time.  A start and an end at the same instant are 0 apart; but if only a typical
-    time is given, the end is taken to come first.
+    the first `end` after it: with two strobes while a chip is selected, the first strobe ends a set-up time
+    and the second begins a hold time.  If a start and an end occur at the same instant, the time is 0; but
+    if only a typical time is given, that end is taken to come before the start.
 
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".
@@ -449,7 +453,7 @@ class Table(Sequence[R_co]):
         raise KeyError(name)
 
     def of(self, kind: type[R]) -> Table[R]:
-        """Return the table with the columns of a family; rows created without them get the defaults.
+        """Return the table with the columns of a family; rows created without these columns get their defaults.
 
         Raises:
             SheetError: a row is of another family.
@@ -462,7 +466,7 @@ class Table(Sequence[R_co]):
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Bits:
-    """A field of a stored word: `width` bits, starting at bit `low`; the field value 0 means `first`."""
+    """A field of a stored word: `width` bits, starting at bit `low`; the number 0 in these bits means `first`."""
 
     name: str
     low: int
@@ -476,12 +480,12 @@ class Bits:
         return (1 << self.width) - 1 << self.low
 
     def of(self, word: int) -> int:
-        """Return the field's value in a word."""
+        """Return the meaning of this field in a word: the number in its bits, plus `first`."""
         return ((word & self.mask) >> self.low) + self.first
 
 
 class DialectSpec(Protocol):
-    """The part of a dialect that a sheet uses; the complete dialect is in language/dialect.py."""
+    """The attributes of a dialect that a sheet uses; the complete dialect is in language/dialect.py."""
 
     @property
     def name(self) -> str:
@@ -489,7 +493,7 @@ class DialectSpec(Protocol):
 
     @property
     def row_type(self) -> type[Row]:
-        """The class of its command rows."""
+        """The class of the command rows in this dialect."""
 
 
 C = TypeVar("C", bound=Channel)
@@ -569,7 +573,7 @@ class Sheet:
 
     @property
     def keeps(self) -> bool:
-        """True if the part has non-volatile memory, which its option `store` provides."""
+        """True if the part has non-volatile memory, whose store is set with the option `store`."""
         return any(row.name == "store" for row in self.options)
 
     @property
@@ -584,12 +588,12 @@ class Sheet:
 
     @property
     def leave(self) -> tuple[Row, ...]:
-        """The commands that end program entry; a command that does nothing else comes last."""
+        """The commands that end program entry; a command with no other effect comes last."""
         return self.acting("leave")
 
     @property
     def takes_live(self) -> bool:
-        """True if the part accepts commands while its program runs: a host may pull its program entry pin low."""
+        """True if the part accepts commands while its program runs: then a host may pull its program entry pin low."""
         entry = self.role("program_entry")
         return entry is not None and entry.in_out == "both"
 
@@ -614,14 +618,14 @@ class Sheet:
         return next((message for channel in self.channels if (message := channel.elsewhere(name, value))), "")
 
     def channel(self, kind: type[C]) -> C | None:
-        """Return the channel of a kind; None if the part has none."""
+        """Return the channel of a kind; None if the part has no such channel."""
         return next((channel for channel in self.channels if isinstance(channel, kind)), None)
 
     def through(self, kind: type[C]) -> C:
         """Return the channel of a kind.
 
         Raises:
-            SheetError: the part has none.
+            SheetError: the part has no such channel.
         """
         channel = self.channel(kind)
         if channel is None:
@@ -642,14 +646,14 @@ class Sheet:
         return tuple(row for row in self.commands if row.role == role)
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
-        """Return the pin that has a role, on the given axis if the role belongs to one; None if there is none."""
+        """Return the pin that has a role, on the given axis if the role belongs to an axis; None if no pin has it."""
         return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
 
     def in_role(self, role: str) -> Pin:
         """Return the pin that has a role.
 
         Raises:
-            SheetError: no pin has it.
+            SheetError: no pin has the role.
         """
         pin = self.role(role)
         if pin is None:
@@ -662,7 +666,7 @@ class Sheet:
         """Return the pin of this name.
 
         Raises:
-            KeyError: there is none.
+            KeyError: there is no such pin.
         """
         return self._by_name[name]
 
@@ -672,5 +676,5 @@ class Sheet:
 
     @cached_property
     def _by_role(self) -> dict[tuple[str, int], Pin]:
-        """The first pin of each role, per axis if the role belongs to one."""
+        """The first pin of each role, keyed by role and axis; the axis is 0 for a role that belongs to no axis."""
         return {(pin.role, pin.axis if pin.role in AXIS_ROLES else 0): pin for pin in reversed(self.pins)}

@@ -69,7 +69,7 @@ SPELLED = str.maketrans(
 
 
 def measured(value: object, unit: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number in its first unit, which is the SI unit.
+    """Return a quantity as a number in `unit`, which is the SI unit.
 
     Args:
         per_turn: the motor's steps per revolution, if a rate may be in turns.
@@ -102,14 +102,14 @@ def _of_text(text: str, unit: str, per_turn: int | None) -> float:
 
 
 def _plain(unit: str) -> str:
-    """Return a unit in a form for comparison: ozf-in becomes oz in, oz-in-sec2 becomes oz in s2."""
+    """Return a unit in a form for comparison: ozf-in becomes ozin, oz-in-sec2 becomes ozins2."""
     plain = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "", "".join(unit.translate(SPELLED).split()))
     plain = re.sub(r"^(kg|g|oz|lb)f(?=[a-z])", r"\1", plain).replace("sec", "s")
     return plain.lower() if plain.lower() in TURNS else plain
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return a note, such as "mH is a unit of inductance; ", if a text has a unit of another quantity; else ""."""
+    """Return a note, such as "mH is a unit of inductance; ", if a text has a wrong unit or none; else ""."""
     found = _NUMBER_AND_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
     if found is None:
         return ""
@@ -150,7 +150,7 @@ def expected(unit: str, number: str = "", per_turn: int | None = None) -> str:
 
 
 def quantity(value: object, unit: str, name: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number in the first unit of its kind, which is the SI unit.
+    """Return a quantity as a number in `unit`, which is the SI unit.
 
     Args:
         per_turn: as for `measured`.

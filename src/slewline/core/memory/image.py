@@ -52,7 +52,7 @@ def is_hex(data: bytes) -> bool:
 
 
 def from_file(data: bytes, where: str) -> bytes:
-    """Return the image that a file contains, given its content: Intel HEX, or else the bytes themselves.
+    """Return the image in a file with this content: Intel HEX, or else the bytes themselves.
 
     Args:
         where: the file, for messages.
@@ -117,7 +117,7 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
 
 
 def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str) -> None:
-    """Copy the data of a record into an image; `given` marks the bytes set so far."""
+    """Copy the data of a record into an image; `given` marks the bytes that records have set so far."""
     end = address + len(data)
     if end > LARGEST:
         raise BenchFileError(f"{at}: the data end at address {end - 1:X}; allowed up to FFFF, sixteen address lines")

@@ -1,4 +1,4 @@
-"""Non-volatile memory of a part: the bench passes in a store, which is all that the part knows of it.
+"""Non-volatile memory of a part: the bench gives the part a store, through which it reads and writes.
 
 content   0 ........ 17 ........ 23            a store has bytes from address 0 on
           write: all of them
@@ -29,7 +29,10 @@ class Store(Protocol):
 
 
 class AppendStore(Store, Protocol):
-    """A store for a large memory that accepts partial writes.  Parts that do not need these accept any store."""
+    """A store for a large memory that accepts partial writes.
+
+    Parts that do not need partial writes accept any store.
+    """
 
     def append(self, data: bytes, at: int | None = None) -> None:
         """Write bytes into the content, all of them or none, at a cost independent of the length of the content.
@@ -82,12 +85,12 @@ class Memory:
 
 
 class JournaledStore:
-    """A store that reports its faults to a journal: failed calls, delays, and content that differs from that written.
+    """A store that reports its faults to a journal: failed calls, delays, and content other than that written.
 
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
     Args:
-        record: called with the number of a call, and the text of its error or the content found.
+        record: called with the number of a call and its fault, as keywords: `error`, `content` or `pending`.
     """
 
     def __init__(self, store: Store, record: Callable[..., object]) -> None:
@@ -178,7 +181,8 @@ class ReplayedStore(Memory):
     """The memory of a replay, with the faults of the recorded store (see `JournaledStore`).
 
     Args:
-        faults: the fault of each call, keyed by its number: its `error`, or the `content` that was found.
+        faults: the fault of each call, keyed by the number of the call: its `error`, the `content` that was
+            found, or `pending`.
         calls: the number of earlier calls; None if calls are numbered from `begin`.
     """
 
@@ -223,7 +227,7 @@ class ReplayedStore(Memory):
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
-    """Write bytes into the content of a memory, as `AppendStore.append` does; return the address."""
+    """Write bytes into the content of a memory, as `AppendStore.append` does; return their first address."""
     address = len(content) if at is None else at
     if not 0 <= address <= len(content):
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
@@ -269,7 +273,7 @@ class BufferedStore:
             wait()
 
     def flush(self) -> bool:
-        """Write all changes since the last flush to the store; return whether it has written all of them.
+        """Write all changes since the last flush to the store; return whether the store has already written them.
 
         Raises:
             OSError: the store could not be written; the next flush repeats all data that the store may lack.

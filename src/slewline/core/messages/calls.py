@@ -85,7 +85,7 @@ def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> 
 
 
 def level_of_caller(libraries: Collection[str] = ("slewline",)) -> int:
-    """Return the `stacklevel` of a warning: the number of frames from the caller up to the user's code.
+    """Return the `stacklevel` for a warning of the caller: the number of frames from it up to the user's code.
 
     Args:
         libraries: packages that are not user code.

@@ -42,7 +42,7 @@ def called(one: object) -> str:
 
 
 class Instead:
-    """A name that a class does not have."""
+    """A descriptor for a name that a class does not have: reading it raises an error with a remedy."""
 
     def __init__(self, name: str, remedy: str) -> None:
         self.name, self.remedy = name, remedy
@@ -55,7 +55,7 @@ NOTHING = Instead("", "")
 
 
 class Never(Instead):
-    """A name that a class does not have, and that cannot be set on its objects."""
+    """A descriptor for a name that a class does not have, and that cannot be set on its objects either."""
 
     def __init__(self, name: str, remedy: str, to_set: str) -> None:
         super().__init__(name, remedy)

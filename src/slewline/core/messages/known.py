@@ -19,9 +19,10 @@ T = TypeVar("T")
 
 
 class NameHelp(NamedTuple):
-    """The help on names in a message: their owner, the noun for an item, the remedy for setting one, and the names.
+    """The facts for a message about names: the items' owner, the noun for an item, a remedy, and the names.
 
-    `others` are similar names of other things, each with the name that is probably meant.
+    `to_set` is the remedy for an attempt to set an item.  `others` are names of other things that are used
+    by mistake, each with the name that is probably meant.
     """
 
     owner: str
@@ -32,7 +33,7 @@ class NameHelp(NamedTuple):
 
 
 class Known(dict[str, T]):
-    """Values by name; set `name_help` to a function that returns the help for messages."""
+    """Values by name; set `name_help` to a function that returns the facts for messages."""
 
     __slots__ = ("name_help",)
     name_help: Callable[[Known[T]], NameHelp]

@@ -118,9 +118,9 @@ class Segment:
     """A stretch of travel: starting at an instant, `playing` moves the axis from `travel` by `sign` with each step.
 
     `count` is `travel` without the steps that the position register did not count; the register changes by
-    `counts` with each step.  `plan` and `step` are set for a train that plays a plan, starting at one of its
-    steps.  If a motion is cut off, so is its step in progress: the motor is at rest from the instant
-    `halted`.
+    `counts` with each step.  If the train plays a plan, `plan` is set, and `step` is the step of the plan
+    with which the train starts.  If a motion is cut off, so is its step in progress: the motor is at rest
+    from the instant `halted`.
     """
 
     start: int
@@ -275,7 +275,7 @@ class Axis:
 
     @property
     def since(self) -> int:
-        """The earliest instant of the past that is kept, ps."""
+        """The earliest instant at which the past is kept, ps."""
         first = self.past[0].start
         return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
 
@@ -333,7 +333,10 @@ class Axis:
         return found
 
     def played(self, start: int, stop: int) -> Iterator[tuple[Segment, Train, int, int]]:
-        """Yield the stretches with steps in start <= t <= stop (ps), each with its train and its steps a ... b-1."""
+        """Yield the stretches with steps in start <= t <= stop (ps), each with its train and the numbers a, b.
+
+        The steps in the window are the steps a ... b-1 of the train, counted from 0.
+        """
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
             if stretch.playing is not None:
@@ -411,7 +414,10 @@ class Axis:
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the register's value at many instants (int64 ps) without wrap-around, from its low end: int64."""
+        """Return the register's value at many instants (int64 ps), relative to its low end, without wrap-around.
+
+        The result is int64, of the same shape as `times`.
+        """
         import numpy as np
 
         at = self._instants(times)
@@ -436,9 +442,9 @@ class Axis:
         return out.reshape(at.shape)
 
     def turns(self, start: int, stop: int) -> list[int]:
-        """Return the instants in start <= t <= stop (ps) at which another train begins, or the register is loaded.
+        """Return the instants in start <= t <= stop (ps) at which a new train begins, or the register is loaded.
 
-        Between two of them the register only rises, or only falls, apart from wrap-around.
+        Between two consecutive ones the register only rises, or only falls, apart from wrap-around.
         """
         first, last = bisect_left(self.past, start, key=_start), bisect_right(self.past, stop, key=_start)
         loads = {since for since, _ in self.offsets if start <= since <= stop}
@@ -449,9 +455,9 @@ class Axis:
         return [since for since, _ in self.offsets[1:] if start < since <= stop]
 
     def reached(self, unwrapped: int, ps: int) -> int:
-        """Return when the train in force at an instant (ps) brings the register to a value of `unwrapped_at`.
+        """Return when (ps) the train in force at an instant (ps) brings the register to a value of `unwrapped_at`.
 
-        The register must reach the value by counting, from another value.
+        The register must reach the value by counting steps, starting from a different value.
         """
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
@@ -538,7 +544,7 @@ def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[ND
 
 
 def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
-    """Group ascending instants by the last start before them: yield the number of a start, and a slice of instants.
+    """Group ascending instants by the last start before them; yield the index of the start, and their slice.
 
     Instants before the first start belong to the first one.
     """

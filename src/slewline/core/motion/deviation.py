@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 
 class Deviation(NamedTuple):
-    """The greatest deviations of a motion from its ideal, each as actual value minus ideal, clockwise positive.
+    """The deviations of a motion from its ideal that are greatest in magnitude.
+
+    Each is the actual value minus the ideal value, clockwise positive.
 
     Attributes:
         position: the greatest deviation of the position, in steps.
@@ -30,17 +32,17 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return the greatest deviations of an axis from an ideal, from the ideal's start to its stop, or up to now."""
+    """Return the greatest deviations of an axis from an ideal, between the ideal's start and its stop or now."""
     import numpy as np
 
     start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
     bends = ideal.bends[ideal.bends <= stop]
 
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Return the greatest difference, and its instant.
+        """Return the difference (actual minus ideal) that is greatest in magnitude, and its instant (ps).
 
         Actual and ideal values are monotonic between changes, so the greatest difference is at or just before a
-        change.
+        change.  `of` returns the differences at instants.
         """
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]

@@ -1,11 +1,12 @@
-"""Values over time, recorded as they change, and the quantities of parts.
+"""Values over time: histories, recorded as values change, and the quantities of parts.
 
     value      ______            ______         a history: each value holds until the next one
          _____|      |__________|
          note  note   note       note           at, changes: exact at any past instant
 
-A part that is notified of every change records it in a history.  A part that can compute any instant of its past
-needs no history: its quantity consists of two functions.
+A part that is notified of every change records it in a history.  A part that can compute its value at
+any past instant needs no history: its quantity calls two functions, one for values and one for changes
+(`Staircase`).
 """
 
 from __future__ import annotations
@@ -39,15 +40,16 @@ class Staircase(Quantity):
     """A quantity of a part that can compute its past: each value holds until the next one.
 
     Args:
-        kernel: its last committed instant is the last one that can be queried.
+        kernel: the kernel of the part; no instant after its current one can be queried.
         name, unit: as shown in pictures and waveform files.
-        values: a function that returns the values at past instants (int64 ps), in any order: float64, same shape as its
-            argument.
-        changes: a function that returns every change in start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
+        values: a function that returns the values at past instants (int64 ps), in any order: float64, same
+            shape as its argument.
+        changes: a function that returns every change in start < t <= stop: the instants, (n,) int64 ps,
+            ascending, and the new values, (n,) float64.
         from_zero: True if pictures include the value 0.
-        turns: for a count, a function that returns the instants in start <= t <= stop at which it may reverse or jump;
-            between two of them the count only rises or only falls, by 1 at a time.  A picture of a long time then needs
-            only a few of its changes.
+        turns: for a count, a function that returns the instants in start <= t <= stop at which it may
+            reverse or jump; between two of them the count only rises or only falls, by 1 at a time.  A
+            picture of a long time then needs only a few of the changes.
     """
 
     is_staircase = True
@@ -82,7 +84,7 @@ class Staircase(Quantity):
         return Outline(np.append(start, times), np.append(first, values))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
+        """Return the curve in start <= t <= stop (ps), reduced to a few points per column of a picture."""
         import numpy as np
 
         if self._turns is None:
@@ -101,8 +103,9 @@ class Staircase(Quantity):
 class Polyline(Staircase):
     """A quantity that is linear between points, such as one that a part integrates.
 
-    `changes` returns the points at which the lines bend; a jump is two points at the same instant.  In a waveform file,
-    which cannot represent sloping lines, each value holds until the next point.
+    The argument `changes` returns the points at which the line bends; a jump is two points at the same
+    instant.  In a waveform file, which cannot represent sloping lines, each value holds until the next
+    point.
     """
 
     is_staircase = False
@@ -117,14 +120,17 @@ class Polyline(Staircase):
         return Outline(times, values)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return every point in start < t <= stop (ps), each value held until the next one."""
+        """Return the value at `start`, and every point in start < t <= stop (ps); each value holds until the next.
+
+        The value at `start` is that of the last point at or before it.
+        """
         import numpy as np
 
         times, values = self._changes(start, min(stop, self.kernel.now))
         return Outline(np.append(start, times), np.append(self._point_before(start), values))
 
     def _point_before(self, ps: int) -> float:
-        """Return the value at the last point at or before an instant."""
+        """Return the value at the last point at or before an instant (ps)."""
         import numpy as np
 
         back = LOOK_BACK_PS
@@ -136,13 +142,14 @@ class Polyline(Staircase):
 
 
 class History:
-    """Recorded changes of a value, 16 bytes each; only the latest, `KEPT` or more, are kept, to limit memory.
+    """Recorded changes of a value, 16 bytes each; to limit memory, only the latest `KEPT` or more are kept.
 
-    Values before the kept ones are NaN.
+    Once earlier changes have been dropped, the value before the kept ones is NaN.
 
     Args:
         value: the value before the first change.
-        since: the first known instant (ps); queries about an earlier instant return the value at this one.
+        since: the first known instant (ps); until changes are dropped, earlier instants have the value at
+            this one.
     """
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:
@@ -162,7 +169,10 @@ class History:
         return self._values[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Record a value as of an instant (ps), not earlier than the last one; the last value at an instant counts."""
+        """Record the value from an instant (ps) on, which must not be earlier than the last recorded instant.
+
+        If several values are recorded for one instant, the last one counts.
+        """
         times, values = self._times, self._values
         if times[-1] == ps:
             values[-1] = value
@@ -174,7 +184,7 @@ class History:
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
-        """Record many values at ascending instants (ps), all later than the last one: two lists, or two arrays."""
+        """Record values at ascending instants (ps), later than all recorded ones: two lists or two arrays."""
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
             self._values.extend(values)
@@ -190,13 +200,16 @@ class History:
             self.forget(self._times[-KEPT])
 
     def at(self, ps: int) -> float:
-        """Return the value at one instant; NaN before the kept values."""
+        """Return the value at one instant (ps); NaN if the instant is before the kept values."""
         if ps < self._forgotten:
             return nan
         return self._values[max(bisect_right(self._times, ps) - 1, 0)]
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants in any order: float64, same shape as `times_ps`; NaN before the kept values."""
+        """Return the values at instants (ps) in any order: float64, same shape as `times_ps`.
+
+        Before the kept values they are NaN.
+        """
         import numpy as np
 
         times, values = np.array(self._times), np.array(self._values)
@@ -207,7 +220,7 @@ class History:
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the kept changes in start < t <= stop: instants, (n,) int64 ps, and the new values, (n,) float64.
 
-        The first kept value counts as a change.
+        The first kept value counts as a change at its instant.
         """
         import numpy as np
 
@@ -216,12 +229,12 @@ class History:
         return np.array(self._times[part], np.int64), np.array(self._values[part], np.float64)
 
     def forget(self, before: int) -> None:
-        """Drop the values before an instant, except the one in force at that instant."""
+        """Drop the values before an instant (ps), except the one in force at that instant."""
         first = max(bisect_right(self._times, before) - 1, 0)
         if first:
             del self._times[:first], self._values[:first]
             self._forgotten = self._times[0]
 
     def quantity(self, kernel: Kernel, name: str, unit: str, *, from_zero: bool = True) -> Staircase:
-        """Return the history as a quantity."""
+        """Return a quantity that has the values of this history; for the arguments, see `Staircase`."""
         return Staircase(kernel, name, unit, self.values_at, self.changes, from_zero=from_zero)

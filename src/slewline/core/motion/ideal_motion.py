@@ -43,7 +43,8 @@ class Ideal:
     Attributes:
         start: when the motion begins, ps.
         stop: the instant at which the ideal ends, ps.
-        interrupted: True if the motion ceased to follow the ideal at `stop`, before its own end.
+        interrupted: True if the motion ceased to follow the ideal at `stop`, before the end of the last
+            piece.
     """
 
     def __init__(self, start: int, position: float, pieces: Iterable[IdealPiece], sign: int = 1) -> None:
@@ -64,7 +65,7 @@ class Ideal:
         return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
-        """Return the ideal of a motion that was interrupted at an instant; unchanged if the motion ended earlier."""
+        """Return this ideal cut off at `stop` (ps), where the motion is interrupted; itself if it ends by then."""
         if stop >= self.stop:
             return self
         cut: Ideal = object.__new__(type(self))
@@ -81,7 +82,7 @@ class Ideal:
         return np.append(at[at < self.stop], self.stop)
 
     def _pieces(self, times_ps: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Return the number of the piece at each instant, and the time since the start of that piece, in seconds."""
+        """Return the index of the piece at each instant, and the time since the start of that piece, in seconds."""
         import numpy as np
 
         seconds = (np.clip(np.asarray(times_ps, np.int64), self.start, self.stop) - self.start) / PS_PER_S
@@ -117,7 +118,7 @@ FOREVER = 4e6  # seconds: longer than any run
 
 
 def duration(velocity: float, distance: float) -> float:
-    """Return the time that a distance takes at a velocity, in seconds; FOREVER at velocity 0."""
+    """Return the seconds that a distance takes at a velocity; at velocity 0, FOREVER, or 0 for no distance."""
     return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
 
 
@@ -132,7 +133,7 @@ def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
 
 
 def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
-    """Return the pieces up to a distance; the pieces must have no jerk and must not decelerate."""
+    """Return the pieces up to a distance in steps; they must have no jerk and must not decelerate."""
     found = []
     for piece in pieces:
         covered = travelled([piece])
@@ -147,9 +148,9 @@ def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
 
 
 def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
-    """Return an acceleration, the rest of a distance at `top` (steps/s), and the mirrored deceleration.
+    """Return the acceleration `up`, a piece at the velocity `top` (steps/s), and the mirrored deceleration.
 
-    If the distance is too short for this, the acceleration ends halfway along it.
+    Together they cover `distance`, in steps; if it is too short, the acceleration ends halfway along it.
     """
     rest = distance - 2 * travelled(up)
     if rest < 0:

@@ -1,6 +1,7 @@
-"""The limit on the past that an axis or a part keeps: the last hours, a number of stretches, or no limit.
+"""The limit on the past that an axis or a part keeps: a period, a number of stretches (axis.py), or none.
 
-Older data cannot be queried; it is dropped when the list has doubled since it was last trimmed.
+Data older than the period cannot be queried.  Old data is dropped when the list of stretches has doubled
+in length since it was last trimmed.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ MANY = 100_000  # stretches, two per move: 50 to 200 MB with all their data
 
 
 class Kept:
-    """The limit on the past that an axis or a part keeps: none, unless `limit` sets one.
+    """The limit on the past that an axis or a part keeps; there is none until `limit` is called.
 
     The past is trimmed when it has more than `full` stretches.
     """
@@ -48,35 +49,35 @@ class Kept:
         )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
-        """Start keeping only the last `ps` picoseconds and at most `stretches` stretches (None: no change)."""
+        """Keep only the last `ps` picoseconds and the last `stretches` stretches; None leaves a limit unchanged."""
         self.name = name
         self.ps = self.ps if ps is None else ps
         self.stretches = self.stretches if stretches is None else stretches
         self.full = max(2 * (self.stretches or 0), FEWEST)
 
     def bound(self, past: Sequence[Any], now: int) -> int:
-        """Return the instant before which the past, a list of stretches, is to be dropped (ps)."""
+        """Return the instant (ps) before which the past, a list of stretches, is to be dropped."""
         oldest: int = 0 if self.stretches is None else past[-self.stretches].start
         return oldest if self.ps is None else max(oldest, now - self.ps)
 
     def dropped(self, left: int) -> None:
-        """Record the number of stretches that are left."""
+        """Set the number of stretches beyond which the past is trimmed next; `left` is the number left now."""
         self.full = max(2 * left, 2 * (self.stretches or 0), FEWEST)
 
     @property
     def remedy(self) -> str:
-        """The remedy for the user: how to keep more."""
+        """The advice to the user in an error message: how to keep more of the past."""
         if self.ps is not None:
             return keep_more(self.ps)
         return f"a server keeps the last {self.stretches} stretches of motion: query earlier, or replay its journal"
 
     def refusal(self, start: int, since: int) -> NotRecorded:
-        """Return the error for a query about an instant before the kept past."""
+        """Return the error for a query about `start` (ps), when the past is kept only from `since` (ps)."""
         return NotRecorded(
             f"{self.name} at {readable(start)}: the past is kept only from {readable(since)} on; {self.remedy}"
         )
 
 
 def keep_more(ps: int) -> str:
-    """Return the remedy for a query beyond the past that a bench keeps (ps)."""
+    """Return the advice for a query that goes back farther than the last `ps` picoseconds, which a bench keeps."""
     return f"make the bench with a longer keep than {readable(ps)!r}"

@@ -77,7 +77,10 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal of this motion, until the motion departs from it; None if there is none, or no step has begun."""
+        """The ideal of this motion, ended where the motion departs from it.
+
+        It is None if the motion has no ideal, or if none of its steps has begun.
+        """
         # computed on request: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 
@@ -134,7 +137,7 @@ class _Started:
     end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
-        """Return the ideal, until the motion departs from it."""
+        """Return the ideal, ended where the motion departs from it; None if the motion has no ideal."""
         ideal = self.ideal() if self.ideal is not None else None
         return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
 
@@ -163,7 +166,7 @@ class Motions:
 
     # ----------------------------------------------------------------------------------------------- reports of a chip
     def begin(self, text: str, parameters: Callable[[], MotionParameters], direction: int = 0) -> None:
-        """Begin a motion now, ending one in progress; `parameters` is called later and returns its parameters."""
+        """Record that a motion begins now, which ends any motion in progress; `parameters` is called on request."""
         self.end("changed")
         self.depart()
         position, travel = self._where()
@@ -201,22 +204,22 @@ class Motions:
             self._started[-1].ideal = ideal
 
     def depart(self) -> None:
-        """Record that the latest motion no longer follows its ideal as of now."""
+        """Record that the latest motion no longer follows its ideal from now on."""
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """Record that the rates of the latest motion change now; `rates`, called later, returns them in steps/s."""
+        """Record a change of the rates of the latest motion; `rates`, called on request, returns them in steps/s."""
         if self._started:
             self._started[-1].changes += ((self.kernel.now, rates),)
 
     def mark(self, kind: str, text: str) -> None:
-        """Record an event now; `kind` as in `Mark`."""
+        """Record an event now; for `kind`, see `Mark`."""
         self._marks.append(Mark(self.kernel.now, kind, text))
 
     # ---------------------------------------------------------------------------------------------------------- queries
     def starts(self, start: int, stop: int) -> list[MotionStart]:
-        """Return the motions that begin in start <= t <= stop."""
+        """Return the motions that begin in start <= t <= stop (ps)."""
         first = bisect_left(self._started, start, key=_time)
         return [
             self._motion_start(started)
@@ -224,13 +227,13 @@ class Motions:
         ]
 
     def latest(self) -> MotionStart | None:
-        """Return the motion that began last."""
+        """Return the motion that began last; None if none has begun."""
         return self._motion_start(self._started[-1]) if self._started else None
 
     def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return the starts and ends of motions in start <= t <= stop.
+        """Return the starts and ends of motions in start <= t <= stop (ps).
 
-        Each is an instant (ps), with the command that began the motion, or with "" at an end.
+        Each is a pair: the instant (ps), and the command that began the motion, or "" for an end.
         """
         found: list[tuple[int, str]] = []
         first = max(bisect_left(self._started, start, key=_time) - 1, 0)
@@ -241,7 +244,7 @@ class Motions:
         return [entry for entry in found if start <= entry[0] <= stop]
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return the events in start <= t <= stop."""
+        """Return the marks in start <= t <= stop (ps)."""
         first = bisect_left(self._marks, start, key=_time)
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 
@@ -261,6 +264,6 @@ class Motions:
         )
 
     def forget(self, before: int) -> None:
-        """Drop motions and marks before an instant, except a motion in progress at that instant."""
+        """Drop the motions and marks before an instant (ps), except the last motion that had begun by that instant."""
         del self._started[: max(bisect_right(self._started, before, key=_time) - 1, 0)]
         del self._marks[: bisect_left(self._marks, before, key=_time)]

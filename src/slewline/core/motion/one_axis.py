@@ -48,7 +48,7 @@ class ReachesCondition(Condition):
 
 @face
 class OneAxis:
-    """One axis of a chip as seen by users; a chip is its own axis 1."""
+    """One axis of a chip as seen by users; the chip object itself serves as its axis 1."""
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),
@@ -64,7 +64,7 @@ class OneAxis:
 
     @property
     def motor(self) -> Axis:
-        """The axis itself: the position of its motor, now and in the past."""
+        """The `Axis` that holds the position of the motor, now and in the past."""
         raise NotImplementedError
 
     @property
@@ -87,7 +87,7 @@ class OneAxis:
         return self.motor.steps(*self._window(start, stop))
 
     def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
-        """Return the position register, in steps, at one or several past instants.
+        """Return the value of the position register, in steps, at one or several past instants.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
@@ -159,18 +159,18 @@ class OneAxis:
 
     @property
     def on_motion_begin(self) -> Hook[[MotionStart]]:
-        """Hook, called with the `MotionStart` of every motion of this axis as it begins."""
+        """The hook that is called with the `MotionStart` of every motion of this axis as it begins."""
         return self.motor.log.on_begin
 
     @property
     def on_motion_end(self) -> Hook[[MotionEnd]]:
-        """Hook, called with the `MotionEnd` of every motion of this axis as it ends."""
+        """The hook that is called with the `MotionEnd` of every motion of this axis as it ends."""
         return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
-        """Return other events of this axis in start <= t <= stop: commands during a motion, limits, home.
+        """Return the events of this axis in start <= t <= stop, except starts and ends of motions.
 
-        By default, all events that are kept are returned.
+        These are commands during a motion, limits and home.  By default, all events that are kept are returned.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -178,7 +178,7 @@ class OneAxis:
         return self.motor.marks(*self._window(start, stop))
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of the motions within start <= t <= stop, by default of all motions that are kept.
+        """Return the phases of motions in start <= t <= stop, cut off at both; by default, all that are kept.
 
         Returns:
             For each phase its start and its end, ps, and its name: "up", "slew", "down" ...
@@ -191,7 +191,9 @@ class OneAxis:
 
     @answering("deviation()", "; for motion in x.motions(): x.deviation(motion)")
     def deviation(self, motion: MotionStart) -> Deviation:
-        """Return the greatest deviations of the axis from the ideal of a motion, from its start to its end, or to now.
+        """Return the greatest deviations of the axis from the ideal of a motion.
+
+        They are found between the start of the ideal and its end, or now if the motion is in progress.
 
         Raises:
             UsageError: the argument is not a motion, or the motion has no ideal.

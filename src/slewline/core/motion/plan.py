@@ -1,4 +1,4 @@
-r"""A move before it is played: legs that consist of runs of equal intervals, in clock ticks.
+r"""A planned move: legs that consist of runs of equal intervals, in clock ticks.
 
 rate
        _______________
@@ -24,7 +24,7 @@ def mirrored(runs: Runs) -> Runs:
 
 
 def steps(runs: Sequence[tuple[int, int]]) -> int:
-    """Return the total number of steps in runs."""
+    """Return the total number of steps in the runs."""
     return sum([count for _, count in runs])  # for a hundred runs, the list makes this twice as fast
 
 
@@ -40,7 +40,7 @@ def head(runs: Runs, count: int) -> Runs:
 
 
 def tail(runs: Runs, first: int) -> Runs:
-    """Return the runs starting at step `first`, counted from 0."""
+    """Return the rest of the runs, starting at step `first`; steps are counted from 0."""
     out = []
     for interval, n in runs:
         if first < n:
@@ -67,7 +67,7 @@ class Leg:
 
     @property
     def end(self) -> int:
-        """The index of the step after the last one of this leg."""
+        """The index in the plan of the step after the last step of this leg."""
         return self.first + self.count
 
 
@@ -94,11 +94,11 @@ class Plan:
         return self.legs[-1].end if self.legs else 0
 
     def leg(self, step: int) -> Leg:
-        """Return the leg to which a step, counted from 0, belongs."""
+        """Return the leg to which a step belongs; steps are counted from 0."""
         return next(leg for leg in self.legs if step < leg.end)
 
     def interval(self, step: int) -> int:
-        """Return the length of a step, counted from 0, in clocks."""
+        """Return the duration of a step, in clocks; steps are counted from 0."""
         leg = self.leg(step)
         left = step - leg.first
         for interval, count in leg.runs:

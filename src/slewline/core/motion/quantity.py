@@ -6,13 +6,14 @@
     ___|              |____   the train says          ____|
        first step     rest: 0
 
-The velocity is that of the train being played: in a train of steps, 1/interval of the step in progress; in a train of
-cycles, the displacement per cycle.  A step lasts as long as its train states, including a read-out that lengthens it;
-if the next step has to wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and the velocity
-is 0.  The velocity is never derived from the distance between steps.
+The velocity is that of the step train being played (train.py): in a train of steps, 1/interval of the
+step in progress; in a train of cycles, the displacement per cycle.  A step lasts as long as its train
+states, including a read-out that lengthens it; if the next step has to wait longer (STEP INHIBIT,
+ENABLE, the end of the move), the motor is at rest, and the velocity is 0.  It is never derived from the
+time between two steps.
 
-An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first, lowest, highest
-and last point in the column.
+An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first,
+lowest, highest and last point in the column.
 """
 
 from __future__ import annotations
@@ -50,11 +51,12 @@ class Quantity:
     Attributes:
         name: "velocity", "position", "current" ...
         unit: the unit of its values: "steps/s", "A" ...
-        is_staircase: True if each value holds until the next one, as in a staircase; False if intermediate values are
-            interpolated linearly.
-        from_zero: True if pictures include the value 0, as for a velocity; False for any range, as for a position.
-        check_kept: a function that raises NotRecorded for an instant (ps) that is no longer kept; None if everything is
-            kept.
+        is_staircase: True if each value holds until the next one, as in a staircase; False if intermediate
+            values are interpolated linearly.
+        from_zero: True if pictures include the value 0, as for a velocity; False if they need not, as for a
+            position.
+        check_kept: a function that raises NotRecorded for an instant (ps) that is no longer kept; None if
+            everything is kept.
     """
 
     name: str
@@ -106,7 +108,7 @@ class Quantity:
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the outline of the window (ps) for a picture of `columns` columns: at most about 4 points each."""
+        """Return the curve in the window (ps), reduced to at most about 4 points per column of a picture."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
@@ -127,7 +129,7 @@ class Velocity(Quantity):
         return Outline(*self.axis.velocities(start, stop))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
+        """Return the curve in start <= t <= stop (ps), reduced to a few points per column of a picture."""
         import numpy as np
 
         driven = self.axis.driven(start, stop)
@@ -169,7 +171,7 @@ class Position(Quantity):
         return self._broken(times, axis.unwrapped_at(times), times, loads)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
+        """Return the curve in start <= t <= stop (ps), reduced to a few points per column of a picture."""
         import numpy as np
 
         axis = self.axis
@@ -189,9 +191,9 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the first wrap-around, if any, between consecutive instants, at either end of the register.
+        """Return the instant (ps) of the first wrap-around, in either direction, between consecutive `times`.
 
-        The instants must include all turns.
+        `times` must include all turns.  Pairs without a wrap-around, or that end at a turn, are left out.
         """
         import numpy as np
 
@@ -208,9 +210,9 @@ class Position(Quantity):
     def _broken(
         self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
     ) -> Outline:
-        """Return the changes of the register at ascending instants, with breaks where it is loaded or wraps at a step.
+        """Return the changes of the register at ascending `times`, with breaks at loads and at steps that wrap it.
 
-        From the instant before each of `steps` until that step, the register must be constant.
+        Between each of `steps` and the instant before it in `times`, the register must be constant.
         """
         import numpy as np
 
@@ -231,7 +233,7 @@ def exceeds(counts: Iterable[int], limit: int) -> bool:
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
-    """Return points that look the same in a picture of the window: the first, lowest, highest and last per column."""
+    """Return the points needed for the same picture: first, lowest, highest and last per column, and breaks."""
     import numpy as np
 
     times, values = outline
@@ -250,5 +252,5 @@ def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
 
 
 def column_edges(start: int, stop: int, columns: int) -> list[int]:
-    """Return the instants at which the columns of a picture of the window begin (ps)."""
+    """Return the instants (ps) at which the columns of a picture begin that shows start <= t <= stop."""
     return [start + (stop - start) * column // columns for column in range(columns)]

@@ -1,4 +1,4 @@
-"""The motor outputs that show a step train, as promises on their nets.
+"""The motor outputs that show a step train, as waveforms promised to their nets in advance.
 
 begin k                begin k+1
   |______________      ___|______
@@ -42,7 +42,7 @@ class TrainView:
         raise NotImplementedError
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps); the output falls when a step begins."""
+        """Return the edges to a level after an instant (ps): to 1, the rises; to 0, the starts of the steps."""
         return Since(self.rises if level else self.of, since)
 
 
@@ -57,15 +57,18 @@ class StepView(TrainView):
         return Rises(self)
 
     def rise(self, k: int) -> int:
-        """Return the tick, since the origin of the train, at which the output rises in step k."""
+        """Return the clock tick at which the output rises in step k, counted from 0."""
         raise NotImplementedError
 
     def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
+        """Return the ticks, since the origin of the train, at which the output rises in steps first ... last-1.
+
+        They are (n,) int64; steps are counted from 0.
+        """
         raise NotImplementedError
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         train = self.of.train
         tick = train.clock.ticks_until(self.of.within(ps))
         k = train.step_at(tick)
@@ -97,7 +100,7 @@ class Rises(Events):
         return k - 1 if k and tick < self.view.rise(k - 1) else k
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None if the train has fewer rises, or is cut off earlier."""
+        """Return the instant of rise k (ps); None if the train has fewer rises, or is cut off before this one."""
         of = self.view.of
         return before(self.clock.ps(self.view.rise(k - 1)), of.until) if k <= of.train.steps else None
 
@@ -197,7 +200,7 @@ class PatternView(TrainView):
         return self.levels[(self.index + self.sign * k) % len(self.levels)] if k else self.before
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         return self._after_steps(self.of.count(ps))
 
     def after(self, ps: int) -> When:

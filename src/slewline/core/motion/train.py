@@ -45,15 +45,18 @@ class Train(Events):
 
     # ------------------------------------------------------------------- to be implemented by a kind of train, in ticks
     def end(self, k: int) -> int:
-        """Return the tick at which step k ends and the next one begins; for k = 0, the start of the first step."""
+        """Return the tick at which step k, counted from 1, ends; for k = 0, the tick at which step 1 begins."""
         raise NotImplementedError
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the ends of steps first ... last-1: (n,) int64, ticks counted from `origin`, ascending."""
+        """Return `end(k)` for k = first ... last-1, but counted from `origin`: (n,) int64 ticks, ascending.
+
+        By default, these are the starts of all steps.
+        """
         raise NotImplementedError
 
     def step_at(self, tick: int) -> int:
-        """Return the step in progress at a tick, or the last step: the number of steps that have begun by then."""
+        """Return the number of steps that have begun by a tick, including that tick."""
         raise NotImplementedError
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -70,7 +73,10 @@ class Train(Events):
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return the first, the lowest, the highest and the last velocity: ticks from `origin`, and steps/s."""
+        """Return the first, lowest, highest and last velocity in since <= tick < to, in order, each of them once.
+
+        They are a list of ticks counted from `origin`, and a list of velocities in steps/s.
+        """
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
@@ -100,14 +106,14 @@ class Train(Events):
         """Return the instants at which steps first ... last begin: (n,) int64 ps, ascending.
 
         Args:
-            first, last: numbers of steps.
-            out: a buffer of that length or longer; the filled part is returned.
+            first, last: numbers of steps, counted from 1.
+            out: a buffer for at least that many instants; the filled part is returned.
         """
         ticks = self.ends(first - 1, last)
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
     def window(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return `times(first, last)`, cached and read-only: five views of a train need the same window."""
+        """Return `times(first, last)`, cached and read-only: up to five views of a train query the same window."""
         if self._recent is None or self._recent[:2] != (first, last):
             found = self.times(first, last)
             found.flags.writeable = False
@@ -115,13 +121,13 @@ class Train(Events):
         return self._recent[2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants at which the given steps begin (ps), ascending; all of these steps must exist."""
+        """Return the instants (ps) at which the steps with these ascending numbers begin; all must exist."""
         return self.clock.ps_list([self.end(k - 1) for k in numbers])
 
 
 @dataclass(frozen=True)
 class RunTable:
-    """Consecutive runs, in ticks: the start of each, the number of steps before it, and its end.
+    """Consecutive runs, in ticks: for each its start, interval, count and the steps before it; and totals.
 
     Trains with equal runs share a table.
     """
@@ -165,8 +171,8 @@ def shown(intervals: list[int]) -> list[int]:
 class StepTrain(Train):
     """A step train: runs of steps at equal intervals, in clock ticks; the first step begins at tick `origin`.
 
-    `runs` holds pairs (interval in ticks, number of steps); if the last number is OPEN, the train does not end.
-    `steps` is the total number.
+    `runs` holds pairs (interval in ticks, number of steps); if the last number is OPEN, the train does not
+    end. `steps` is the total number of steps.
     """
 
     __slots__ = ("counts", "firsts", "intervals", "starts", "table")
@@ -249,7 +255,7 @@ class StepTrain(Train):
         return out
 
     def _cumulate(self, out: NDArray[np.int64], i: int, j: int, first: int, last: int) -> None:
-        """Fill in the starts of runs i ... j-1 that are in the window of steps first ... last-1."""
+        """Fill in the starts of all steps that are in runs i ... j-1 and in the window of steps first ... last-1."""
         import numpy as np
 
         if i == j:
@@ -265,7 +271,10 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with equal intervals, doubling the filled part each time; a second array would take longer."""
+    """Fill an array with ticks at equal intervals from `begin`, doubling the filled part each time.
+
+    This is faster than making a second array.
+    """
     import numpy as np
 
     done = min(LONG, len(out))
@@ -277,7 +286,7 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
 
 
 class Playing(Until):
-    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or forever."""
+    """A train being played, shared by all outputs that show it; valid before `until` (ps), forever if None."""
 
     __slots__ = ("train",)
 
@@ -295,16 +304,17 @@ class Playing(Until):
 
     @property
     def moves(self) -> int | None:
-        """The instant at which the train starts to determine the velocity; None if it was withdrawn earlier."""
+        """The instant (ps) at which the train starts to determine the velocity; None if it was withdrawn earlier."""
         first = self.train.clock.ps(self.train.origin)
         return first if self.until is None or first < self.until else None
 
     def _ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
-        """Return the window start <= t <= stop (ps) as ticks of the train; `moves` must be before its end.
+        """Return the window start <= t <= stop (ps) as ticks of the train; the window must end after `moves`.
 
         Returns:
-            The first tick, the tick before which the window ends, and whether the train comes to rest before the window
-            ends.
+            The first tick, the tick before which the window or the motion ends, whichever is earlier, and
+            whether the
+            train comes to rest before the window ends.
         """
         train, clock = self.train, self.train.clock
         since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
@@ -336,7 +346,7 @@ class Playing(Until):
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return the first, the lowest, the highest and the last velocity: instants (ps) and steps/s."""
+        """Return the first, lowest, highest and last velocity in start <= t <= stop: instants (ps), and steps/s."""
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

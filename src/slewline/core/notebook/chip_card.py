@@ -22,7 +22,7 @@ class Stored(Protocol):
 
     @property
     def address(self) -> int:
-        """The address of its first byte."""
+        """The address of the first byte of the instruction."""
 
     @property
     def data(self) -> bytes:
@@ -35,10 +35,10 @@ class Stored(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ChipCard:
-    """A chip at an instant.
+    """The state of a chip at an instant, as a notebook shows it.
 
     Args:
-        description: its name, part number and state, in one line.
+        description: the name, part number and state of the chip, in one line.
         levels: the levels of its signal pins; None for a floating pin.
         registers: the registers of each axis, keyed by name.
         rows: the stored program.

@@ -2,9 +2,9 @@
 
     element("td", "a < b", class_="name")      <td class="name">a &lt; b</td>
 
-Only results of `element` count as markup, because a journal, a program or a sheet may come from an
-untrusted source.  A card has no scripts and loads nothing.  It uses the text colour of the page, light
-or dark, and two colours that are visible on both.
+Only results of `element` are included without escaping, because a journal, a program or a sheet may come
+from an untrusted source.  A card has no scripts and loads nothing.  It uses the text colour of the page,
+light or dark, and two colours that are visible on both.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MONO = "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 
 
 class Markup(str):
-    """Text that is already markup."""
+    """Text that is already markup, so it is not escaped again."""
 
     __slots__ = ()
 
@@ -44,12 +44,12 @@ STYLE = Markup(
 
 
 def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -> Markup:
-    """Return an element.
+    """Return an HTML or SVG element.
 
     Args:
-        children: strings, which are escaped, and markup; or lists of these.
-        attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; an attribute that is None is left
-            out.
+        children: strings, which are escaped, and markup, which is not; or lists of these.
+        attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; an attribute that is None
+            is left out.
     """
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_escaped(str(value))}"'
@@ -81,8 +81,8 @@ def table(
 
     Args:
         head: the column names; empty for no header.
-        right: the columns that are right-aligned, as for numbers.
-        now: the number of the highlighted row.
+        right: the indices of the columns to align right, as for numbers.
+        now: the index of the row to highlight; None for none.
     """
 
     def line(tag: str, cells: Sequence[str], class_: str | None = None) -> Markup:

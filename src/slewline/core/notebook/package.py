@@ -27,8 +27,8 @@ def package_drawing(package: Package, part: str, pins: Mapping[str, Pin], levels
 
     Args:
         part: the text printed on the package.
-        pins: its pins, by name.
-        levels: the levels of the signal pins; None for a floating pin.
+        pins: the pins of the part, by name.
+        levels: the levels of the signal pins, by name; None for a floating pin.
     """
     named = [name for name in chain(*package.sides) if isinstance(name, str)]
     around = NAME + CHARACTER * max(map(len, named), default=0) + MARGIN

@@ -39,7 +39,7 @@ def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
 
 
 def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
-    """Return the animation, as CSS without any external text."""
+    """Return the animation as CSS, which contains no text from outside this module."""
     moving = 100 * play_s / (play_s + PAUSE_S)
     first = turns[0] // 1
     frames = "".join(
@@ -55,7 +55,7 @@ def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
 
 
 def _face() -> list[Markup]:
-    """Return the fixed part: the flange with its screws, and the scale."""
+    """Return the fixed part of the drawing: the flange with its screws, and the scale."""
     half, screw = SIZE / 2 - 1, 0.41 * SIZE
     line = {"fill": "none", "stroke": "currentColor"}
     corners = [(x, y) for x in (-screw, screw) for y in (-screw, screw)]
@@ -72,7 +72,7 @@ def _face() -> list[Markup]:
 
 
 def _rotor() -> list[Markup]:
-    """Return the rotating part: a disc with a pointer, and the shaft with its flat."""
+    """Return the rotating part of the drawing: a disc with a pointer, and the shaft with its flat."""
     disc, shaft = 0.33 * SIZE, 0.08 * SIZE
     return [
         element("circle", r=f"{disc:g}", fill="#8883", stroke="currentColor"),

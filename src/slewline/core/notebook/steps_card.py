@@ -39,7 +39,7 @@ def steps_card(
 
 
 def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Markup:
-    """Return the positions over time: a staircase, or a line if there are too many steps."""
+    """Return the positions over time: a staircase, or a line if there are too many steps to show each."""
     import numpy as np
 
     which = np.unique(np.linspace(0, len(times_ps) - 1, POINTS).astype(np.int64))

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class NotYet:
-    """An event not found yet: there is none before the instant `at` (ps), when the query can be repeated."""
+    """An event not found yet: there is none before the instant `at` (ps), at which the query can be repeated."""
 
     at: int
 
@@ -46,7 +46,7 @@ When: TypeAlias = "int | NotYet | None"
 
 
 def ask_at(when: When) -> int | None:
-    """Return when to query again (ps): at the event, or when a search continues; None if no event is foreseen."""
+    """Return when to query again (ps): at the event, or where the search continues; None if none is foreseen."""
     return when.at if isinstance(when, NotYet) else when
 
 
@@ -83,7 +83,10 @@ class Events(Protocol):
         """Return the instants of events first ... last, all of which must exist: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, all of which must exist; faster than an array."""
+        """Return the instants (ps) of the events with these numbers, ascending; faster than `times` for a few.
+
+        All the events must exist.
+        """
         return [at for k in numbers if isinstance(at := self.time(k), int)]
 
 
@@ -107,7 +110,7 @@ class Listed(Events):
 
 
 class NoEvents(Listed):
-    """A source without events: a constant level."""
+    """A source without events, as for a wire with a constant level."""
 
     def __init__(self) -> None:
         super().__init__(())
@@ -134,7 +137,7 @@ class Even(Events):
 
 
 class Until(Events):
-    """Events before the instant `until`, or all of them (None)."""
+    """The events of a source before the instant `until` (ps); all of them if it is None."""
 
     until: int | None
 
@@ -142,11 +145,11 @@ class Until(Events):
         self.of, self.until = of, until
 
     def cut(self, ps: int) -> None:
-        """Count only events up to an instant (ps), including that instant."""
+        """Leave out all events after an instant (ps), from now on."""
         self.until = ps + 1
 
     def within(self, ps: int) -> int:
-        """Return an instant (ps), or the last instant before `until` if that is earlier."""
+        """Return the given instant (ps), or the last instant before `until` if that is earlier."""
         until = self.until
         return ps if until is None or ps < until else until - 1
 
@@ -161,12 +164,12 @@ class Until(Events):
         return self.of.times(first, last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, all of which must exist."""
+        """Return the instants (ps) of the events with these numbers, ascending; all the events must exist."""
         return self.of.few(numbers)
 
 
 class Later(Events):
-    """Events, each delayed by the same number of picoseconds."""
+    """The events of a source, each delayed by the same number of picoseconds."""
 
     def __init__(self, of: Events, lag_ps: int) -> None:
         self.of, self.lag_ps = of, lag_ps
@@ -181,12 +184,12 @@ class Later(Events):
         return self.of.times(first, last) + self.lag_ps
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, all of which must exist."""
+        """Return the instants (ps) of the events with these numbers, ascending; all the events must exist."""
         return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
 class Since(Events):
-    """Events after an instant (ps): the next one is number 1."""
+    """The events of a source after an instant (ps), numbered from 1."""
 
     def __init__(self, of: Events, ps: int) -> None:
         self.of, self.first = of, of.count(ps)
@@ -201,6 +204,6 @@ class Since(Events):
         return self.of.times(self.first + first, self.first + last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of a few events (ps), ascending, all of which must exist."""
+        """Return the instants (ps) of the events with these numbers, ascending; all the events must exist."""
         first = self.first
         return self.of.few([first + k for k in numbers])

@@ -28,7 +28,7 @@ class Hook(Generic[P]):
         self.listeners: tuple[Callable[P, object], ...] = ()
 
     def add(self, listener: Callable[P, object]) -> Callable[P, object]:
-        """Add a listener, and return it, for `remove`.
+        """Add a listener, and return it, so that it can later be passed to `remove`.
 
         Raises:
             UsageError: `listener` is not a function.

@@ -34,9 +34,11 @@ class Shuffler(Protocol):
 
 
 class Task:
-    """A coroutine on the kernel; `value` is the result of its wait: the net that woke it, or None after a timed wait.
+    """A coroutine that the kernel runs.
 
-    The coroutine is only created when it starts to run, because Python warns about coroutines that are never run.
+    `value` is the result of its last wait: the net that woke the task, or None after a timed wait.  The
+    coroutine is only created when it starts to run, because Python warns about coroutines that are never
+    run.
     """
 
     __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
@@ -74,7 +76,7 @@ class Call:
         self.function, self.token, self.value, self.alive, self.is_net = function, 0, None, True, False
 
     def send(self, _value: None) -> None:
-        """Call the function; the kernel resumes it like a task."""
+        """Call the function; the kernel uses this method as it uses `send` of a task."""
         self.function()
 
     def __repr__(self) -> str:
@@ -82,10 +84,10 @@ class Call:
 
 
 class CommitHook(Hook[[int]]):
-    """The hook of committed time.
+    """The hook that is called with each committed instant (`Kernel.on_commit`).
 
-    A run checks for listeners only once; if the first listener is added later in the run, a mark in the heap
-    announces it.  So instants without listeners cost nothing extra.
+    A run checks for listeners only once, when it starts; if the first listener is added later in the run, a
+    mark in the heap announces it.  So instants without listeners cost nothing extra.
     """
 
     __slots__ = ("kernel", "mark")
@@ -145,7 +147,7 @@ class Kernel:
         return task
 
     def call_at(self, ps: int, function: Callable[[], object]) -> Call:
-        """Call a function in the first round of an instant (ps), or in the next round if that is not in the future."""
+        """Call a function in round 1 of an instant (ps), or in the next round if the instant is not in the future."""
         call = Call(function)
         if ps <= self.now:
             self.woken.append(call)
@@ -154,20 +156,21 @@ class Kernel:
         return call
 
     def wake_at(self, ps: int, task: Task) -> None:
-        """Wake a waiting task at an instant, unless something else has woken it by then."""
+        """Wake a waiting task at an instant (ps), unless something else has woken it by then."""
         heappush(self.heap, (ps, next(self.order), task, task.token))
 
     def next_time(self) -> int | None:
-        """Return the instant of the next event if nothing interferes (ps); None if there is none."""
+        """Return the instant (ps) of the next scheduled event; None if no event is scheduled."""
         heap = self.heap
         while heap and heap[0][2].token != heap[0][3]:
             heappop(heap)
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Advance to a later instant (ps) if until then only the running task has work; otherwise return False.
+        """Advance to a later instant (ps) and return True; if not only the running task has work, return False.
 
-        The result is the same as that of a wait: the instant is quiet, and the next event is the end of the wait.
+        The effect is the same as that of a wait: the instant is quiet, and the next event is the end of the
+        wait.
         """
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
@@ -181,7 +184,7 @@ class Kernel:
         return True
 
     def pass_round(self) -> bool:
-        """Advance to the next round if only the running task has work in this one; otherwise return False."""
+        """Advance a round and return True if only the running task has work in this round; else return False."""
         if not self.sole or self.pending or self.woken:
             return False
         self.seen = self.now
@@ -200,7 +203,7 @@ class Kernel:
                 self._rest()
 
     def run(self, until: int) -> None:
-        """Run everything up to and including an instant (ps), which is then the current one."""
+        """Run everything up to and including an instant (ps), which is the current instant afterwards."""
         self.run_while(None, until)
         if until > self.now:
             self.now = self.seen = until
@@ -212,7 +215,7 @@ class Kernel:
                     self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run complete instants up to `until` (ps), or until `over` returns true; in that case, return False.
+        """Run complete instants up to `until` (ps) and return True; if `over` returns true earlier, return False.
 
         Raises:
             UsageError: the call is made from within a run.
@@ -265,7 +268,7 @@ class Kernel:
             self._rest()
 
     def _instant(self, time: int, who: Any) -> None:
-        """Run an instant with several causes: in round 1, the tasks with expired timers, at the old levels."""
+        """Run an instant with several causes; round 1 runs the tasks with expired timers, at the old levels."""
         heap = self.heap
         ready: list[Any] = []
         edges: list[Any] = []
@@ -289,7 +292,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Report the end of this instant; inputs made by listeners still belong to it, and it is reported again."""
+        """Report the end of this instant; if a listener makes an input, run its effects, and report again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
@@ -307,7 +310,7 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet: this one, or a later instant."""
+        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet; a task may advance it."""
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1
@@ -394,7 +397,7 @@ class Kernel:
                 net.schedule(time)
 
     def current(self) -> Task:
-        """Return the task that is running; only a task can wait."""
+        """Return the running task; SlewlineError if no task is running, because only a task can wait."""
         if not isinstance(self.task, Task):
             raise SlewlineError("only a task of the kernel can wait")
         return self.task

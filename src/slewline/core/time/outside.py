@@ -1,11 +1,11 @@
 """The outside of a run: its inputs, and the passage of time for a user.
 
-    outside.tell("drive", pin="x.abort", level=0)     an input to a pin, a chip or a part
+    outside.record("drive", pin="x.abort", level=0)   an input to a pin, a chip or a part
     outside.wait(met, "an answer", "5 s")             a call to a host lets time pass until it is complete
     with outside.nested(): ...                        consequences of a reported input: a line of a script
     with outside.queued(): ...                        calls to hosts only queue; their caller lets time pass
 
-Every kernel has one, so that pins and parts have access to it with or without a bench.
+Every kernel has an `Outside`, so that pins and parts have access to it with or without a bench.
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ class Outside:
             self.write(do, what)
 
     def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
-        """Let time pass until `met` returns true; return False immediately where calls only queue.
+        """Let time pass until `met` returns true, and return True; return False immediately where no time can pass.
+
+        No time can pass inside `queued`, and without `let_pass`.
 
         Raises:
             Timeout: the condition is not met in time.
@@ -66,7 +68,7 @@ class Outside:
     def nested(self) -> Iterator[None]:
         """Do not report inputs made in this block, because they follow from an input already reported.
 
-        Calls to hosts only queue actions.
+        Inside the block, calls to hosts only queue actions.
         """
         self._inside += 1
         try:
@@ -85,7 +87,10 @@ class Outside:
             self._queueing -= 1
 
     def later(self, function: Callable[[], object]) -> Callable[[], object]:
-        """Return a function for a later instant, such as the end of a pulse, that is nested if the current call is."""
+        """Return a function for a later instant, such as the end of a pulse, that calls `function`.
+
+        If the current call is nested, the later call is nested, too.
+        """
         if not self._inside:
             return function
 

@@ -219,7 +219,7 @@ class Clock:
         return [-(-time * d // n) for time in ps]
 
     def ticks_array(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the first tick at or after each of many instants: int64, same shape as `ps`, every element exact."""
+        """Return the first tick at or after each instant (ps since tick 0): int64, same shape as `ps`, all exact."""
         whole, part = ps // self.n, ps % self.n
         guess: NDArray[np.int64] = (part * (self.d / self.n)).astype("int64")  # wrong by one at most, as a float may be
         rest = part * self.d - guess * self.n  # products wrap around, their difference is small

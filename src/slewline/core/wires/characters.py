@@ -1,9 +1,9 @@
-r"""Characters on a wire: a whole line of text is one promise, whose edges are computed on request.
+r"""Characters on a wire: a whole line of text is one promised waveform, whose edges are computed on request.
 
     mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾\_____/  d0 | ...
     space      start                                              the next character
 
-A sender promises whole lines; receivers accept them as a whole (receiver.py).
+A sender promises whole lines; receivers accept each line as a whole (receiver.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The characters of a word format at a rate, computed once: bit instants, levels, and the meaning of levels."""
+    """The waveforms of all bytes in one character format at one rate, and the bytes for sampled levels, cached."""
 
     __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
 
@@ -33,14 +33,14 @@ class FrameTable:
         self._read: dict[tuple[Level, ...], tuple[int, bool, bool]] = {}
 
     def levels(self, byte: int) -> tuple[int, ...]:
-        """Return the levels of the wire from the start bit to the stop bit."""
+        """Return the levels of the wire for a byte, one per bit, from the start bit to the stop bit."""
         if byte not in self._levels:
             mark = self.mark
             self._levels[byte] = tuple(mark if bit else 1 - mark for bit in (*self.word.levels(byte), 1))
         return self._levels[byte]
 
     def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
-        """Return the byte that levels sampled at mid-bit represent, and whether its parity or its framing is wrong."""
+        """Return the byte for levels sampled at mid-bit: (byte, is its parity wrong, is its framing wrong)."""
         if seen not in self._read:
             word, bits = self.word, [int(level == self.mark) for level in seen]
             byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
@@ -51,12 +51,12 @@ class FrameTable:
 
 @lru_cache(maxsize=64)
 def frames_of(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
-    """Return the frame table of a format, on a clock of `hz` hertz, sixteen times the rate."""
+    """Return the frame table of a character format; `hz` is the clock frequency, sixteen times the baud rate."""
     return FrameTable(Clock(hz), word, mark)
 
 
 class Characters:
-    """Consecutive characters: a promise that starts at the instant `start` (ps); after `end` the wire is at mark."""
+    """A promise of consecutive characters, from the instant `start` (ps); after `end` the wire is at mark."""
 
     __slots__ = ("_wave", "data", "end", "frames", "last", "start")
     until: int | None = None
@@ -72,7 +72,7 @@ class Characters:
 
     @property
     def wave(self) -> Wave:
-        """All edges of the characters."""
+        """The wave with all edges of the characters."""
         if self._wave is None:
             frames, start = self.frames, self.start
             times: list[int] = []
@@ -85,7 +85,7 @@ class Characters:
         return self._wave
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         return self.wave.level(ps) if self.start < ps < self.last else self.frames.mark ^ (ps == self.start)
 
     def after(self, ps: int) -> When:
@@ -93,7 +93,7 @@ class Characters:
         return self.start if ps < self.start else None if ps >= self.last else self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Return the edges in start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop: a list of instants (ps) and a list of levels."""
         return self.wave.edges(start, stop)
 
 
@@ -114,8 +114,9 @@ async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str =
 def handed_over(driver: Driver, line: Characters) -> bool:
     """Promise a line that begins now to the receivers on the wire; return False if it must be driven instead.
 
-    The line is in place immediately, without a commit, if the running task is alone in its round, if it is the only
-    driver of the wire, and if every task that waits for the wire is a receiver at rest.
+    The line is in place immediately, without a commit, if the running task is alone in its round, if
+    `driver` is the only one that drives the wire, and if every task that waits for the wire is a receiver at
+    rest.
     """
     root, kernel = driver.net, driver.kernel
     active = root.active
@@ -150,7 +151,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
 
 
 def faulty(line: Characters, fault: str) -> Wave:
-    """Return the edges of characters, each with a fault, "parity" or "framing"; for any other text, unchanged."""
+    """Return the edges of characters with a "parity" or "framing" fault in each; for other text, no fault."""
     frames = line.frames
     times: list[int] = []
     levels: list[int] = []

@@ -5,11 +5,11 @@ Step counters (a translator, a shaft, the counter of a driver module) follow the
     wire     ‾‾|__|‾‾‾|__|‾‾‾|__|‾‾‾‾
     falls      1      2      3
 
-A wave that follows a train computes them by arithmetic (its `clock`).  Any other wave is scanned, one stretch at a
-time, and takes little memory: one entry per `BLOCK` edges.
+A wave that follows a step train computes these edges by arithmetic (its `clock`).  Any other wave is
+scanned, one stretch at a time, and takes little memory: one entry per `BLOCK` edges.
 
-Rules of this file: an edge is a change *to* the level; edges are numbered from 1 after the instant `since`, which the
-caller handles itself; queries have no effect on the wire.
+Rules of this file: an edge is a change *to* the level; edges are numbered from 1 after the instant
+`since`, and an edge at `since` itself is left to the caller; queries have no effect on the wire.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ FIRST_PS = 1_000_000_000  # the first stretch; the next ones are longer, as long
 
 
 class ScanWindow:
-    """The time to scan along a wire in one stride, adapted so that edges are expanded in blocks of thousands."""
+    """The length of the next stride of a scan along a wire, adapted to find thousands of edges per stride."""
 
     def __init__(self) -> None:
         self.ps = FIRST_PS
 
     def stop(self, start: int, stop: int) -> int:
-        """Return the end of a stride that begins at `start` and ends at `stop` at the latest."""
+        """Return the end (ps) of a stride that begins at `start`; it is not later than `stop`."""
         return min(start + self.ps, stop)
 
     def adapt(self, count: int) -> None:
-        """Adapt the stride to the number of edges in the last one."""
+        """Adapt the length of the next stride to `count`, the number of edges in the last one."""
         if count > BLOCK:
             self.ps = max(self.ps // 4, 1)
         elif count < BLOCK // 4:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Reset the stride after a pause, because edges may be dense after it."""
+        """Reset the length of the next stride after a long pause of `ps` picoseconds: edges may be dense after it."""
         if ps > self.ps:
             self.ps = FIRST_PS
 
@@ -54,8 +54,9 @@ class ScanWindow:
 class WalkedEdges(Events):
     """The edges of any wave, found by scanning it.
 
-    `_starts` are instants after which stretches begin, and `_counts` the numbers of edges before them.  The last
-    expanded stretch is kept, since consecutive queries are often close together.
+    `_starts` are the instants after which stretches of the scan begin, and `_counts` the numbers of edges up
+    to these instants.  The last expanded stretch is kept, since consecutive queries are often close
+    together.
     """
 
     def __init__(self, promise: Any, level: int, since: int) -> None:
@@ -66,7 +67,7 @@ class WalkedEdges(Events):
         self._cached: tuple[int, int, int, Any] = (since, 0, 0, ())  # start; first ... last-1, from 0; instants
 
     def _edges(self, start: int, stop: int) -> Any:
-        """Return the instants of the edges in start < t <= stop, as a list or an array."""
+        """Return the instants of the edges in start < t <= stop (ps), as a list or an array."""
         times, levels = self.promise.edges(start, stop)
         if isinstance(levels, list):
             befores = [self.promise.level(start), *levels]  # a list may contain edges that do not change the level
@@ -78,7 +79,7 @@ class WalkedEdges(Events):
         return times[levels == self.level]
 
     def _walk(self, ps: int) -> None:
-        """Find all edges up to an instant."""
+        """Continue the scan, counting edges, up to an instant (ps)."""
         while self._reached < ps:
             stop = self._strides.stop(self._reached, ps)
             times = self._edges(self._reached, stop)
@@ -142,12 +143,12 @@ class WalkedEdges(Events):
 
 
 def clock_edges(shown: Any, level: int, since: int) -> Events:
-    """Return the edges to a level on a wire after an instant, given its present waveform.
+    """Return the edges to a level on a wire after an instant, given the present waveform of the wire.
 
     Args:
         shown: a wave, or a constant level.
         level: 0 for falls, 1 for rises.
-        since: the instant after which edges count; an edge at the instant itself does not.
+        since: the instant (ps) after which edges count; an edge at the instant itself does not.
     """
     if not hasattr(shown, "after"):
         return NoEvents()

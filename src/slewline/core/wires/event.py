@@ -1,4 +1,4 @@
-"""An event for which tasks wait, on its own net."""
+"""An event for which tasks wait, implemented as a net of its own."""
 
 from __future__ import annotations
 
@@ -22,6 +22,6 @@ class Event:
         return self._driver.net
 
     def set(self) -> None:
-        """Wake the tasks that wait for a change."""
+        """Let the event occur at the end of this round, which wakes the tasks that wait for it."""
         self.count += 1
         self._driver.drive(self.count)

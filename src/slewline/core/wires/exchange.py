@@ -33,11 +33,11 @@ Shown = Callable[[Any], Wave]  # from the state of an exchange to the wave of a 
 
 
 class End(Protocol):
-    """An end of exchanges: it watches nets; while an exchange is a value, it is called with the data instead."""
+    """One end of an exchange: it watches nets or, while the exchange is made by value, is called with the data."""
 
     @property
     def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
-        """Nets, each with the function to call when it changes."""
+        """The nets that this end watches, each with the function to call when that net changes."""
 
 
 class DrawnLine:
@@ -51,7 +51,7 @@ class DrawnLine:
 
     @property
     def wave(self) -> Wave:
-        """All edges of the line."""
+        """The wave with all edges of the driver in this exchange."""
         return self.shown(self.exchange.state)
 
     @property
@@ -60,7 +60,7 @@ class DrawnLine:
         return floats(self.wave)
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         return self.wave.level(ps)
 
     def after(self, ps: int) -> When:
@@ -68,7 +68,7 @@ class DrawnLine:
         return self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop: a list of instants (ps) and a list of levels."""
         return self.wave.edges(start, stop)
 
 
@@ -77,7 +77,9 @@ class PastExchanges:
 
     Args:
         net: the net.
-        shown: for each driver on the net, a function that returns its wave for a state.
+        shown: for each driver on the net, a function that returns the driver's wave for a state of an
+            exchange.
+        starts, states: the instants (ps) at which the exchanges begin, and the states of the exchanges.
     """
 
     __slots__ = ("net", "shown", "starts", "states")
@@ -88,7 +90,7 @@ class PastExchanges:
         self.net, self.shown, self.starts, self.states = net, shown, starts, states
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         state = self.states[max(bisect_right(self.starts, ps) - 1, 0)]
         return self._together([shown(state) for shown in self.shown], ps)
 
@@ -100,7 +102,7 @@ class PastExchanges:
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop: a list of instants (ps) and a list of levels."""
         times: list[int] = []
         levels: list[Level] = []
         for its_times, its_levels in self._edges(start, stop):
@@ -113,7 +115,10 @@ class PastExchanges:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges of each exchange in start < t <= stop (ps), and the level that ends the previous exchange."""
+        """Yield the edges of each exchange in start < t <= stop (ps), and an edge to its first level at its start.
+
+        `stop` is None for no limit.  An edge is an instant and the level after it, in two lists.
+        """
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
             if stop is not None and starts[number] > stop:
@@ -138,14 +143,15 @@ class Exchange:
 
     Args:
         led: the drivers of the leading end, each with a function that returns its wave for a state of the
-            exchange.  When an exchange is withdrawn, they play the rest of it.
-        answering: the same for the answering ends.  When an exchange is withdrawn, they keep their levels until their
-            end is notified of the next edge.
+            exchange.  When an exchange is withdrawn, these drivers play the rest of it.
+        answering: the drivers of the answering ends, with such functions.  When an exchange is withdrawn,
+            these drivers keep their levels until their end is notified of the next edge.
         ends: the ends that watch the nets.
         withdrawn: called with the last instant (ps) for which the value holds, before the ends watch again.
 
     Attributes:
-        state: the state of the current or the last exchange; the waveforms of the drivers follow from it alone.
+        state: the state of the current or the last exchange; the waveforms of the drivers follow from it
+            alone.
     """
 
     def __init__(
@@ -167,7 +173,7 @@ class Exchange:
         self.states: list[Any] = []
 
     def begin(self, state: Any) -> bool:
-        """Return whether the exchange that begins now is made by value; all its edges must be in the future."""
+        """Begin an exchange now, all edges of which are in the future; return whether it is made by value."""
         before, self.state = self.state, state
         if not self.by_value and not self._enter():
             self.state = before
@@ -180,7 +186,7 @@ class Exchange:
         return True
 
     def _log(self) -> None:
-        """Start new entries in the logs."""
+        """Start a new entry in the log of each recorded net."""
         now = self.nets[0].kernel.now
         self.starts, self.states = [], []
         for net in self.nets:
@@ -189,7 +195,7 @@ class Exchange:
                 net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
-        """Switch to exchange by value, unless anything else drives or observes one of the wires."""
+        """Switch to exchange by value, and return True; return False if anything else drives or observes a wire."""
         lines = [*self.led, *self.answering]
         drivers = {line.driver for line in lines}
         roots = {line.driver.net: None for line in lines}
@@ -262,7 +268,7 @@ class Leader(Generic[E]):
         self.exchange: E | None = None
 
     def made(self, ends: tuple[Any, ...]) -> E | None:
-        """Return the exchange that is possible with the ends on the wire; None if none is possible."""
+        """Return an exchange with these ends, which are on the wire; None if none is possible."""
         raise NotImplementedError
 
     def possible(self) -> E | None:
@@ -275,6 +281,6 @@ class Leader(Generic[E]):
         return self.exchange
 
     def leave(self) -> None:
-        """Switch to edge-by-edge transfers."""
+        """Switch to edge-by-edge transfers, if an exchange is being made by value."""
         if self.exchange is not None and self.exchange.by_value:
             self.exchange.withdraw()

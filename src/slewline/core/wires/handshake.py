@@ -54,12 +54,12 @@ class HandshakeStage(Enum):
 
 
 class HandshakenBytes:
-    """Consecutive bytes, each with its handshake.
+    """Consecutive bytes, each with its handshake; the bytes are numbered from 0.
 
     Attributes:
         start: the first request (ps); `tick`: the clock tick at which the chip detects it.
-        before: the host's level on the bus beforehand; `released`: true if the host releases the bus when the last byte
-            is accepted.
+        before: the host's level on the bus before the first byte; `released`: true if the host releases the
+            bus when the last byte is accepted.
         opened: when READY returns after the last byte (ps); None if this is not known yet.
     """
 
@@ -74,20 +74,20 @@ class HandshakenBytes:
         self.opened: int | None = None
 
     def instant(self, number: int, clocks: int) -> int:
-        """Return the instant that is `clocks` after the request of a byte (ps)."""
+        """Return the instant (ps) that is `clocks` clock ticks after the request of a byte."""
         return self.clock.ps(self.tick + number * self.times.kept + clocks)
 
     def passed(self, ps: int, clocks: int) -> int:
-        """Return the number of bytes whose requests are at least `clocks` before an instant (ps)."""
+        """Return the number of bytes whose requests are at least `clocks` clock ticks before an instant (ps)."""
         number = (self.clock.ticks_until(ps) - self.tick - clocks) // self.times.kept + 1
         return max(min(number, len(self.data)), 0)
 
     def current(self, ps: int) -> int:
-        """Return the number of the byte that is in progress at an instant (ps)."""
+        """Return the number, counted from 0, of the byte that is in progress at an instant (ps)."""
         return min(self.passed(ps, self.times.kept), len(self.data) - 1)
 
     def latest_edge(self, ps: int) -> int:
-        """Return the last edge of I/O REQUEST at or before an instant (ps), or the first edge if there is none."""
+        """Return the instant (ps) of the last edge of I/O REQUEST at or before `ps`; of the first, if none is."""
         number = self.current(ps)
         risen = self.instant(number, self.times.busy)
         return risen if risen <= ps else self.request_of(number)
@@ -100,7 +100,7 @@ class HandshakenBytes:
         return [self.start, *self._instants(0)[1:]]
 
     def request_of(self, number: int) -> int:
-        """Return when I/O REQUEST falls for a byte (ps)."""
+        """Return the instant (ps) at which I/O REQUEST falls for a byte."""
         return self.instant(number, 0) if number else self.start
 
     @property
@@ -121,7 +121,7 @@ class HandshakenBytes:
         return Wave(self.before, (*self._requests, self.last), (*levels, None))
 
     def strobe(self, active: int) -> Wave:
-        """Return the waveform of INSTROBE."""
+        """Return the waveform of INSTROBE, for its active level."""
         pairs = zip(self._instants(self.times.strobe), self._instants(self.times.sample), strict=True)
         return Wave(1 - active, tuple(time for pair in pairs for time in pair), (active, 1 - active) * len(self.data))
 
@@ -139,7 +139,7 @@ class SendingEnd(Protocol):
     bus: Driver
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the nets and levels for which the host waits at a byte; the first level that occurs wakes it.
+        """Return the pairs (net, level) for which the host waits at a byte; the first that occurs wakes the host.
 
         Args:
             low: True if the host requests that byte; False if it is about to.
@@ -150,11 +150,11 @@ class TakingEnd(End, Protocol):
     """The chip's end, which accepts bytes.
 
     Attributes:
-        awaiting: True if it waits for I/O REQUEST, and for the other levels in `awaited`: (net, level).
-        token: its task's token when it began to wait.
-        watched_nets: the nets whose levels control it.
-        instrobe: the output that shows when the bus is read, if it has one.
-        exchange: the exchange by which bytes currently arrive as a value, if any.
+        awaiting: True if the chip waits for I/O REQUEST, and for the other pairs (net, level) in `awaited`.
+        token: the token of the chip's task when it began to wait.
+        watched_nets: the other nets on whose levels the chip depends.
+        instrobe: the output that shows when the bus is read; None if the chip has none.
+        exchange: the exchange by which bytes currently arrive as a value; None if there is none.
     """
 
     awaiting: bool
@@ -177,7 +177,7 @@ class TakingEnd(End, Protocol):
         """True if the next byte begins a command."""
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return the number of bytes, starting at index `at`, that it takes by value; all but the last are stored."""
+        """Return the number of bytes from index `at` that the chip takes by value; all but the last are stored."""
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Prepare for bytes whose transfer begins now."""
@@ -185,23 +185,23 @@ class TakingEnd(End, Protocol):
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Store the bytes before `number`, and take that byte up to a stage.
 
-        Return when to continue (ps); None to continue when called.
+        Return when the chip's task continues (ps); None if it waits for the next request.
         """
 
     def counted(self, low: bool) -> None:
-        """Record that I/O REQUEST is low, or high again, for the last byte that was accepted."""
+        """Record whether I/O REQUEST is low, or high again, for the last byte that was accepted."""
 
 
 class Handshakes(Exchange):
-    """The handshakes between a host and a chip, as a value.
+    """The handshakes between a host and a chip, made by value.
 
     Args:
         host, chip: the ends.
 
     Attributes:
         over: True if the last byte has been accepted; the chip may still need time to act on it.
-        through: the number of bytes that the host had completed when its wait ended; `gone`: the number at a
-            withdrawal.
+        through: the number of bytes that the host had completed when its wait ended; `gone`: the number of
+            bytes that it had completed at a withdrawal.
         low: True if, after a withdrawal, the host still requests the next byte.
     """
 
@@ -238,13 +238,13 @@ class Handshakes(Exchange):
 
     @property
     def in_flight(self) -> int:
-        """The number of bytes that the host has completed, among those whose end it awaits."""
+        """The number of bytes that the host has completed during its present wait; 0 if it does not wait."""
         if self.sender is None:
             return 0
         return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
 
     async def end(self) -> None:
-        """Wait until READY is high again, or low for the last byte if no byte follows (in the host's task)."""
+        """Wait until READY is high again, or low for the last byte if no byte follows (called in the host's task)."""
         self.sender, self.woken = self.kernel.current(), False
         try:
             await suspended()
@@ -295,7 +295,7 @@ class Handshakes(Exchange):
         return True
 
     def _watch_request(self, awaited: bool) -> None:
-        """Make the chip watch I/O REQUEST and wait for it."""
+        """Make the chip watch I/O REQUEST; if `awaited`, make its task wait for it."""
         chip = self.chip
         chip.request.latched = True
         if awaited:
@@ -327,7 +327,7 @@ class Handshakes(Exchange):
                     net.follow()
 
     def _left(self, seen: int) -> None:
-        """Put the levels that are driven in this instant, and the strobe that has begun, on the wires."""
+        """Promise the edges of this instant on the wires, and the end of a strobe that has begun."""
         coming, now = self.state, self.kernel.now
         for line in self.answering:
             wave, driver = line.wave, line.driver
@@ -347,7 +347,7 @@ class Handshakes(Exchange):
                 driver.promise = Wave(wave.level(seen), times, levels)
 
     def _resume(self, coming: HandshakenBytes, seen: int) -> bool:
-        """Make the chip continue in the middle of the bytes; return whether it waits for a request."""
+        """Make the chip continue edge by edge within the bytes; return whether it waits for a request."""
         chip, task, kernel, now = self.chip, self.chip.task, self.kernel, self.kernel.now
         number, times = coming.current(seen), coming.times
         sample, busy = coming.instant(number, times.sample), coming.instant(number, times.busy)

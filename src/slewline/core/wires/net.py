@@ -65,7 +65,7 @@ class Driver:
         net.sort_drivers()
 
     def drive(self, level: Level) -> None:
-        """Drive the net to a level, 0 or 1 ((mask, value) for a bus), or to a promised waveform; None releases it."""
+        """Drive the net to 0 or 1 ((mask, value) for a bus), or to a promised waveform; None releases the net."""
         self.next = level
         if not self.pending:
             self.pending = True
@@ -89,13 +89,13 @@ class Driver:
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
 
     def strobe(self, *times: int) -> None:
-        """Promise pulses, the first of which may begin now."""
+        """Promise pulses at instants as in `pulses`; the first pulse may begin now."""
         self.play(Wave(*self.pulses(*times)))
 
     def put(self, level: Level) -> None:
         """Put a level on the net immediately if no observer could see a difference; otherwise, act like `drive`.
 
-        That is the case while the running task is alone in its round; it must not read the net in the same round.
+        No observer can while the running task is alone in its round; it must not read the net in the same round.
         """
         net, kernel = self.net, self.kernel
         if not kernel.sole or net.plain is not self or self.pending or net.observers:
@@ -133,13 +133,13 @@ class Driver:
         root.sort_drivers()
 
     def play(self, promise: Promise) -> None:
-        """Drive a promised waveform, starting at this instant."""
+        """Drive the net to a promised waveform, starting at this instant."""
         self.drive(promise)
 
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
         """Promise edges (ps, level), all in the future; until the first edge, the level of the output is `before`.
 
-        They are not visible yet, so the promise takes effect immediately.
+        The edges are not visible yet, so the promise takes effect immediately.
         """
         net = self.net
         promise = self.promise
@@ -158,7 +158,7 @@ class Driver:
 
     @property
     def heard(self) -> bool:
-        """True if the net is watched or sampled, so that its watchers must be notified of a promise."""
+        """True if the net is watched or sampled, so that its watchers must be notified of a new promise."""
         net = self.net
         return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
 
@@ -201,7 +201,7 @@ class TakesWhole(Protocol):
     """A receiver that accepts a line of characters as a whole (characters.py).
 
     Attributes:
-        rests: True while it waits for a line, with the wire at rest.
+        rests: True while the receiver waits for a line, with the wire at rest.
         frames: the format of the characters that it receives, a `characters.FrameTable`.
     """
 
@@ -212,7 +212,7 @@ class TakesWhole(Protocol):
         """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
-        """Start taking each item at its instant, while the net has observers."""
+        """Start taking each character as soon as it is complete, while the net has observers."""
 
 
 class ByValue(Protocol):
@@ -227,7 +227,7 @@ class ByValue(Protocol):
 
 
 class WiringChange:
-    """A pending entry for a net whose wiring has changed, like a driver with a new level (see `join`)."""
+    """An entry for a net whose wiring has changed (see `join`), pending like a driver with a new level."""
 
     __slots__ = ("net", "next", "pending")
 
@@ -235,7 +235,7 @@ class WiringChange:
         self.net, self.next, self.pending = net, None, True
 
     def take(self) -> None:
-        """Commit the change of the wiring (called by the kernel)."""
+        """Do nothing: after this call, the kernel updates the net, whose wiring has already changed."""
 
 
 class Net:
@@ -244,13 +244,15 @@ class Net:
     Args:
         kernel: the virtual time.
         name: the name, such as "x.slew".
-        pull: the level to which a resistor pulls it while it is not driven.
-        tie: the level in the standard wiring while it is not driven; the tie ends when the net is joined to another.
-        active: the level at which the pin is active, from its row in the sheet; None if the row has none: queries about
-            the activity then raise an AttributeError.
+        pull: the level to which a resistor pulls the net while it is not driven.
+        tie: the level in the standard wiring while the net is not driven; the tie ends when the net is
+            joined to another.
+        active: the level at which the pin is active, from its row in the sheet; None if the row has none:
+            queries about the activity then raise an AttributeError.
 
     Attributes:
-        when_active, when_inactive: the net with the respective level, for a task to wait for.
+        when_active, when_inactive: the pair of the net and its active or inactive level, for a task to wait
+            for.
         changes: the number of its edges, counted while it is watched.
         changed_at: the instant of the last edge, ps.
     """
@@ -321,7 +323,7 @@ class Net:
 
     @property
     def log(self) -> list[tuple[int, Any]] | None:
-        """The raw data of a recorder: (from, level or promise); None if the net is not recorded."""
+        """The data of a recorder: pairs (first instant in ps, level or promise); None if the net is not recorded."""
         return self._log
 
     @log.setter
@@ -331,7 +333,7 @@ class Net:
         self.sort_drivers()
 
     def log_from(self, ps: int, what: Promise | Level) -> None:
-        """Log the level or promise of the net as of an instant (ps)."""
+        """Log the level or promise that the net has from an instant (ps) on."""
         log = self._log
         if log and log[-1][0] == ps:
             log[-1] = ps, what
@@ -339,7 +341,7 @@ class Net:
             log.append((ps, what))
 
     def log_present(self, ps: int) -> None:
-        """Log the state of the net at the current instant (ps): a promise if one driver alone determines the level."""
+        """Log the present state of the net at `ps`: the promise if it alone determines the level, else the level."""
         alone = len(self.active) == 1 and self.promise is not None
         self.log_from(ps, self.promise if alone else self.resolve(ps))
         if self.promise is not None and not alone:
@@ -347,12 +349,12 @@ class Net:
 
     @property
     def looked_at(self) -> bool:
-        """True if anything except observers and a recorder depends on the net's level and on when it changes."""
+        """True if anything except observers and a recorder depends on the level of the net, or on when it changes."""
         waiting = self.waiters and any(task.token == token for task, token, _ in self.waiters)
         return bool(waiting or self.before_change or self.latched)
 
     def _alone(self) -> None:
-        """Make a by-value exchange over the wire continue edge by edge, because the edges will be observed."""
+        """Make any by-value exchange over the wire continue edge by edge, because the edges will be observed."""
         if self.exchange is not None:
             self.exchange.withdraw()
 
@@ -382,7 +384,7 @@ class Net:
 
     @property
     def level(self) -> Level:
-        """The level that a reader sees: 0, 1 or None; in the first round of an instant, the earlier level."""
+        """The level that a reader sees: 0, 1 or None; in round 1 of an instant, the level before that instant."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
 
     @property
@@ -430,7 +432,8 @@ class Net:
     def shown(self) -> Promise | Level:
         """Return the waveform that the wire will have if no driver changes: a promise, or a constant level.
 
-        It is a value: when drivers change, it remains valid for the past, and does not follow the change.
+        The result never changes: when a driver changes, it remains valid for the past, and does not follow the
+        driver.
         """
         rest = self.tie if self.tie is not None else self.pull
         told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
@@ -441,7 +444,7 @@ class Net:
         return Rested(told[0], rest) if rest is not None and floats(told[0]) else told[0]
 
     def edges_ahead(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop under the present promises: two lists, or int64 ps and int8 levels."""
+        """Return the presently promised edges in start < t <= stop: two lists, or int64 ps and int8 levels."""
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
 
     def levels_before(self, instants: list[int]) -> list[Level]:
@@ -464,12 +467,12 @@ class Net:
             self.root.on_conflict(self.root)
 
     def rest(self) -> None:
-        """Refresh the level of an idle wire after its tie or pull has changed."""
+        """Refresh the level of a wire without drivers after its tie or pull has changed."""
         if not self.drivers:
             self.value = self.tie if self.tie is not None else self.pull
 
     def update(self, ps: int) -> bool:
-        """Commit the level of an instant (ps) and return whether it changed (called by the kernel)."""
+        """Commit the level at an instant (ps), and return whether it changed (called by the kernel)."""
         if self.exchange is not None:  # with unobserved lines; the driven level changes nothing
             return False
         active, promise = self.active, self.promise
@@ -505,7 +508,7 @@ class Net:
             log.append((ps, entry))
 
     def follow(self) -> None:
-        """Begin to watch a promised net: save the current level and schedule the next edge."""
+        """Begin to watch a promised net: set its level to the current one, and schedule its next edge."""
         if self.exchange is not None:
             self.exchange.withdraw()
         self.value = self.resolve(self.kernel.seen)
@@ -524,7 +527,7 @@ class Net:
                 heappush(self.kernel.heap, (time, next(self.kernel.order), self, self.token))
 
     def tell(self) -> None:
-        """Wake the tasks that wait for the new level (called by the kernel)."""
+        """Wake the tasks that wait for the new level, and call the observers (called by the kernel)."""
         waiters = self.waiters
         if waiters:
             value = self.value
@@ -544,7 +547,7 @@ class Net:
             observer(self)
 
     def watch(self, observer: Callable[[Net], object]) -> None:
-        """Call a function with the net after every change, before the tasks of the next round run."""
+        """Register a function to be called with the net after every change, before the tasks of the next round run."""
         self.observers.append(observer)
         if self.promise is not None:
             self.follow()
@@ -600,10 +603,10 @@ class Net:
         one.kernel.pending.append(WiringChange(one))
 
     def check_room(self, more: int) -> None:
-        """Check that a wire has room for more pins, before any change.
+        """Check that a wire has room for `more` further pins, before the wiring is changed.
 
         Raises:
-            WiringError: the wire would have more than 500.
+            WiringError: the wire would have more than 500 pins.
         """
         if len(self.drivers) + more > MAX_PINS:
             raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed up to {MAX_PINS}")
@@ -640,7 +643,7 @@ class Bus(Net):
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """Return the level of a wire, 0 to 7: 0, 1, or None while it is not driven."""
+        """Return the level of the wire with a number from 0 to 7: 0, 1, or None while that wire is not driven."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

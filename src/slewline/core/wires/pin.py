@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 
 class Condition:
-    """A condition for which `Bench.run_until` can wait; `a | b` is met when either is.
+    """A condition for which `Bench.run_until` can wait; `a | b` is met when a or b is met.
 
     Attributes:
         text: a description of the condition, for messages.
-        nets: the nets that are watched during the wait, so that their promised edges are instants of the run.
+        nets: the nets that are watched during the wait, so that their promised edges are instants of the
+            run.
     """
 
     text = ""
@@ -42,16 +43,16 @@ class Condition:
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """Return when the condition will be met under the present promises (ps); None if no promise foresees it."""
+        """Return the instant (ps) at which the present promises meet the condition; None if they do not foresee it."""
         return None
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """The method `when` if promises can foresee the condition at all; None if it is checked after every instant."""
+        """The method `when` if promises can foresee the condition; None if it is checked after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether the condition belongs to the time of a kernel, judging by its nets."""
+        """Return whether all nets of the condition belong to a kernel, so that the kernel's runs can wait for it."""
         return all(net.kernel is kernel for net in self.nets)
 
     def __bool__(self) -> NoReturn:
@@ -76,7 +77,7 @@ class Condition:
 
 
 class EitherCondition(Condition):
-    """The condition that one of two conditions is met."""
+    """The condition that at least one of two conditions is met."""
 
     def __init__(self, *of: Condition) -> None:
         self.of, self.text = of, " or ".join(condition.text for condition in of)
@@ -86,11 +87,11 @@ class EitherCondition(Condition):
         return " or ".join(map(str, self.of))
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether both conditions belong to the time of a kernel."""
+        """Return whether both conditions belong to a kernel, so that the kernel's runs can wait for them."""
         return all(condition.belongs(kernel) for condition in self.of)
 
     def begin(self) -> None:
-        """Prepare both conditions."""
+        """Prepare both conditions for a wait that begins now."""
         for condition in self.of:
             condition.begin()
 
@@ -98,7 +99,7 @@ class EitherCondition(Condition):
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
-        """Return the earlier instant at which either will be met, as promised (ps); None if neither is foreseen."""
+        """Return the earlier instant (ps) at which promises meet one of the two; None if neither is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 
@@ -115,7 +116,7 @@ class LevelCondition(Condition):
 
 
 class EdgeCondition(Condition):
-    """The condition that a pin has changed a given number of times."""
+    """The condition that a pin has changed a given number of times since the wait began."""
 
     def __init__(self, pin: Terminal, number: int) -> None:
         count = whole(number)
@@ -124,7 +125,7 @@ class EdgeCondition(Condition):
         self.net, self.number, self.text, self.nets = pin.net, count, f"{count} edges of {pin.name}", (pin.net,)
 
     def begin(self) -> None:
-        """Start counting."""
+        """Start counting changes of the pin."""
         self.last = self.net.changes + self.number
 
     def met(self) -> bool:
@@ -156,9 +157,9 @@ class Terminal:
     """A pin as seen externally: it can be read, and driven as if by another output on its wire.
 
     Attributes:
-        name: its full name, which includes its owner's name, such as "x.slew".
-        row: its row in the pin table of the sheet: number, direction, purpose.
-        net: the wire to which it is connected.
+        name: the full name, which includes the owner's name, such as "x.slew".
+        row: the row of the pin in the pin table of the sheet: number, direction, purpose.
+        net: the wire to which the pin is connected.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
@@ -187,7 +188,7 @@ class Terminal:
 
     @property
     def held(self) -> int | None:
-        """The level to which the pin is driven externally; None if it is not driven."""
+        """The level to which the pin is driven externally; None if it is not driven externally."""
         return self._level
 
     def drive(self, level: int, at: Time | None = None) -> None:
@@ -283,7 +284,7 @@ class Terminal:
 
     # conditions, for Bench.run_until
     def is_(self, level: int) -> LevelCondition:
-        """Return a condition that is met while the pin has a level.
+        """Return a condition that is met while the pin has the given level.
 
         Raises:
             UsageError: a level other than 0 and 1.

@@ -31,7 +31,7 @@ from .waits import edge_from_rest, level, until
 
 
 class Character(NamedTuple):
-    """A received character: its data bits, its faults, and the instants of its first and last edges."""
+    """A received character: its data bits, its faults, and the instants of its start and its end."""
 
     byte: int
     parity_wrong: bool
@@ -46,7 +46,7 @@ class Character(NamedTuple):
 
 
 class CharacterHook(Hook[[Character]]):
-    """The hook of received characters; while it has listeners, each character is taken at its instant."""
+    """The hook that is called with received characters; while it has listeners, none is taken late."""
 
     __slots__ = ("receiver",)
 
@@ -64,7 +64,8 @@ class CharacterHook(Hook[[Character]]):
 class Receiver:
     """The receiving half of a UART; `receiving` is true within a character.
 
-    The rate and the format may change between two characters; so may the net, when wiring joins it to another.
+    The rate and the format may change between two characters, and so may the net, when it is joined to
+    another.
 
     Args:
         net: the wire, whose level is `mark` at rest.
@@ -120,13 +121,14 @@ class Receiver:
         passed: Callable[[bytes], object] | None = None,
         acts: Callable[[bytes, int], int] | None = None,
     ) -> None:
-        """Receive characters, one after another.
+        """Receive characters, one after another, forever.
 
         Args:
             taken: called with a character, in the middle of its first stop bit.
             passed: called, some time later, with good characters on which the owner does not act.
-            acts: returns the number of the next character in a line, starting at the given one, on which the owner
-                acts; -1 if it acts on none.  Without this function, the owner acts on every character.
+            acts: called with a line and the number of a character; returns the number of the first character,
+                starting with that one, on which the owner acts; -1 if it acts on none.  Without this function,
+                the owner acts on every character.
         """
         self.taken, self.acts, self.task = taken, acts, self.kernel.current()
         if passed is not None:
@@ -151,7 +153,7 @@ class Receiver:
         """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character.
 
         Return whether a sender has handed over the line meanwhile; in that case, the wait lasts until the owner
-        acts.
+        acts.  If `alone`, only a single character is planned.
         """
         net, mark = self.net, self.mark
         if self.broken:
@@ -192,7 +194,7 @@ class Receiver:
         self.looks = [tick * clock.n // clock.d for tick in ticks]
 
     async def _character(self) -> Character | None:
-        """Wait for the character that has begun, and return it; None if it was a spike rather than a start bit."""
+        """Wait for the character that has begun, and return it; None if its start bit was only a spike."""
         looks, kernel, mark = self.looks, self.kernel, self.mark
         frames = self.form
         if not self.seen:
@@ -210,14 +212,14 @@ class Receiver:
         return Character(byte, wrong, self.broken, self.start, self.start + frames.length)
 
     def _look(self) -> None:
-        """Take the samples due up to now, each with the level just before its instant."""
+        """Take the samples due up to now; each is the level just before its sampling instant."""
         looks, done = self.looks, len(self.seen)
         over = bisect_right(looks, self.kernel.now, done)
         if over > done:
             self.seen += self.net.levels_before(looks[done:over])
 
     def before_change(self) -> None:
-        """Take the samples of the past while the old promise still exists: the wire is about to change."""
+        """Take the samples due up to now while the old promise still exists, because the wire is about to change."""
         if self.line is not None:
             self.withdraw()
         elif self.looks:
@@ -227,7 +229,7 @@ class Receiver:
 
     # -------------------------------------------------------------------------------------------------- a whole line
     def _line_on_wire(self, now: int) -> Characters | None:
-        """Return the line, in this format, that has a character beginning now (ps); None if there is no such line."""
+        """Return the line in this format on the wire if one of its characters begins at `now` (ps); else None."""
         active = self.net.active
         promise = active[0].promise if len(active) == 1 else None
         if type(promise) is not Characters or promise.frames is not self.frames:
@@ -241,30 +243,33 @@ class Receiver:
         return (tick + OVERSAMPLING * (len(frames.times) - 1)) * clock.n // clock.d
 
     def _complete_by(self, line: Characters, ps: int) -> int:
-        """Return the number of the last character in a line that is complete at an instant (ps); -1 if none is."""
+        """Return the number of the last character in a line that is complete by an instant (ps); -1 if none is."""
         length = self.frames.length
         number = min((ps - line.start) // length, len(line.data) - 1)
         return number if self._complete_at(line, number) <= ps else number - 1
 
     def _acts_next(self, line: Characters) -> int:
-        """Return the number of the next character on which the owner acts, or that an observer of the net needs."""
+        """Return the number of the next character on which the owner acts, or that an observer of the net needs.
+
+        If there is none, return the length of the line.
+        """
         if self.acts is None or self.net.observers:
             return self.at
         number = self.acts(line.data, self.at)
         return len(line.data) if number < 0 else number
 
     def _comes(self, line: Characters) -> bool:
-        """Return whether a line is still received as planned (type checkers assume that a wait cannot change it)."""
+        """Return whether a line is still received as planned; as a call, since type checkers ignore the wait."""
         return self.line is line
 
     def _plan(self, line: Characters) -> int:
-        """Return the instant (ps) of the next character in a line on which the owner acts, or of the line's end."""
+        """Find the next character in a line on which the owner acts; return the end (ps) of it, or of the line."""
         self.acts_at = self._acts_next(line)
         self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
         return self.due
 
     def take_over(self, line: Characters) -> None:
-        """Receive a line that a sender hands over at its start: plan it as if the start bit had been detected."""
+        """Receive a line that a sender hands over at its start, planning it as if the start bit had been detected."""
         task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
         self.line, self.at, self.rests = line, 0, False
         task.token += 1
@@ -287,7 +292,7 @@ class Receiver:
             self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
-        """Take the characters of a line up to `number`; `acts` is the next one on which the owner acts."""
+        """Take the characters of a line up to `number`; `acts` is the next number on which the owner acts."""
         at, data = self.at, line.data
         self.at = number + 1
         if self.at == len(data):
@@ -299,19 +304,19 @@ class Receiver:
             self.taken(Character(data[number], False, False, start, start + self.frames.length))
 
     def _take_until(self, line: Characters, ps: int) -> None:
-        """Take the characters of a line that are complete at an instant (ps)."""
+        """Take the characters of a line that are complete by an instant (ps)."""
         number = self._complete_by(line, ps)
         while self._comes(line) and self.at <= number:
             acts = self._acts_next(line)
             self._take(line, min(acts, number), acts)
 
     def catch_up(self) -> None:
-        """Take the complete characters now, for a caller that needs them."""
+        """Take all characters that are complete now, for a caller that needs them."""
         if self.line is not None:
             self._take_until(self.line, self.kernel.seen)
 
     def one_by_one(self) -> None:
-        """Start taking each character at its instant, if the owner or an observer of the net needs it."""
+        """Start taking each character as soon as it is complete, if the owner or an observer of the net needs it."""
         line, task = self.line, self.task
         if line is not None and task is not None:
             self._take_until(line, self.kernel.now)
@@ -319,7 +324,7 @@ class Receiver:
                 self.kernel.wake_at(self._complete_at(line, self.at), task)
 
     def withdraw(self) -> None:
-        """Continue character by character, starting at this instant."""
+        """Stop receiving a whole line, and continue character by character, starting at this instant."""
         line, task, kernel = self.line, self.task, self.kernel
         if line is None or task is None:
             return

@@ -37,7 +37,7 @@ class CharacterFormat:
     stop: int | str
 
     def checked(self, owner: str) -> CharacterFormat:
-        """Return the format itself, checked.
+        """Check the format, and return it.
 
         Raises:
             UsageError: the number of data bits, the parity, or the number of stop bits is not allowed.
@@ -55,16 +55,16 @@ class CharacterFormat:
 
     @property
     def stop_ticks(self) -> int:
-        """The length of the stop bits, in clock ticks."""
+        """The length of the stop bits, in clock ticks, of which there are sixteen per bit."""
         return int(OVERSAMPLING * Fraction(str(self.stop)))
 
     @property
     def ticks(self) -> int:
-        """The length of a character, in clock ticks."""
+        """The length of a character, in clock ticks, of which there are sixteen per bit."""
         return OVERSAMPLING * (1 + self.bits + (self.parity != "none")) + self.stop_ticks
 
     def parity_bit(self, byte: int) -> int:
-        """Return the bit, 0 or 1, that makes the number of ones odd or even."""
+        """Return the parity bit for a byte, 0 or 1, which makes the total number of ones odd or even."""
         return (byte.bit_count() + (self.parity == "odd")) % 2
 
     def levels(self, byte: int) -> list[int]:
@@ -77,7 +77,7 @@ class CharacterFormat:
 
 
 class LineSetting(NamedTuple):
-    """The rate and format of one end of a line."""
+    """The rate and format of one end of a serial line."""
 
     baud: int | str
     word: CharacterFormat
@@ -99,11 +99,11 @@ class LineSetting(NamedTuple):
 
 
 class ReceivingEnd(Protocol):
-    """A receiver at the end of a line; a part that is wired to it can read its settings."""
+    """A receiver at the end of a serial line; a part that is wired to it can read its settings."""
 
     @property
     def setting(self) -> LineSetting:
-        """The rate and format at which it receives."""
+        """The rate and format at which this end receives."""
 
     @property
     def set_by(self) -> str:
@@ -126,7 +126,7 @@ def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd)
 
 
 def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingEnd) -> str:
-    """Return the same as `disagreement` for an end of which only the rate is known."""
+    """Return text like that of `disagreement`, for an end of which only the rate is known."""
     theirs = receiver.setting
     if str(baud) == str(theirs.baud):
         return ""
@@ -140,7 +140,7 @@ BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate 
 
 
 def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
-    """Return a part's options for its character format, with these defaults."""
+    """Return the options of a part for its character format, with these values as defaults."""
     return (
         Option("bits", "int", bits, "data bits of a character", low=5, high=8),
         Option("parity", "choice", parity, "parity of a character", choices=tuple(PARITIES.values())),
@@ -149,7 +149,7 @@ def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
 
 
 def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
-    """Return the clock of sixteen times a baud rate.
+    """Return a clock that runs at sixteen times a baud rate.
 
     Raises:
         UsageError: sixteen times the rate is not a whole number of hertz.
@@ -166,7 +166,7 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
 
 
 class Straps:
-    """The settings that the strap pins of a part select for its serial line; a part wired to it can read them.
+    """The settings that strap pins select for a part's serial line; a part wired to that line can read them.
 
     `setting` is the setting in use: the part reads its straps when it is switched on.
 
@@ -202,7 +202,7 @@ class Straps:
         return self.port.bauds[strapped(self.pins, self.port.baud_pins)]
 
     def take(self) -> int:
-        """Adopt and return the rate that the pins select, at which the part then receives."""
+        """Read the rate that the pins select, at which the part receives from now on, and return it."""
         self.taken = self.baud
         return self.taken
 
@@ -218,11 +218,11 @@ class Straps:
 
     @property
     def set_by(self) -> str:
-        """Text that lists the straps for this rate; "" if the part has no such pins."""
+        """Text that lists the straps for the rate in use; "" if the part has no such pins."""
         return self.instead(self.setting.baud)
 
     def instead(self, baud: int | str) -> str:
-        """Return text with the straps for a rate, such as "br0=0, br1=0, br2=0"; "" if no strap selects it."""
+        """Return text with the straps for a rate, such as "br0=0, br1=0, br2=0"; "" if no straps select that rate."""
         return self.port.strapping(baud)
 
     @property

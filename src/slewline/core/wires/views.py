@@ -29,7 +29,7 @@ TRIES = 16  # input changes without effect; after as many, `after` returns the i
 
 
 class View:
-    """A promise that follows from others; `until` is the earliest of their bounds and its own."""
+    """A promise that follows from others; `until` is the earliest of their bounds and the view's own bound."""
 
     __slots__ = ("_bound",)
     floats = False
@@ -51,7 +51,7 @@ class View:
         raise NotImplementedError
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges as `edges` does, ignoring the view's own bound; start < stop."""
+        """Return the edges in start < t <= stop (ps) as `edges` does, ignoring the view's own bound; start < stop."""
         raise NotImplementedError
 
     def holds(self) -> int | None:
@@ -71,11 +71,11 @@ class View:
 
     @property
     def bound(self) -> int | None:
-        """The view's own bound, which ends the view even if its inputs continue."""
+        """The view's own bound (ps), which ends the view even if its inputs continue; None if it has none."""
         return self._bound
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
     def after(self, ps: int) -> When:
@@ -90,14 +90,14 @@ class View:
 
 
 class Bounded(Until):
-    """Events before the bound of a view, which may still move."""
+    """The events of a source before the bound of a view, which may still move."""
 
     def __init__(self, of: Events, view: View) -> None:
         self.of, self.view = of, view
 
     @property
     def until(self) -> int | None:  # type: ignore[override]
-        """The instant before which events count (ps); None if all of them do."""
+        """The instant (ps) before which events count; None if all events count."""
         return self.view.bound
 
 
@@ -119,7 +119,7 @@ class Repeated(View):
         return (self.of,)
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (see clocking.py)."""
+        """Return the edges to a level after an instant (ps), as numbered events (see clocking.py)."""
         return Bounded(clock_edges(self.of, level, since), self)
 
     def level_of(self, ps: int) -> Level:
@@ -147,7 +147,7 @@ class Rested(Repeated):
         self.rest = rest
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps)."""
+        """Return the edges to a level after an instant (ps), as numbered events (see clocking.py)."""
         return WalkedEdges(self, level, since)
 
     def level_of(self, ps: int) -> Level:
@@ -172,7 +172,7 @@ class Inverted(Repeated):
     __slots__ = ()
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps): those of the input to the other level."""
+        """Return the edges to a level after an instant (ps), which are the edges of the input to the other level."""
         return super().clock(1 - level, since)
 
     def level_of(self, ps: int) -> Level:
@@ -199,7 +199,7 @@ class Combined(View):
         raise NotImplementedError
 
     def combined_many(self, levels: Any) -> Any:
-        """Return the outputs for many levels, (inputs, n) int8 with -1 for None: (n,) int8."""
+        """Return the outputs, (n,) int8, for many levels of the inputs, (inputs, n) int8; -1 stands for None."""
         raise NotImplementedError
 
     def decides(self, number: int, level: Level) -> bool:
@@ -253,7 +253,7 @@ class Combined(View):
 
 
 class Wired(Combined):
-    """Several drivers on one wire: low wins, and while none drives, the wire is at rest."""
+    """Several drivers on one wire: low wins, and while none of them drives, the wire has its rest level."""
 
     __slots__ = ("_rest", "_wired")
 
@@ -282,10 +282,10 @@ class Wired(Combined):
 
 
 class Gated(Combined):
-    """A gate.
+    """A logic gate.
 
-    `table` holds the output for every number that the inputs form; the first input counts 1, the next 2, 4 ...
-    A floating input reads high, as with TTL.
+    `table` holds the output for every number that the inputs form as bits: the first input counts 1, the
+    next 2, 4 ... A floating input reads high, as with TTL.
     """
 
     __slots__ = ("table",)
@@ -308,7 +308,7 @@ class Gated(Combined):
 
 
 class Delayed(View):
-    """The delayed waveform of a wire; `pieces` are pairs (instant from which it holds, waveform), ascending."""
+    """The delayed waveform of a wire; `pieces` are pairs (instant, undelayed waveform from then on), ascending."""
 
     __slots__ = ("lag_ps", "pieces")
 
@@ -322,7 +322,7 @@ class Delayed(View):
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the instant before which the output is known (ps): its input's, plus the delay; None if forever."""
+        """Return the instant (ps) before which the output is known: the input's plus the delay; None if forever."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 
@@ -403,7 +403,7 @@ def _row(inputs: Sequence[Any], table: tuple[int, ...], of: list[Promise], bits:
 
 @lru_cache(maxsize=16)
 def _rows(count: int) -> tuple[tuple[int, ...], ...]:
-    """Return all combinations of levels of `count` inputs, the first input changing fastest."""
+    """Return all combinations of levels of `count` inputs, ordered so that the first input changes fastest."""
     return tuple(bits[::-1] for bits in product((0, 1), repeat=count))
 
 

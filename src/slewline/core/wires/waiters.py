@@ -24,7 +24,7 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
 
 
 def wait_for(net: Net, wanted: int | None) -> None:
-    """Register the running task for a level (0 or 1) that a net does not have yet, or its next change (None)."""
+    """Register the running task for a level, 0 or 1, that a net does not have yet, or (None) for any change."""
     task = net.kernel.task
     net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
     if net.promise is not None:
@@ -32,7 +32,7 @@ def wait_for(net: Net, wanted: int | None) -> None:
 
 
 def wait_at_rest(net: Net, rest: int) -> None:
-    """Register the running task for the end of a level, 0 or 1, on a net without a foreseen edge."""
+    """Register the running task for the end of the present level, 0 or 1, of a net without a foreseen edge."""
     net.value = rest  # while nothing waited for it, it did not follow its promise
     net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
 
@@ -42,7 +42,8 @@ def wait_for_first(
 ) -> tuple[bool, Net | None]:
     """Register the running task for an instant (ps) and for levels of nets, each 0, 1 or None for any change.
 
-    Return whether one of them has already been reached, and which one: a net, or None for the instant.
+    If one of these has already been reached, return True and its net, or None for the instant, without
+    registering the task; else return False and None.
     """
     for net, value in wanted:
         if value is not None and net.level == value:

@@ -60,15 +60,15 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
     Args:
         kernel: the virtual time.
         ps: the instant; None for no limit.
-        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net already has its level,
-            the call returns immediately; of several such nets, it returns the first.
+        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net already has
+            its level, the call returns immediately; if several nets have, it returns the first of them.
     """
     there, net = wait_for_first(kernel, ps, wanted)
     return net if there else (yield)
 
 
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
-    """Sample a net every `every` picoseconds, starting now, until it has a level.
+    """Sample a net every `every` picoseconds, starting now, until it has the wanted level.
 
     The sampling instants are computed, not stepped through; a level that ends before the next sampling
     instant is missed.

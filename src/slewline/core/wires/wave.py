@@ -31,24 +31,24 @@ def alike(one: Any, two: Any) -> bool:
 
 
 class Promise(Protocol):
-    """A waveform known in advance.  From the instant `until` on, the level just before that instant holds."""
+    """A waveform known in advance; from the instant `until` on, it keeps its level just before that instant."""
 
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds (ps); None if forever."""
+        """The instant (ps) before which the promise holds; None if it holds forever."""
 
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), after any edges at that instant."""
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None if no edge is foreseen."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges in start < t <= stop: their instants in ps, and the levels after them."""
 
 
 class Wave:
-    """A promise of a few edges at known instants, such as strobes and scheduled changes."""
+    """A promise of a few edges at known instants, as for strobes and scheduled changes."""
 
     __slots__ = ("before", "levels", "times", "until")
 
@@ -62,12 +62,12 @@ class Wave:
         return self.before is None or None in self.levels
 
     def whole(self, start: int, stop: int) -> bool:
-        """Return whether the wave has edges, all of them in start < t < stop (ps)."""
+        """Return whether the wave has edges, all of which are in start < t < stop (ps), and no `until`."""
         times = self.times
         return self.until is None and bool(times) and start < times[0] and times[-1] < stop
 
     def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), including edges at that instant."""
+        """Return the level at an instant (ps), after any edge at that instant."""
         if self.until is not None and ps >= self.until:
             ps = self.until - 1
         over = bisect_right(self.times, ps)
@@ -92,7 +92,7 @@ class Wave:
         return None
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Return the edges in start < t <= stop (ps), as two lists."""
+        """Return the edges in start < t <= stop: a list of instants (ps) and a list of levels."""
         if self.whole(start, stop + 1):
             return [*self.times], [*self.levels]
         pairs = [
@@ -108,7 +108,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
     Args:
         times, levels: two lists, ascending; or two arrays, with FLOATING for None.
-        before: the level before the first.
+        before: the level before the first edge.
     """
     if not isinstance(times, list):
         import numpy as np
@@ -130,7 +130,10 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Join edges given as lists or arrays; return lists if all are lists, else arrays, with FLOATING for None."""
+    """Join consecutive parts of a waveform, each given as edges (times, levels) in lists or arrays.
+
+    The result is in lists if all parts are, else in arrays, with FLOATING for None.
+    """
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
     import numpy as np

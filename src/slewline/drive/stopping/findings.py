@@ -15,7 +15,7 @@ def signed(number: int) -> int:
 
 
 class DriveFindings:
-    """The reporter of a drive's troubles; `reported` has their texts."""
+    """The reporter of a drive's troubles; `reported` has the texts of all troubles so far."""
 
     def __init__(self, state: DriveState, feeder: Feeder) -> None:
         self.state, self.feeder, self.reported = state, feeder, list[str]()
@@ -31,13 +31,13 @@ class DriveFindings:
         self.report("position-uncertain", text)
 
     def register(self, missing: int) -> int:
-        """Return the position register minus a number of steps; a register that did not count them is unchanged."""
+        """Return the value of the position register minus the missing steps, if the register has counted them."""
         axis = self.state.axis
         counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
         return axis.low + (axis.position - counted - axis.low) % axis.modulus
 
     def taken_over(self, missing: int) -> None:
-        """Report that the chip has made `missing` more net steps than the motor, and set its register."""
+        """Report that the chip has made `missing` more net steps than the motor, and correct its register."""
         if missing:
             register = self.register(missing)
             self.report(
@@ -52,7 +52,7 @@ class DriveFindings:
 
         Args:
             position: the count of the board.
-            known: False if the registers of the chip are lost anyway.
+            known: False if the chip has lost its registers; then only report that the position is uncertain.
         """
         missing = signed(self.state.axis.travel - position)
         self.feeder.counted()

@@ -1,4 +1,4 @@
-"""Halting of a chip whose motor has stopped by itself: the chip is stopped too, and takes over the motor's position."""
+"""Halting of a chip whose board has stopped the motor: the chip stops too, and takes over its position."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KEEPING = ("abort", "kill")  # modes that keep the registers
 
 
 def stop_modes_of(chip: Chip) -> list[str]:
-    """Return the stop modes that a chip has."""
+    """Return the stop modes of a chip: the ones of "abort", "kill", "reset" and "power" that can stop it."""
     roles = {row.role for row in chip.sheet.pins if row.in_out in ("in", "both")}
     return [
         mode for mode in STOP_MODES if mode in roles or mode == "power" or (mode == "kill" and hasattr(chip, "kill"))
@@ -28,7 +28,7 @@ def stop_mode(chip: Chip, how: str | None) -> str:
     """Return the stop mode of a chip: the given mode, or, for None, the first mode that the chip has.
 
     Raises:
-        UsageError: the chip has no such input.
+        UsageError: the chip does not have the given mode.
     """
     allowed = stop_modes_of(chip)
     if how is not None and how not in allowed:
@@ -52,7 +52,7 @@ class StopChip:
         self._acting = self._at_rest = False  # the chip is being stopped from here; it has come to rest since
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return False: the chip does not see the event."""
+        """Return False: the chip itself does not stop the motor at the event."""
         return False
 
     def stopped(self, event: BoardEvent) -> None:
@@ -73,7 +73,7 @@ class StopChip:
             chip.power(False)
 
     def _pins(self) -> list[str]:
-        """Return the inputs that stop the motion of the axis."""
+        """Return the names of the inputs that stop the motion of the axis."""
         rows = [row for row in self.state.chip.sheet.pins if row.plays("abort", self.state.number)]
         return [row.name for row in rows if row.in_out in ("in", "both")]
 
@@ -85,7 +85,7 @@ class StopChip:
         self._position = event.position
 
     def turn(self) -> None:
-        """Take the count over if the chip is now at rest; also stop a motion that its host begins then.
+        """Take over the board's count if the chip is now at rest; afterwards, stop any motion that its host begins.
 
         An input that stops the chip is released at rest, because some chips ignore an input that is active when a
         motion begins.
@@ -106,11 +106,11 @@ class StopChip:
 
     @property
     def settled(self) -> bool:
-        """True while the chip is at rest and has taken the count over."""
+        """True while the chip is at rest and has taken over the board's count."""
         return self._position is None and (self._at_rest or not self._acting)
 
     def clear(self) -> None:
-        """Release the input, or switch the supply on."""
+        """Release the input that stops the chip, or switch the supply of the chip on again."""
         if self._acting:
             self._acting = False
             if not (self._at_rest and self.how == "abort"):

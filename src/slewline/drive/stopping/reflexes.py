@@ -40,7 +40,7 @@ SOUGHT = "stop sought"
 
 
 class Homing(NamedTuple):
-    """A homing run in progress: the direction of its outward motion; the pin that it seeks, if any, and its level.
+    """A homing run in progress: its outward direction; the pin that it seeks, if any, and that pin's level.
 
     The direction is 0 if no homing run is in progress.
     """
@@ -76,7 +76,7 @@ class BoardInput(NamedTuple):
         return (inputs >> self.number & 1) ^ self.inverted
 
     def code(self, homing: Homing) -> int:
-        """Return the reflex code for the board."""
+        """Return the reflex code of the input for the board; for some inputs it depends on the homing run."""
         if not self.pin:
             return Reflex.ESTOP
         if self.reflex in HOMING:
@@ -88,14 +88,14 @@ class BoardInput(NamedTuple):
 
 
 def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
-    """Return the inputs of a board with their wiring: each to a pin of the chip, or "estop".
+    """Return the wired inputs of a board: each acts as a pin of the chip, or as an emergency stop.
 
     Args:
         wiring: pins of the chip, or "estop", keyed by the printed names of inputs, or their numbers: {"A0":
             "abort"}.
 
     Raises:
-        UsageError: there is no such input or pin, a pin is not an input, or one is wired twice.
+        UsageError: there is no such input or pin, a pin of the chip is not an input, or one is wired twice.
     """
     found: dict[int, BoardInput] = {}
     printed = [pin.printed for pin in board.inputs]

@@ -1,4 +1,4 @@
-"""Another run of a chip: its cause, and the point at which its motion comes to rest."""
+"""Another run of a chip after its board has stopped: the cause, and the instant at which to repeat it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Cause(NamedTuple):
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, with the first one moved so that it acts at an instant (ps); none acts before it."""
+        """Return the inputs, the first moved so that the motor stops at an instant (ps), and none before it."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -39,10 +39,10 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant to try next (ps): between one that is too early and one too late, if both are known.
+    """Return the instant to try next (ps): between a try that was too early and one that was too late.
 
-    If only one of them is known, move from the last try by the number of missing steps; return None if there
-    is no step there.
+    If there are not both, move from the last try by the number of steps that were missing; return None if the
+    motion has no such step.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)
@@ -55,13 +55,13 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
 
 
 def named(chip: Chip, text: str) -> str:
-    """Return the name of a command that a chip executes, taken from the chip's own text for it."""
+    """Return the name of the command that a chip reports with this text; "" if its data sheet has none."""
     forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 
 
 def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], int]:
-    """Return the steps of an axis at start <= t <= stop (ps): instants, travel after each, and the last direction."""
+    """Return the steps at start <= t <= stop (ps): instants, travel after each, last direction (0: no step)."""
     times: list[int] = []
     travel: list[int] = []
     sign = 0

@@ -6,15 +6,15 @@
 
 Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count
 overrides the time stamp*: if the chip samples the pin between the time stamp and the step,
-the model would make one step more or fewer than the board has; then the input is moved past the next
-sample, until the counts agree.  If no instant leads to that count, the nearest run is used, and the
-position register is set to the position of the motor.  If the chip does not stop, or going back would
-take longer than is allowed, or the time stamp is older than the last rest, the chip is stopped at the
-present, and takes over the count of the board: the finding is `late-input`.
+the model would make one step more or fewer than the board has made; then the input is moved past the next
+sample, until the counts agree.  If no instant leads to the board's count, the run with the nearest count is
+used, and the position register is set to the position of the motor.  If the chip does not stop, or going
+back would take longer than is allowed, or the time stamp is older than the last rest, the chip is stopped at
+the present, and takes over the count of the board: the finding is `late-input`.
 
-A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board,
-and is moved as well.  An input that holds the motor counts as an input that stops it: in the other run
-the chip itself holds the motor, and continues when the input is released.
+A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board;
+going back moves the command as it moves an input.  An input that holds the motor counts as an input that
+stops it: in the other run the chip itself holds the motor, and continues when the input is released.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ WRITES = ("write", "send")  # journal entries with bytes of a host
 
 
 class Rewind:
-    """The piece that stops a chip where the board has stopped, at the same instant.
+    """The piece that takes the model back, so that the chip stops by itself where the board stopped the motor.
 
     Args:
         otherwise: stops the chip if this piece cannot.
-        motor: stops, moves to another bench and lets a stopped board continue.
+        motor: can be stopped, moved to another bench and resumed after a stop.
         past: the past of the present bench, which the drive keeps up to date by itself.
 
     Raises:
@@ -93,7 +93,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:
-        """Follow the past, and prepare the board for a homing run that begins; called before each turn of the drive."""
+        """Update the past at rest, and prepare the board for a homing run that begins; called before each turn."""
         state = self.state
         if state.phase != "ok":
             return
@@ -113,7 +113,7 @@ class Rewind:
             self.link.configure(state.config)
 
     def _see(self, inputs: int) -> None:
-        """Set the pins to the levels of the board inputs, given as bits, where they differ."""
+        """Set each wired chip pin to the level of its board input, if that has changed; `inputs` has bits."""
         for number, each in self.inputs.items():
             level = each.level(inputs)
             if each.pin and self.levels.get(number) != level:
@@ -121,7 +121,7 @@ class Rewind:
             self.levels[number] = level
 
     def commanded(self, text: str) -> None:
-        """Handle a command from the host; a command that acts immediately is sent to the board immediately."""
+        """Handle a command from the host; if it acts immediately, also stop the motor now, not one horizon later."""
         state = self.state
         row = next(
             (row for row in state.chip.sheet.commands if row.at_once and row.name in (text, named(state.chip, text))),
@@ -133,7 +133,7 @@ class Rewind:
         self.motor.stop(at_once=row.at_once == "stop")
 
     def event(self, event: BoardEvent) -> None:
-        """Handle an event of the board: changed input levels."""
+        """Handle the input levels in an event of the board: apply or record each change."""
         state = self.state
         instant = self._instant(event)
         for number, each in self.inputs.items():
@@ -161,7 +161,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------- what was stopped
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself would have stopped the motor."""
+        """Return whether the chip itself would have stopped the motor where this event of the board reports a stop."""
         if event.kind not in STOPS:
             return False
         each = self.inputs.get(event.which)
@@ -181,9 +181,9 @@ class Rewind:
 
     @property
     def going_back_to(self) -> int | None:
-        """Tick after which no output may leave the cable, because it may be withdrawn; None if there is none.
+        """Tick after which no output may leave the cable, because going back may withdraw it; None without a stop.
 
-        The answer to a command that has stopped the motor is the same in both runs.
+        If a command has stopped the motor, its answer may leave, because it is the same in both runs.
         """
         state, stop = self.state, self.stop
         if stop is None:
@@ -194,14 +194,14 @@ class Rewind:
         return self.clock.unwrap(stop.tick) - line
 
     def halted(self, event: BoardEvent) -> None:
-        """Record that the count is final."""
+        """Record that the board is at rest, so that its count is final."""
         if self.stop is None:
             self.otherwise.halted(event)
         else:
             self.final = event
 
     def turn(self) -> None:
-        """Go back, if the count is final."""
+        """Go back, if the board's count is final; if this fails, stop the chip now and report `late-input`."""
         if self.stop is None:
             self.otherwise.turn()
             return
@@ -237,13 +237,13 @@ class Rewind:
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip that was stopped without going back; the board may not have reported all input changes."""
+        """Release a chip that was stopped without going back; forget the levels, whose changes may be unreported."""
         self.levels.clear()
         self.otherwise.clear()
 
     # ------------------------------------------------------------------------------------------------------ going back
     def _cause(self, stop: BoardEvent, instant: int) -> Cause:
-        """Return the chip inputs for the other run.
+        """Return the cause of the stop: the chip inputs, or the command, to be repeated in the other run.
 
         Raises:
             UsageError: the bytes of a command are not found.
@@ -270,14 +270,14 @@ class Rewind:
 
     @property
     def _hold_input(self) -> BoardInput | None:
-        """Input that holds the motor, if there is one; its release takes effect at the current instant."""
+        """Board input that holds the motor, or None; its release takes effect at the current instant."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 
     def _kept(self, stop: BoardEvent, hold_input: BoardInput) -> tuple[int, int] | None:
-        """Return a journal entry and its instant, if the input was released and held the motor again before a step.
+        """Return the offset and instant (ps) of the journal entry that released the input, if no step was made since.
 
-        In the other run the input is not released.
+        In the other run the input is not released, because it holds the motor again.  Return None otherwise.
         """
         state, name, found = self.state, f"{self.state.chip.name}.{hold_input.pin}", None
         for offset, entry in self.past.entries():
@@ -292,7 +292,7 @@ class Rewind:
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
         """Go back, to bring the chip to the position of the board.
 
-        Return "" on success, the reason for a failure, or None if it is not complete yet.
+        Return "" on success, the reason for a failure, or None if the chip of the other run is not at rest yet.
         """
         state = self.state
         now, instant = state.kernel.now, self._instant(stop)
@@ -320,7 +320,7 @@ class Rewind:
         return f"by its equations of motion, the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
-        """Run again with the inputs at an instant; compare the rest position of the chip with a board count."""
+        """Run the model again with the cause at an instant (ps); compare the rest position with the given one."""
         first, inputs = instant - cause.lead_ps, cause.at(instant)
         bench = self.past.at(first).rerun(inputs, now, without=cause.without, allowed_s=self.allowed_s)
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
@@ -333,7 +333,7 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take over another run; if its chip comes to rest later than now, first wait for that and return None."""
+        """Take over another run, and return ""; if its chip rests only after `now`, record when, and return None."""
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None
@@ -342,7 +342,7 @@ class Rewind:
 
     @staticmethod
     def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
-        """Return the steps missing at the end of a motion in this direction, and the instant of the last step."""
+        """Return how many steps before `position` a motion in direction `sign` ends, and its last step's instant."""
         times, travel, _ = travelled(axis, max(instant - LOOK_BACK_PS, 0), now)
         if not times:
             return (position - axis.travel) * sign, instant
@@ -354,7 +354,7 @@ class Rewind:
         return (position - before) * sign, last
 
     def _take(self, found: Rewound, sign: int) -> str:
-        """Continue with another bench, at the position of the motor."""
+        """Continue with the bench of another run, at the position of the motor; return ""."""
         state, hold_input = self.state, self._hold_input
         self._move(found.bench, found.since_ps)
         if hold_input is not None and self.levels[hold_input.number] != hold_input.acts:
@@ -379,7 +379,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
-        """Apply an edge to the chip at the motor's instant, or at the current one if that would change the steps."""
+        """Apply an edge to the chip at the given instant (ps), or now if that fails or would change the steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
         now, why = state.kernel.now, "it is before the motor was last at rest"

@@ -44,7 +44,7 @@ Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 class RampPiece(NamedTuple):
     """Steps `first` to `end` - 1 of a plan; the stop ramp from the first of them has `ramp_left` steps.
 
-    With each following step, its length changes by `slope`: -1, 0 or 1.  `ramp_left` is -1 if unknown.
+    With each following step, the ramp's length changes by `slope`: -1, 0 or 1.  `ramp_left` is -1 if unknown.
     """
 
     first: int
@@ -60,7 +60,7 @@ def law_of(chip: Chip) -> str:
 
 
 def ramp_pieces(plan: Plan, law: str) -> list[RampPiece]:
-    """Return the stop ramps from all steps of a plan that begins at rest."""
+    """Return the lengths of the stop ramps from each step of a plan that begins at rest, as pieces."""
     found = [RampPiece(0, 1, 0, 0)]
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     slow = up[0][0] if up else 0  # the interval at which a `brake back` ends
@@ -86,17 +86,17 @@ def ramp_pieces(plan: Plan, law: str) -> list[RampPiece]:
 
 
 def below(up: Runs, interval: int) -> int:
-    """Return the number of steps of an acceleration whose intervals are longer than the given one."""
+    """Return the number of steps of an acceleration whose intervals are longer than `interval`."""
     return sum(count for each, count in up if each > interval)
 
 
 def fast(leg: Leg, step: int, slow: int) -> int:
-    """Return the number of steps of a leg, counted from a step of the plan, that are not at the first rate."""
+    """Return the number of steps of a leg, from step `step` of the plan on, whose interval is not `slow`."""
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 
 def _add(found: list[RampPiece], piece: RampPiece) -> None:
-    """Append a piece; the length of a stop ramp is never negative."""
+    """Append a piece, or extend the last piece by it; lengths of stop ramps that would be negative become 0."""
     first, end, ramp_left, slope = piece
     if slope < 0 and end > first + ramp_left + 1:  # the last values would be below 0
         zero = max(first + ramp_left + 1, first)
@@ -129,7 +129,7 @@ class StopRamps:
         self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Send a stop ramp that can start at any rate, if steps are fast and have no plan."""
+        """Send a stop ramp that can start at any rate, if fast steps have no plan and the board has no ramp yet."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
@@ -138,7 +138,7 @@ class StopRamps:
             self.link.tail(self.tail)
 
     def _knows(self) -> bool:
-        """Return whether there is a board; if it is a new one, forget the table, which it does not have yet."""
+        """Return whether a board has identified itself; if it has done so again, forget its former table."""
         ident = self.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []
@@ -156,7 +156,7 @@ class StopRamps:
             self._send(entries, stretch.start)
 
     def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[RampPiece]:
-        """Yield the steps a ... b-1 of the train of a stretch, grouped by the length of their stop ramps."""
+        """Yield the steps a ... b-1 of the train of a stretch as pieces with the lengths of their stop ramps."""
         plan = stretch.plan
         if plan is not None:
             self._send_ramp(stretch)
@@ -180,7 +180,7 @@ class StopRamps:
 
 
 def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
-    """Return whether records can hold the stop ramps of a plan: not too many of them, and none too long."""
+    """Return whether records can hold the stop ramps of a plan: none is too long, and none changes too fast."""
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(
         max(ramp_left, ramp_left + slope * (end - first - 1)) > MOST_RAMP_LEFT
@@ -191,7 +191,7 @@ def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]
 
 
 def from_rest(axis: Axis, stretch: Segment) -> bool:
-    """Return whether the plan of a stretch began a motion rather than changed one."""
+    """Return whether the plan of a stretch began a motion rather than changed one in progress."""
     past = axis.past
     at = next((number for number in range(len(past) - 1, -1, -1) if past[number] is stretch), 0)
     while at and past[at].step and past[at - 1].plan is stretch.plan:
@@ -204,10 +204,10 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- tables
 def stop_ramp(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
-    """Return the stop ramp of a stretch's plan, as the tail of a board; empty if there is no ramp.
+    """Return the stop ramp of a stretch's plan, as a table for a board; empty if there is none or it is too long.
 
-    It is the last decelerating leg of the plan, or, if a motion has none, its mirrored acceleration; the last interval
-    is not followed by a step.  A board has room for `most` entries, so neighbours may share an entry.
+    It is the last decelerating leg of the plan or, if there is none, the mirrored last acceleration.  The interval
+    after its last step is left out.  A board has room for `most` entries, so neighbouring intervals may share one.
     """
     if stretch.plan is None or stretch.playing is None:
         return []
@@ -236,7 +236,7 @@ def stop_ramp(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
 
 
 def join(rows: list[tuple[int, int, int]], n: int) -> None:
-    """Merge a row with the next one."""
+    """Merge row `n` with the next row, in place."""
     rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
 
 
@@ -246,7 +246,7 @@ def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
 
 
 def too_short(entries: Entries) -> int | None:
-    """Return an entry, other than the last, that is too short for a board to load the next one in time."""
+    """Return the index of an entry that is too short for a board to load the next one in time; None if none is."""
     fast = FAST_TICKS << 8
     return next((n for n, (each, count) in enumerate(entries[:-1]) if each < fast and count < FAST_STEPS), None)
 

@@ -83,7 +83,7 @@ class Troubles:
             self.stopping.halted(event)
 
     def _stopped(self, event: BoardEvent, tick: int) -> None:
-        """Handle the point at which the board stops making the model's steps."""
+        """Halt the drive, because the board has stopped making the model's steps."""
         state = self.state
         rate = self._rate(tick)
         state.halt()
@@ -129,7 +129,7 @@ class Troubles:
             state.correct(event.position - wanted)
 
     def _position(self, count: int) -> int:
-        """Return the position register that corresponds to a count of the board."""
+        """Return the value of the position register that corresponds to a count of the board."""
         return self.findings.register(signed(self.state.axis.travel - count))
 
     def _rate(self, tick: int) -> float:
@@ -186,11 +186,11 @@ class Troubles:
             self.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
-        """Return the event of a board that has lost its count."""
+        """Return a substitute for the event of a stop that the board has not reported, at the travel of the model."""
         return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.state.axis.travel), 0)
 
     def silent(self, while_: str) -> None:
-        """Handle a board that does not answer: it has stopped a moving motor, or has no supply."""
+        """Handle a board that has not answered for a time (text): it has stopped the motor, or has no supply."""
         self.report(
             "board-silent",
             f"the board has not answered for {while_}: check its cable and its supply",
@@ -200,7 +200,7 @@ class Troubles:
             self._halt()
 
     def note_message(self) -> None:
-        """Handle a message from the board: after an unreported halt, take its count once it is at rest."""
+        """Handle a message from the board: after an unreported halt, take the board's count once it is at rest."""
         state, answer = self.state, self.link.answer
         if self._before_halt is None or answer is None or answer is self._before_halt:
             return
@@ -289,7 +289,7 @@ class Troubles:
         )
 
     def clock_jumped(self) -> None:
-        """Handle a jump of this computer's clock, which stopped while the computer slept; the board's did not."""
+        """Handle a jump of this computer's clock, which stopped while the computer slept, unlike the board's clock."""
         if self.state.phase == "ok" and self.cable.in_progress:
             self._halt()
             self.report(

@@ -60,7 +60,7 @@ def spell(row: LineRow, values: Sequence[int]) -> str:
 
 @lru_cache(maxsize=1024)  # hosts repeat the same commands
 def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
-    """Parse a line, without address and checksum, as a command of this part, and return the command."""
+    """Parse a line, without address and checksum; return its command, or a `Refusal` if it is not valid."""
     patterns = _patterns(sheet)
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
@@ -129,7 +129,7 @@ def _value(arg: Arg, text: str | None) -> int:
 
 @lru_cache(maxsize=64)
 def _patterns(sheet: Sheet) -> dict[str, list[tuple[LineRow, re.Pattern[str]]]]:
-    """Return the forms of each head, longest heads first; a command of a sister part has no forms."""
+    """Return the commands of each head, with patterns, longest heads first; none for a sister part's head."""
     heads = sorted({row.head for row in sheet.rows(LineRow)} | set(sheet.foreign), key=lambda head: (-len(head), head))
     return {head: [(row, _pattern(row)) for row in sheet.rows(LineRow) if row.head == head] for head in heads}
 

@@ -14,7 +14,7 @@ STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
 def line_in_full(sheet: Sheet, row: LineRow) -> str:
-    """Return the full description of a command, in Markdown: forms, arguments, opcode, answers."""
+    """Return the full description of a command, in Markdown: syntax, states, opcode, manual section, arguments."""
     room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
     text = [
         f"# {row.name}: {row.description}",
@@ -58,6 +58,6 @@ def _opcodes(row: LineRow) -> str:
 
 
 def _taken(row: LineRow) -> str:
-    """Return the states in which a command acts immediately; during program entry it is stored instead."""
+    """Return the states in which a command is accepted, as text; "into the program" if program entry stores it."""
     found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
     return ", ".join(found)

@@ -12,7 +12,7 @@ LF = "\n"
 
 
 def alike(sheet: Sheet, text: str) -> list[LineRow]:
-    """Return the commands that begin with the letter of a line."""
+    """Return the commands that begin with the first letter of a line."""
     letter = SIGN if text[:1] in ("+", "-") else text[:1]
     return [row for row in sheet.rows(LineRow) if row.head[:1] == letter]
 
@@ -41,7 +41,7 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def arguments(sheet: Sheet, text: str) -> str:
-    """Return the text after the head of a line, if the line is a command with unsuitable arguments."""
+    """Return the remedy for a line whose arguments do not fit its command: arguments with allowed values."""
     heads = [row.head for row in sheet.rows(LineRow) if text.startswith(row.head)]
     head = max(heads, key=len, default=SIGN)
     args = {arg.name: range_of(arg) for row in sheet.rows(LineRow) if row.head == head for arg in row.args}
@@ -58,7 +58,7 @@ def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def respelled(sheet: Sheet, text: str) -> str:
-    """Return the command that a line would be with different capitalisation or without blanks; empty if none."""
+    """Return the command that a line would be in a different case or without blanks; empty if it would be none."""
     tight = text.replace(" ", "")
     return next(
         (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""

@@ -62,7 +62,7 @@ class PacketReader(Reader):
 class Packets(Words):
     """The dialect in which a command is a packet: a command byte, words to and from the part, and a checksum.
 
-    A code that has no row in the command table and is in none of these lists has no data.
+    A code that has no row in the command table and is in none of the lists below has no data.
 
     Attributes:
         illegal: the codes that are answered with checksum 0.
@@ -97,7 +97,7 @@ class Packets(Words):
         return spell(row, values)
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
-        """Return one packet per line; other lines are unchanged."""
+        """Return lines of hexadecimal bytes as one packet per line; unchanged if any of them is not hexadecimal."""
         try:
             data = bytes.fromhex(" ".join(lines))
         except ValueError:
@@ -109,18 +109,22 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the packet that begins at an address; a sister part's packet has its words, but no row."""
+        """Return the packet that begins at an address; a packet for a sister part has its words, but no row."""
         found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
         if found.row is None and sibling is not None:
             return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())
         return found
 
     def check_stream(self, sheet: Sheet) -> None:
-        """Refuse a binary stream, because packets have no second form."""
+        """Raise UsageError, because packets have no second, binary form."""
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return a list with the command that a text denotes, by its hexadecimal code or its name."""
+        """Return a list with the command that a text denotes, by its hexadecimal code or its name.
+
+        Raises:
+            UnknownName: the part has no such command.
+        """
         coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
         found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
         return [found or row(sheet, "".join(text.split()[:1]))]
@@ -134,5 +138,5 @@ class Packets(Words):
         return packet_in_full(sheet, row)
 
     def chapters(self, sheet: Sheet) -> list[str]:
-        """Return chapters for the data sheet about the words that have fields."""
+        """Return chapters for the data sheet: status, mode and version words, and the codes that are not commands."""
         return words_of(self)

@@ -44,7 +44,7 @@ class PacketCommand(Command):
 
 
 class Sibling(NamedTuple):
-    """A sister part's command: its name, the words written and read, and the part."""
+    """A sister part's command: its name, the numbers of words written and read, and the part."""
 
     name: str
     writes: int
@@ -119,7 +119,7 @@ def numbers(
 
 
 def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
-    """Return the signed numbers contained in words from the chipset (`row.reads`)."""
+    """Return the signed numbers in words from the chipset, whose layout is `args`: the `reads` of a row."""
     data = b"".join(word.to_bytes(2, "big") for word in found)
     result, at = [], 0
     for arg in args:
@@ -129,7 +129,7 @@ def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
 
 
 def counted(args: Iterable[Arg]) -> int:
-    """Return the number of words that hold these numbers."""
+    """Return the number of words that hold the numbers of `args`."""
     return sum(arg.size for arg in args) // 2
 
 
@@ -145,13 +145,13 @@ def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
 
 
 def shown(word: int, bits: Iterable[Bits]) -> str:
-    """Return a status or mode word as text: the names of the bits that are 1, and the fields with their numbers."""
+    """Return a status or mode word as text: names of bits that are 1, and nonzero fields with their numbers."""
     found = [(each, each.of(word)) for each in bits]
     return " ".join(f"{each.name}={value}" if each.width > 1 else each.name for each, value in found if value)
 
 
 def status_bit(sheet: Sheet, name: str) -> Bits:
-    """Return the status word bit that has a name.
+    """Return the status word bit with the given name.
 
     Raises:
         UnknownName: there is no such bit; the message lists the bits.
@@ -224,7 +224,10 @@ def range_of(arg: Arg) -> str:
 
 
 def number(text: str, arg: Arg) -> int | None:
-    """Return a decimal or hexadecimal number; a hexadecimal one may be the two's complement of a negative number."""
+    """Return the number in a text, decimal or hexadecimal; None if there is none.
+
+    A hexadecimal number may be the two's complement of a negative number.
+    """
     match = _NUMBER.fullmatch(text)
     if match is None:
         return None
@@ -237,7 +240,7 @@ def number(text: str, arg: Arg) -> int | None:
 
 
 def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand | Refusal:
-    """Return a command with a rate and its unit."""
+    """Return a command with a rate and its unit, from character `at` on; a refusal if the rate is not valid."""
     arg, written = row.args[0], text[at:].rstrip()
     message = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
     try:
@@ -251,7 +254,7 @@ def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand 
 
 
 def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
-    """Return a command with a number, which begins at character `at`."""
+    """Return a command with its number, if any, from character `at` on; a refusal if the text does not fit."""
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
@@ -281,7 +284,7 @@ def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy
 
 
 def _number_meant(arg: Arg, written: str) -> str:
-    """Return the number that may be meant by a text that is not a number."""
+    """Return the remedy for a text that is not a number: the number that may be meant, or how to write one."""
     if meant := digits_meant(written):
         return meant
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
@@ -294,7 +297,7 @@ def _number_meant(arg: Arg, written: str) -> str:
 
 
 def _scaled(arg: Arg, written: str) -> str:
-    """Return the register value for a decimal fraction, as text."""
+    """Return a remedy that states the register value for a decimal fraction."""
     scaled = Fraction(written) * (1 << arg.fraction)
     whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, not a whole number; the nearest is "
     return f"{written} {arg.unit} is {whole}{round(scaled)}"

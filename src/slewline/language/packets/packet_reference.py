@@ -36,12 +36,12 @@ def packet(row: PacketRow) -> str:
 
 
 def _halves(args: Iterable[Arg]) -> list[str]:
-    """Return the names of words, high word first."""
+    """Return the names of the words that hold arguments; of two halves, the high word comes first."""
     return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
 
 
 def _acted_on(row: PacketRow) -> str:
-    """Return the axes on which the command acts."""
+    """Return the axes on which the command acts, as text."""
     axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
     return axes.get(row.acts, f"the {row.acts} axis")
 
@@ -51,7 +51,7 @@ def _conditions(row: PacketRow) -> list[str]:
 
 
 def packet_table(sheet: Sheet) -> str:
-    """Return a table of commands that are packets, followed by the codes without a command."""
+    """Return a table of commands that are packets, in Markdown, followed by a remark about the checksum."""
     heads = ("packet", "name", "function", "numbers", "acts on", "condition")
     rows = [
         (
@@ -68,7 +68,7 @@ def packet_table(sheet: Sheet) -> str:
 
 
 def words_of(dialect: packet_grammar.Words) -> list[str]:
-    """Return the status and mode words of an axis, and the codes that are not commands."""
+    """Return chapters about an axis's status and mode words, the version word, and codes without a command."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",

@@ -16,14 +16,14 @@ NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A label mark, which names the instruction in the next command."""
+    """A label mark, which names the instruction after it."""
 
     letter: str
 
 
 @dataclass(frozen=True, slots=True)
 class CommandText(Command):
-    """A command with contents other than numbers: a string's characters, or a query's letter.
+    """A command that may have contents other than numbers: a string's characters, or a query's letter.
 
     `switched`: the first value comes from switches; `flips` are bits of the first value that a prefix inverts.
     """
@@ -40,7 +40,7 @@ def spell(row: Row, shown: Sequence[int | str]) -> str:
 
 
 def letters_for(row: Row, values: Sequence[int], labels: str, names: Mapping[int, str] = NO_NAMES) -> list[int | str]:
-    """Return values, with a letter where an operand is the code of one of `labels`, or an address in `names`."""
+    """Return a command's values, with letters in place of codes of `labels` and of addresses in `names`."""
     return [
         names.get(value) or (chr(value) if chr(value) in labels else value) if arg.label else value
         for arg, value in zip(row.args, values, strict=True)

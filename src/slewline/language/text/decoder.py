@@ -93,7 +93,10 @@ class Decoder(Generic[L_co]):
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
 
     def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | L_co | None:
-        """Process one byte.  `ascii` matters only with the letter; `entering` is True during program entry."""
+        """Process one byte; return the command or label that it completes, or None.
+
+        `ascii` matters only for the first byte of a command, its letter; `entering` is True during program entry.
+        """
         if not self.at_letter:
             found = self._state(byte)
         else:
@@ -168,7 +171,7 @@ class Decoder(Generic[L_co]):
             self._begin(byte, ascii)
 
     def _begin(self, byte: int, ascii: bool) -> None:
-        """Process a byte that begins something other than a command."""
+        """Process a byte that is not a command letter as a prefix, or report it."""
         if not ascii:
             self._note("unknown-command", f"{shown(byte)} is not a command; its count and data are ignored")
         elif chr(byte) == self.dialect.negate:
@@ -181,7 +184,7 @@ class Decoder(Generic[L_co]):
             self._note("unknown-command", f"{shown(byte)} is not a command; the line is ignored", remedy)
 
     def _prefixed(self, byte: int) -> CommandText | L_co | None:
-        """Process the letter after a slash."""
+        """Process the letter after a slash; return its command if the letter completes it."""
         sign = self.dialect.negate
         if chr(byte) == sign:
             return None
@@ -231,7 +234,7 @@ class Decoder(Generic[L_co]):
         self._state = self._skip_line
 
     def _mark(self) -> L_co | None:
-        """Accept a letter as a label if the mark follows it directly."""
+        """Return a label if its mark directly follows its letter; otherwise report the line, which is ignored."""
         letter = self._head
         if letter in self.sheet.labels and not self._line:
             self.at_letter = True
@@ -273,7 +276,7 @@ class Decoder(Generic[L_co]):
         return self._with_numbers(row, body, words[:needed])
 
     def _look(self, takes: str, row: TextRow, body: str, words: Sequence[str], needed: int) -> None:
-        """Report excess words and wrong spaces: one space belongs after the letter, one (or a comma) between words."""
+        """Report excess words or wrong spaces: one belongs after the letter, one (or a comma) between words."""
         if len(words) > needed:
             extra = " ".join(words[needed:])
             self._note("extra-argument", f"{takes}; {extra} is ignored", self.dialect.slip(self.sheet, extra, row))
@@ -301,7 +304,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, tuple(values), digits, stored, text, b"", spoken.switches in words, flips)
 
     def _query(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
-        """Decode ? R, or ? M,3; the chip checks the letter later."""
+        """Decode a query such as ? R, or ? M,3; the chip checks the letter later."""
         if not words or len(words[0]) != 1:
             self._note("missing-argument", f"{row.name} needs a letter; ignored")
             return None
@@ -315,7 +318,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
     def _to_display(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
-        """Decode [38H,2,65,66: address, count, data; a closing bracket may follow."""
+        """Decode a display command such as [38H,2,65,66: address, count, data; a closing bracket may follow."""
         last = [words[-1].removesuffix("]")] if words else []
         numbers = [number(word) for word in [*words[:-1], *last] if word]
         if len(numbers) < 2 or None in numbers:
@@ -326,7 +329,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
     def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
-        """Return the data of a display command: as many bytes as announced or as received, whichever is fewer."""
+        """Return the data of a display command, cut to the announced count; report a count that differs."""
         if count != len(data):
             self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number is used")
         return data[:count]
@@ -363,7 +366,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, values, 0, stored, f"{spell(row, values)}{more}")
 
     def _binary_text(self, row: TextRow, data: bytes) -> CommandText | None:
-        """Decode a query, or a display command, whose arguments are not numbers of fixed size."""
+        """Decode a query or a display command in binary; the arguments of both are not numbers of fixed size."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
             self._note("count", f"{row.name} takes at least {least} data bytes, {len(data)} were announced; ignored")
@@ -379,7 +382,7 @@ class Decoder(Generic[L_co]):
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
     def _fit(self, row: TextRow, arg: Arg, found: int) -> int:
-        """Cut a number to its argument's size in bytes, regardless of the range; the command handles the result."""
+        """Cut a number to its argument's size in bytes; report one out of range, but leave it to the command."""
         self._check(row, arg, found)
         return arg.fit(found)
 
@@ -388,7 +391,7 @@ class Decoder(Generic[L_co]):
             self._range(f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
-        """Cut a number that is not an argument in the command table to a byte."""
+        """Cut a number without an argument in the command table to a byte; report a larger number."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)
         return found & 0xFF

@@ -7,10 +7,10 @@ from .command_text import CR, OPEN_BUS
 
 
 class Entry:
-    """A detector of the end of program entry, whose letter also occurs within programs.
+    """A detector of the end of program entry: of its letter, which also occurs within programs.
 
     In ASCII the letter counts only as the first character of a line, in binary only in place of an opcode;
-    so the byte counts of commands are followed.
+    to find the opcodes, the byte counts of commands are followed.
     """
 
     def __init__(self, leave: Row, ascii: bool) -> None:

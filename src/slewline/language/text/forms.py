@@ -17,7 +17,7 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A dialect whose commands are a letter and its arguments; a sign that it does not use is an empty string."""
+    """A dialect whose commands are a letter and its arguments; "" stands for a sign that it does not use."""
 
     streams = True
     row_type = TextRow
@@ -34,7 +34,7 @@ class TextDialect(Dialect[TextRow]):
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return the arguments in a non-empty text."""
+        """Return the separate arguments in a non-empty text."""
         return BETWEEN.split(argument)
 
     def value(self, word: str) -> int | None:
@@ -42,11 +42,11 @@ class TextDialect(Dialect[TextRow]):
         raise NotImplementedError
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return the value of a word that is not a number, but is allowed for this argument."""
+        """Return the value of a word that is not a number, if it is allowed for this argument; otherwise None."""
         raise NotImplementedError
 
     def instead(self, sheet: Sheet, word: str) -> str:
-        """Return the remedy for a word that is not an argument; empty if none is known."""
+        """Return the remedy for a word that is not a valid argument; empty if none is known."""
         raise NotImplementedError
 
     def slip(self, sheet: Sheet, argument: str, row: Row) -> str:
@@ -57,11 +57,11 @@ class TextDialect(Dialect[TextRow]):
     def spell(
         self, row: TextRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
     ) -> str:
-        """Return a command as text: its letter, its values, and the labels that it names."""
+        """Return a command as text: its letter and its values, with letters in place of labels."""
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
     def sent(self, sheet: Sheet, line: str) -> bytes:
-        """Return a line as a host sends it, with a carriage return if its last command ends with one."""
+        """Return a line as a host sends it, with a carriage return if its last command must end with one."""
         at = 0
         while self.mark and line[at + 1 : at + 2] == self.mark:
             at += 2
@@ -113,7 +113,7 @@ class TextDialect(Dialect[TextRow]):
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program as text, with the commands before and after it."""
+        """Return the bytes that enter a program as text, including the commands that begin and end its entry."""
         before, after = self.framed(sheet, framing, statements)
         text = "".join(f"{self.typed(statement)}\r" for statement in statements).encode(self.encoding)
         return b"".join(self.sent(sheet, line) for line in before) + text + self.sent(sheet, after)
@@ -121,13 +121,13 @@ class TextDialect(Dialect[TextRow]):
     def entered_binary(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all of them."""
+        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all statements."""
         before, after = self.framed(sheet, framing, statements)
         program = self.binary(sheet, statements, single_count)
         return b"".join(self.sent_binary(sheet, line) for line in before) + program + self.sent_binary(sheet, after)
 
     def framed(self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement]) -> tuple[list[str], str]:
-        """Return the lines before a program, with its address unless that is 0, and the line after it."""
+        """Return the lines that a host sends before a program, with its address if not 0, and the line after it."""
         address = statements[0].address if statements else 0
         pointer = [f"{sheet.acting('pointer')[0].form} {address}"] if address else []
         return [*pointer, framing[0].form], framing[-1].form
@@ -137,7 +137,7 @@ class TextDialect(Dialect[TextRow]):
         return statement.text
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
-        """Return statements in binary form; `single_count`: one byte count for all of them."""
+        """Return statements in binary form; `single_count`: with one byte count for all statements."""
         raise NotImplementedError
 
     def check_stream(self, sheet: Sheet) -> None:

@@ -54,7 +54,7 @@ class Letters(ReadAlike, TextDialect):
     line_limit, argument_limit = 256, 255
 
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return as many arguments as a command has; the last one includes the rest of the text."""
+        """Return as many arguments as the command has; the last argument includes the rest of the text."""
         return BETWEEN.split(argument, len(row.args) - 1 or -1)
 
     def value(self, word: str) -> int | None:
@@ -62,7 +62,7 @@ class Letters(ReadAlike, TextDialect):
         return int(word) if word.isascii() and word.isdigit() else None
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return the code of a label."""
+        """Return the code of a label's letter, if this argument may be a label; otherwise None."""
         return ord(word) if arg.label and len(word) == 1 and word in sheet.labels else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
@@ -75,7 +75,7 @@ class Letters(ReadAlike, TextDialect):
         return ord(row.form)
 
     def typed(self, statement: Statement) -> str:
-        """Return a statement as a host sends it to be stored: its labels, and its numbers as stored."""
+        """Return a statement as a host sends it to be stored: with its labels, and with its numbers as stored."""
         shown = spell(statement.row, [operand.label or operand.value for operand in statement.operands])
         return "".join([*map(self.label, statement.labels), shown])
 
@@ -92,7 +92,7 @@ class Letters(ReadAlike, TextDialect):
         return f"parameters that do not change need no room in the program{enter}"
 
     def labels_in_full(self, sheet: Sheet) -> str:
-        """Return how labels work, in Markdown."""
+        """Return the full description of labels, in Markdown."""
         return text_reference.labels_in_full(sheet)
 
     def decoder(self, sheet: Sheet) -> Decoder[Label]:
@@ -147,14 +147,18 @@ class Verbatim(ReadAlike, TextDialect):
         return number(word)
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return 0 in place of a number from switches, where such a number is allowed."""
+        """Return 0 in place of a number from switches, where such a number is allowed; otherwise None."""
         return 0 if word == self.switches and arg is row.args[0] else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
         return "switches can set the first argument only" if word == self.switches else hint(word)
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
-        """Return statements in binary form, each with its own count."""
+        """Return statements in binary form, each with its own count.
+
+        Raises:
+            UsageError: a single count for all statements is requested.
+        """
         if single_count:
             raise UsageError(f"{sheet.part}: a program cannot have a single count: each of its commands has its own")
         return b"".join(self.sent_binary(sheet, statement.text) for statement in statements)
@@ -177,7 +181,7 @@ class Verbatim(ReadAlike, TextDialect):
         return pointer
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a program statement with its branch address, which is in the page of the byte after the statement."""
+        """Return a program statement with its full branch address; one byte is within the page of the next byte."""
         target = statement.target
         if target is None or statement.row.args[-1].size > 1:
             return statement
@@ -186,7 +190,7 @@ class Verbatim(ReadAlike, TextDialect):
         return replace(statement, operands=operands)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction that begins at a memory address; empty cells form an instruction without a row."""
+        """Return the instruction at a memory address; adjacent empty cells form an instruction without a row."""
         if stored[at] == OPEN_BUS:  # all adjacent empty cells
             erased = len(stored) - at - len(stored[at:].lstrip(bytes([OPEN_BUS])))
             return Instruction(at, bytes(stored[at : at + erased]), None, ())

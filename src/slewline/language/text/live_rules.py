@@ -15,13 +15,13 @@ PASSES_TIME = ("wait", "until", "bytes", "to")  # after these it is unknown whet
 
 
 def listed(rows: Iterable[Row]) -> str:
-    """Return commands as a list for a remedy: T, J or X."""
+    """Return commands as a list for a remedy, such as "T, J or X"."""
     forms = [row.form for row in rows]
     return " or ".join([", ".join(forms[:-1]), forms[-1]]) if len(forms) > 1 else "".join(forms)
 
 
 def resets(sheet: Sheet) -> re.Pattern[str]:
-    """Return the pattern of a directive that resets a part."""
+    """Return the pattern of a directive that sets the reset pin active; it never matches without such a pin."""
     pin = sheet.role("reset")
     return re.compile(rf"@(?:drive|pulse)\s+{pin.name}\s*=\s*{level_of(pin, 1)}") if pin is not None else _NEVER
 
@@ -34,7 +34,7 @@ def rests(sheet: Sheet) -> re.Pattern[str]:
 
 
 def _waits(pin: Pin, holds: int) -> str:
-    """Return the pattern of a wait until a pin reaches, or with `holds` 0 leaves, the level of its role."""
+    """Return the pattern of a wait until a pin has its role's level or, with `holds` 0, the opposite level."""
     return rf"{pin.name}\s*=\s*{level_of(pin, holds)}"
 
 
@@ -81,7 +81,7 @@ class DialogueState:
         self.resets, self.rests = resets(self.sheet), rests(self.sheet)
 
     def directive(self, item: Directive) -> None:
-        """Follow a directive."""
+        """Update the state for a directive, and report the directive's problems."""
         if item.verb == "read" and not self.moving:
             found = "@read position waits for a motion, but no line above starts one"
             remedy = "at rest, @verify 0 reads the position"
@@ -101,7 +101,7 @@ class DialogueState:
             self.moving = False
 
     def command(self, item: Statement) -> None:
-        """Follow a command outside a program."""
+        """Update the state for a command outside a program, and report the command's problems."""
         row = item.row
         self.check_still_running(item, "a running program takes live commands only (@live)")
         starts = row.role == "run" or item.target is not None
@@ -116,7 +116,7 @@ class DialogueState:
             self.stored = False
 
     def check_still_running(self, item: Statement | Directive, instead: str) -> None:
-        """Report a command that a running program ignores, or a read-out that requires a running program."""
+        """Report a command or read-out that fails if a program still runs; `instead` is part of the remedy."""
         if self.started is None:
             return
         begun = f"{self.started.text} of line {self.started.line}"

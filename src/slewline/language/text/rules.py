@@ -29,7 +29,7 @@ def ends(source: Source) -> None:
 
 
 def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
-    """Yield every loop with each loop that it contains."""
+    """Yield pairs of loops: every loop, with each loop that is inside it."""
     for block in source.blocks:
         counted = [statement for statement in block.statements if statement.row.role == "loop"]
         for outer in counted:
@@ -63,7 +63,7 @@ def kinds_of_loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """Report a branch with a one-byte address at the end of a page: it goes to the page of the next byte."""
+    """Report a one-byte branch that crosses the end of a page: it branches into the page of the next byte."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:

@@ -24,7 +24,7 @@ class TextReader(Reader):
         self.spoken = spoken_as(self.sheet, TextDialect)
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Read the line after its labels; return the labels that still wait for an instruction."""
+        """Read the commands of the line; `labels` name the first.  Return labels that still need an instruction."""
         text, spoken = self.text, self.spoken
         if not self.fits():
             return ()
@@ -60,7 +60,7 @@ class TextReader(Reader):
         return labels
 
     def fits(self) -> bool:
-        """Return whether the line can be sent; report it if it is too long or has a character that is not a byte."""
+        """Return whether the line can be sent; report one that is too long, or has a character that is not a byte."""
         text, limit = self.text, self.spoken.line_limit
         odd = next((at for at, letter in enumerate(text) if ord(letter) > 0xFF), None)
         if len(text) > limit:
@@ -73,21 +73,21 @@ class TextReader(Reader):
         return False
 
     def unknown(self, at: int) -> None:
-        """Report the letter at a column, which is not a command."""
+        """Report that the letter at a column is not a command."""
         letter = self.text[at]
         letters = " ".join(row.form for row in self.sheet.commands)
         remedy = unknown_remedy(self.sheet, letter)
         self.error(at, at + 1, "unknown-command", f"{letter} is not a command", letters, "", remedy)
 
     def check_rest(self, row: Row, at: int) -> None:
-        """Report text after a command without arguments."""
+        """Report text after a command that takes no arguments."""
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
         found = f"{argument} after {row.name}, which takes no argument"
         self.error(first, end, "extra-argument", found, "", row.where, self.without(row, argument))
 
     def without(self, row: Row, extra: str) -> str:
-        """Return the remedy for text after the end of a command: a further command needs its own line."""
+        """Return the remedy for text after a command: leave it out or, if it is a command, use another line."""
         if odd := slip_remedy(self.sheet, extra):  # a character that in itself explains the problem
             return odd
         elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
@@ -102,11 +102,11 @@ class TextReader(Reader):
         self.unnamed(0, len(self.text), labels)
 
     def unnamed(self, at: int, end: int, labels: tuple[str, ...]) -> None:
-        """Report, in columns `at` to `end`, that the last of these labels has no instruction."""
+        """Report, in columns `at` to `end`, that the last of `labels` has no instruction."""
         self.bad_label(at, end, f"{self.spoken.label(labels[-1])} without an instruction")
 
     def is_label(self, at: int) -> bool:
-        """Return whether the letter at a column begins a label; report a letter that the part does not have."""
+        """Return whether the letter and mark at a column are a label of the part; report them if they are not."""
         letter, letters = self.text[at], self.sheet.labels
         label = self.spoken.label(letter)
         if letter not in letters:
@@ -125,14 +125,14 @@ class TextReader(Reader):
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def rest(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """Return the arguments after the letter; None if they cannot be sent."""
+        """Return the arguments after the letter; None, with a report, if they cannot be sent."""
         forms = {self.spoken.quote: self.string, self.spoken.query: self.asked, self.spoken.display: self.shown}
         if row.form not in forms:
             return self.operands(row, at)
         return () if forms[row.form](row, at) else None
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """Return the arguments; None if there are too few, or one of them is not a number."""
+        """Return the arguments; report and return None if one is missing, or is neither a number nor a label."""
         rest, needed = self.text[at:], len(row.args)
         words = list(_WORD.finditer(rest))
         end = len(self.text)
@@ -194,7 +194,7 @@ class TextReader(Reader):
 
     # ---------------------------------------------------------------------------------------- arguments of other kinds
     def string(self, row: Row, at: int) -> bool:
-        """Read a string up to the next quotation mark, which ends the line."""
+        """Read a string up to the next quotation mark, which must end the line; return whether there is a mark."""
         end = self.text.find(row.form, at)
         if end < 0:
             remedy = "a string ends with a quotation mark; a semicolon here would start a comment"
@@ -206,7 +206,7 @@ class TextReader(Reader):
         return True
 
     def asked(self, row: Row, at: int) -> bool:
-        """Read a query: ? R, or ? M,2."""
+        """Read a query, such as ? R or ? M,2; return whether it is valid, and report it if not."""
         words = BETWEEN.split(self.text[at:].strip()) if self.text[at:].strip() else []
         letters = (*self.spoken.queries, self.spoken.listing)
         listed = words[:1] == [self.spoken.listing]
@@ -220,7 +220,7 @@ class TextReader(Reader):
         return False
 
     def shown(self, row: Row, at: int) -> bool:
-        """Read a display command: [38H,2,65,66 with address, count and data."""
+        """Read a display command, such as [38H,2,65,66: address, count, data; return whether it can be sent."""
         words = BETWEEN.split(self.text[at:].strip().removesuffix("]"))
         numbers = [number(word) for word in words]
         if len(words) < 2 or None in numbers or any(found is not None and found > 0xFF for found in numbers):

@@ -27,7 +27,7 @@ def binary(row: TextRow, spoken: TextDialect) -> str:
 
 
 def stored(row: TextRow) -> str:
-    """Return the bytes of a command in the program buffer."""
+    """Return the bytes of a command in the program buffer, as text; empty if it is not stored."""
     return f"{row.code:02X} {_data(row)}".rstrip() if row.stored else ""
 
 
@@ -81,7 +81,7 @@ def in_full(sheet: Sheet, row: TextRow) -> str:
 
 
 def labels_in_full(sheet: Sheet) -> str:
-    """Return how labels are written and used, in Markdown."""
+    """Return the full description of labels, in Markdown: how they are written and used."""
     spoken, first, last = spoken_as(sheet, TextDialect), sheet.labels[0], sheet.labels[-1]
     branch = next((row.form for row in sheet.commands if row.flow == "t" and row.args), "")
     used = ", ".join(row.form for row in sheet.commands if any(arg.label for arg in row.args))
@@ -121,7 +121,7 @@ def command_table(sheet: Sheet) -> str:
 
 
 def chapters(sheet: Sheet) -> list[str]:
-    """Return the chapter on how numbers are written."""
+    """Return a list with the chapter on how numbers are written, in Markdown."""
     spoken = spoken_as(sheet, TextDialect)
     return [
         "## Numbers\n\nDecimal (`135`) or hexadecimal, with a leading digit and a trailing `H` (`87H`, `0ABH`); "

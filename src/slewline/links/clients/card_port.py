@@ -79,7 +79,7 @@ class CardPort(ChipsetPort):
             self._fetch()
 
     def _fetch(self, asked: bool = False) -> None:
-        """Read a message byte; the argument: whether IO_REQUEST is already low."""
+        """Read a message byte; `asked`: True if IO_REQUEST is already low."""
         if not asked:
             self.out(CONTROL, REQUEST)
             self.until(ANSWER, STEP_MS, IS_READY, 0)
@@ -117,7 +117,7 @@ class CardPort(ChipsetPort):
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:
-        """Send a command and a carriage return; when the call returns, the command has been received, not executed.
+        """Send a command and a carriage return; return once they are received, even if not yet executed.
 
         Raises:
             TimeoutError: the chip does not take the command within `ms` milliseconds of chip time.

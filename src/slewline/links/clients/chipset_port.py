@@ -131,7 +131,7 @@ class ChipsetPort:
             raise
 
     def _version(self) -> int:
-        """Return the server's answer to HELLO."""
+        """Return the server's answer to HELLO, which contains its version; OLDER for a server of an older version."""
         if self.hello is None:
             answer = self._exchange(bytes((HELLO, VERSION)), 1)[0]
             self.hello = OLDER if answer & ~LOCKSTEP < VERSION else answer
@@ -141,8 +141,8 @@ class ChipsetPort:
     def out(self, address: int, byte: int) -> None:
         """Write a byte to a register, as OUT does on a PC.
 
-        The byte has been written when the call returns.  In lockstep it may still be in transit, but the server
-        executes any later request of this program after it.
+        When the call returns, the byte has been written, except in lockstep: there it may still be in transit, but
+        the server executes any later request of this program after it.
 
         Args:
             address: the register address, of which only the lowest four bits are used: `at["data"]`,
@@ -185,7 +185,7 @@ class ChipsetPort:
         return byte
 
     def ready(self, ms: int = PATIENCE_MS) -> bool:
-        """Wait until HostRdy is high, for at most `ms` milliseconds (0 to 255) of chipset time; return its level."""
+        """Wait up to `ms` milliseconds (0 to 255) of chipset time for HostRdy high; return whether it is high."""
         request = READY, allowed("ms", ms, 0xFF)
         self.settle()
         if self.stays_low:
@@ -235,7 +235,7 @@ class ChipsetPort:
             raise
 
     def _collect(self) -> int:
-        """Read the answers to pending requests; return the last answer.  After a failed poll, the requests are kept."""
+        """Read the answers to pending requests; return the last.  Keep a failed poll and all later requests."""
         answers = self._exchange(b"", len(self.sent))
         both = zip(self.sent, answers, strict=True)
         vain = next((at for at, (sent, got) in enumerate(both) if sent[0] == POLL and not got & HOSTRDY), None)
@@ -244,7 +244,7 @@ class ChipsetPort:
         return 0xFF & ~HOSTRDY if self.stays_low else answers[-1]
 
     def _again(self, requests: list[tuple[int, int]]) -> int:
-        """Send the kept requests again."""
+        """Send requests again, in place of the kept ones; return the last answer."""
         self.sent, self.stays_low = list(requests), False
         if not requests:
             return 0xFF
@@ -252,7 +252,7 @@ class ChipsetPort:
         return self._collect()
 
     def _poll(self) -> int:
-        """Read the status."""
+        """Return the status register: predicted if possible, otherwise as read."""
         if self.stays_low:
             status = self._exchange(framed(SERIES, [(IN + self.at["status"], 0)]), 1)[0]
             self.high = bool(status & HOSTRDY)
@@ -278,7 +278,7 @@ class ChipsetPort:
 
     # -------------------------------------------------------------------------------------------------------- packets
     def packet(self, code: int, words: Iterable[int] = (), reads: int = 1) -> tuple[int, ...]:
-        """Send a packet in one message, a command byte and words, and read words.
+        """Send a packet, a command byte and words, in one message, and read words in reply.
 
         Args:
             code: the command byte, 0 to 255.
@@ -330,7 +330,7 @@ def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
 
 
 def allowed(what: str, number: int, most: int) -> int:
-    """Return a number that is in the range 0 to `most`.
+    """Return `number`, which must be in the range 0 to `most`; `what` names it in the message.
 
     Raises:
         ValueError: the number is out of range.

@@ -43,7 +43,7 @@ class ConnectionEnded(SlewlineError, ConnectionError):
 class ControlClient:
     """A connection to a control port, made by `connect`.
 
-    `view` is the view sent by `subscribe`, with all later changes; `now_ps` is the virtual time of the last line.
+    `view` is the view sent by `subscribe`, with all later changes; `now_ps` is the last virtual time received.
     `on_event` is called with every event, after `view` is updated; `on_end` is called with the reason when the
     connection has ended.
     """
@@ -204,7 +204,7 @@ def reach(address: str, token: str | None = None) -> None:
 
 
 def merged(old: Any, new: Any) -> Any:
-    """Return a view with changes merged into it: objects key by key, lists of the same length item by item."""
+    """Return a view with changes merged in: objects key by key, object lists of equal length item by item."""
     if isinstance(old, dict) and isinstance(new, dict):
         return {**old, **{key: merged(old[key], value) if key in old else value for key, value in new.items()}}
     if not isinstance(old, list) or not isinstance(new, list) or len(old) != len(new):

@@ -1,6 +1,6 @@
 """The control port and its requests.
 
-A verb is a row, with its keys and those of its reply, and a method do_... of the same name:
+A verb of a request is a row, with its keys and those of its reply, and a method do_VERB:
 
     rows_of_pins.py, pin_verbs.py    pins, faults, the state of a server
     rows_of_views.py, view_verbs.py  views of chips and parts; events that a client subscribes to

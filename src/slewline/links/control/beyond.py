@@ -1,4 +1,4 @@
-"""The relay that forwards a client's requests to the process of a branch, and its replies and events to the client."""
+"""The relay that forwards a client's requests to the process of a branch, and returns replies and events."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ class Beyond:
             self.send({"do": "subscribe", "every": in_ps(client.every_s), "id": MARK})
 
     def send(self, request: Data) -> None:
-        """Send a request."""
+        """Send a request to the branch."""
         self.stream.write(json.dumps(request).encode() + b"\n")
 
     def forward(self, request: Data) -> None:
-        """Send a request made by the client."""
+        """Send a request made by the client to the branch, and record its effects on this server."""
         client = self.client
         if request["do"] == "breakpoints":
             client.perform(request)  # requests for the next branch
@@ -56,7 +56,7 @@ class Beyond:
         self.send(request)
 
     def take(self, data: bytes) -> None:
-        """Pass on replies and events to the client."""
+        """Receive bytes from the branch, and pass replies and events on to the client."""
         client = self.client
         *lines, self.rest = (self.rest + data).split(b"\n")
         for line in lines:
@@ -74,17 +74,17 @@ class Beyond:
                 client.server.loop.ask(client.go_on)
 
     def settle(self, reply: bytes) -> None:
-        """Record that a reply has been sent: the reply to the oldest request with its id."""
+        """Record that a reply has come: remove the oldest outstanding request with the id of the reply."""
         known = json.loads(reply).get("id") if len(self.owed) > 1 else None  # a client that waits for each has one
         at = next((n for n, request in enumerate(self.owed) if request.get("id") == known), 0)
         del self.owed[at : at + 1]
 
     def gone(self, why: str) -> None:
-        """Report that the branch has ended."""
+        """Close the connection, with the report that the branch has ended."""
         self.close(f"the branch has ended: {why}")
 
     def close(self, why: str = "another branch is shown now") -> None:
-        """Close the connection; answer outstanding requests with an error."""
+        """Close the connection to the branch; answer the client's outstanding requests with an error."""
         self.stream.close()
         self.socket.close()
         owed, self.owed = self.owed, []

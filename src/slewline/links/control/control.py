@@ -62,7 +62,7 @@ class Requests(PinVerbs, TimeVerbs, ViewVerbs):
     """Handlers of all requests; if a handler returns None, the reply comes later."""
 
     def perform(self, request: Data) -> Data | None:
-        """Execute a request, and return its reply."""
+        """Execute a request, and return its reply; None if the reply comes later."""
         found: Data | None = getattr(self, f"do_{request['do']}")(request)
         return found
 
@@ -148,7 +148,7 @@ class Client:
         self.work()
 
     def work(self) -> None:
-        """Answer received requests for a share of a loop turn; leave the rest until all others have had a turn."""
+        """Answer received requests for a share of a loop turn; leave the rest until all others have been served."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -173,7 +173,7 @@ class Client:
                 return
 
     def greet(self, line: bytes) -> bool:
-        """Return whether the first line is one that a client sends; close the connection if it is not."""
+        """Return whether the first line is an object with the server's token, if any; close the connection if not."""
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
@@ -208,7 +208,7 @@ class Client:
             self.reply(request, self.failed(request, error))
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return the reply for an error: its message if it is a slewline error, else a reference to the terminal."""
+        """Return the reply for an error: a slewline error's message; for others, that the terminal shows it."""
         if isinstance(error, SlewlineError):
             return {"error": str(error)}
         do = request.get("do", "request")
@@ -222,7 +222,7 @@ class Client:
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
     ) -> None:
-        """Reply when a condition is met, at `limit_ps` at the latest; with `pushes`, paused time runs until then."""
+        """Reply when a condition is met, at `limit_ps` at the latest; `pushes`: let paused time run until then."""
         answer = self.answer_later(request)
         wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
 
@@ -246,7 +246,7 @@ class Client:
 
     # -------------------------------------------------------------------------------------------------------- events
     def subscribe(self, every_s: float) -> Data:
-        """Start sending events, at this minimum interval; 0 stops them.  Return the current view."""
+        """Start sending events, at a minimum interval of `every_s` seconds; 0 stops them.  Return the current view."""
         dialogue = self.server.dialogue
         self.seen, self.sent = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
         self.gathering = None
@@ -254,14 +254,14 @@ class Client:
         return self.seen
 
     def watch(self, every_s: float) -> None:
-        """Start checking for changes at this interval, within the limits for intervals; 0 stops the checks."""
+        """Start checking for changes every `every_s` seconds, but at most every 5 ms; 0 stops the checks."""
         self.every_s = every_s and max(every_s, OFTENEST_S)
         self.watching += 1
         if self.every_s:
             self.server.loop.after(self.every_s, partial(self.notify, self.watching))
 
     def notify(self, watching: int) -> None:
-        """Send changes, unless the client has not yet read the previous ones."""
+        """Send changes, unless the client has not yet read the previous ones; stop if the subscription has changed."""
         if watching != self.watching or not self.stream.open:
             return
         self.server.loop.after(self.every_s, partial(self.notify, watching))
@@ -318,7 +318,7 @@ class Client:
             self.stream.write(json.dumps(event).encode() + b"\n")
 
     def go_on(self) -> None:
-        """Answer the requests received meanwhile, and continue to read."""
+        """Answer the requests received while others were answered, and continue to read."""
         self.postponed = False
         self.work()
         if not self.postponed:
@@ -341,7 +341,7 @@ class Client:
 
 
 def numbered(line: bytes) -> Data:
-    """Return the `id` of an unreadable request, so that the client can match the error to it."""
+    """Return {"id": ...} of an unreadable request, so that the client can match the error to it; {} without id."""
     try:
         request = as_object(line)
     except (SlewlineError, ValueError):

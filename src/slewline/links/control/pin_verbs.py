@@ -23,7 +23,7 @@ Line = TypeVar("Line", bound=HostLine)
 
 
 class Verbs:
-    """Handlers of requests, each a method with the name of its verb; if it returns None, the reply comes later."""
+    """Handlers of requests: `do_drive` handles `drive`, and so on; one that returns None replies later."""
 
     def __init__(self, server: ServerFace, client: ClientFace) -> None:
         self.server, self.client, self.bench = server, client, server.bench
@@ -36,7 +36,7 @@ class Verbs:
         """Return a chip by its name.
 
         Raises:
-            UnknownName: there is no such chip.
+            UsageError: there is no such chip.
         """
         chips = self.bench.chips
         if name not in chips:
@@ -44,7 +44,7 @@ class Verbs:
         return chips[name]
 
     def axis(self, request: Data) -> OneAxis:
-        """Return the axis of a chip that a request names, the first one by default."""
+        """Return the axis of the chip in a request; the first one if the request has no axis number."""
         return self.chip(request["chip"]).axis(request.get("axis", 1))
 
 
@@ -74,7 +74,7 @@ class PinVerbs(Verbs):
         """Return a serial line by its name, or by the name of any chip on it.
 
         Raises:
-            UnknownName: there is no such line.
+            UsageError: there is no such line.
         """
         return self._named(name, [line for line in self._lines if isinstance(line, ConnectorLine)], "serial line")
 
@@ -90,17 +90,17 @@ class PinVerbs(Verbs):
         raise UsageError(f"no {kind} {name!r}; allowed: {', '.join(names) or 'none'}{hint(name, names)}")
 
     def do_unplug(self, request: Data) -> Data:
-        """Close the port of a line."""
+        """Close the ports of a line, as if its adapter were unplugged."""
         self.server.adapters.unplug(self._named(request["line"], self._lines, "line"))
         return {}
 
     def do_plug(self, request: Data) -> Data:
-        """Open the port of a line again."""
+        """Open the ports of a line again, at the same addresses."""
         self.server.adapters.plug(self._named(request["line"], self._lines, "line"))
         return {}
 
     def eeprom(self, request: Data, fails: bool) -> Data:
-        """Make writes to the EEPROM of a module fail, or succeed again."""
+        """Make writes to the EEPROM of a chip fail, or succeed again if `fails` is False."""
         chip = self.chip(request["chip"])
         if not hasattr(chip, "eeprom_fault"):
             raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
@@ -108,7 +108,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_fault(self, request: Data) -> Data:
-        """Plan faults in the characters of a line, or in a chip's EEPROM."""
+        """Plan faults in the next characters of a line, or make writes to a chip's EEPROM fail."""
         if "chip" in request:
             return self.eeprom(request, True)
         line = self.line(request["line"])
@@ -117,7 +117,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_clear(self, request: Data) -> Data:
-        """End the faults of a line and reply with the number of characters affected, or end the faults of an EEPROM."""
+        """End the faults of a line and reply with the numbers of affected characters, or end those of an EEPROM."""
         if "chip" in request:
             return self.eeprom(request, False)
         line = self.line(request["line"])
@@ -126,7 +126,7 @@ class PinVerbs(Verbs):
         return {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
 
     def do_power(self, request: Data) -> Data:
-        """Switch the supply of a chip."""
+        """Switch the supply of a chip on or off."""
         self.chip(request["chip"]).power(request["on"])
         return {}
 
@@ -135,7 +135,7 @@ class PinVerbs(Verbs):
         return status(self.server)
 
     def do_findings(self, request: Data) -> Data:
-        """Reply with the latest findings of a chip, of a part, or of all."""
+        """Reply with the latest findings of one chip or part, or of all chips and parts."""
         start = picoseconds(request.get("start", 0))
         owner = self.bench[request["source"]] if "source" in request else self.bench
         found = [one for one in owner.findings if one.time_ps >= start]
@@ -150,7 +150,7 @@ class PinVerbs(Verbs):
         return {"schema": schema()}
 
     def do_steps(self, request: Data) -> Data:
-        """Reply with the steps of an axis."""
+        """Reply with the steps of an axis in a window of time."""
         axis = self.axis(request)
         start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))

@@ -1,8 +1,8 @@
 """The requests of the control port, as rows: the keys of each request and of its reply.
 
 The JSON schema and the documentation page are generated from these rows, and `validator.py` checks each request
-against the schema.  The handler of a request is the method of its name in `pin_verbs.py`, `time_verbs.py` and
-`view_verbs.py`.
+against the schema.  The handler of the request `drive` is the method `do_drive`, and so on, in `pin_verbs.py`,
+`time_verbs.py` or `view_verbs.py`.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ COMMON = (
 
 
 def read(line: bytes) -> Data:
-    """Return the request in a line.
+    """Return the request in a line, after checking it.
 
     Raises:
-        UsageError: not a JSON object with a known "do", or unknown keys or wrong values.
+        UsageError: the line is not a JSON object with a known "do", or it has unknown keys or wrong values.
     """
     request = as_object(line)
     do = request.get("do")
@@ -42,7 +42,7 @@ def read(line: bytes) -> Data:
 
 @cache
 def kind_of(do: str) -> Data:
-    """Return the schema of a verb, in all its forms."""
+    """Return the schema of all forms of the request with a given `do`."""
     return {"oneOf": [request_schema(row) for row in REQUESTS if row.do == do]}
 
 
@@ -83,5 +83,5 @@ def event_schema(row: EventSpec) -> Data:
 
 
 def described(key: Key) -> Data:
-    """Return the kind of a key, with its description."""
+    """Return the schema for the value of a key, with the description of the key."""
     return key.kind | {"description": key.description}

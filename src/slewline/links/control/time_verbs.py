@@ -23,15 +23,15 @@ RESTING = "no command or program is in progress"
 
 
 class TimeVerbs(Verbs):
-    """Handlers for pauses, steps, breakpoints, and going back."""
+    """Handlers of pauses, steps, waits, breakpoints, and returns to the past."""
 
     def do_pause(self, _request: Data) -> Data:
-        """Pause time; end the waits that make it run."""
+        """Pause time, and end the waits that make paused time run."""
         self.server.breakpoints.stand()
         return {}
 
     def do_go(self, request: Data) -> Data:
-        """Let time follow the wall clock again."""
+        """End a pause: time follows the wall clock again or, in lockstep, runs for waits."""
         pace = self.server.pace
         if isinstance(pace, Paced):
             pace.go(request.get("rate"))
@@ -45,14 +45,14 @@ class TimeVerbs(Verbs):
         return found
 
     def do_step(self, request: Data) -> None:
-        """Pause, and let time run to the next event."""
+        """Pause time, but let it run until the next event of the kind in the request."""
         condition = self.next_event(request)
         self.server.pace.pause_time()
         self.server.breakpoints.arm()
         self.push(request, condition, self.limit(request))
 
     def push(self, request: Data, condition: Condition, limit_ps: int) -> None:
-        """Let paused time run up to a condition; a breakpoint, `pause` or `go` before that also ends the run."""
+        """Let paused time run until a condition is met or `limit_ps`; a breakpoint, `pause` or `go` ends it early."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
         is_awaited = request["do"] != "advance"
@@ -67,7 +67,7 @@ class TimeVerbs(Verbs):
     def outcome(self, met: bool, condition: Condition) -> Data:
         """Return whether a condition was met, and if not, the reason.
 
-        The reason consists of the faults of the condition, and the activity of each chip and part.
+        The reason consists of the faults of the condition, and the activity of each busy chip and part.
         """
         if met:
             return {"met": True}
@@ -76,7 +76,7 @@ class TimeVerbs(Verbs):
         return {"met": False, "why": "; ".join(filter(None, (odd, *(doing or [RESTING]))))}
 
     def do_advance(self, request: Data) -> None:
-        """Let time run, in lockstep or while time is paused; reply afterwards."""
+        """Let time run for the requested duration, in lockstep or while time is paused; reply afterwards."""
         pace = self.server.pace
         end = self.bench.now_ps + picoseconds(request["time"])
         if pace.paused:
@@ -88,7 +88,7 @@ class TimeVerbs(Verbs):
             raise UsageError("advance: time follows the wall clock here; pause it, or start the server with --lockstep")
 
     def next_event(self, request: Data) -> Condition:
-        """Return the condition that ends a step."""
+        """Return the condition that ends the requested step: an edge of a pin, or an event of a chip."""
         if "pin" in request:
             return PinCondition(self.bench.pin(request["pin"]), request.get("edge", "any"))
         chip, by = self.chip(request["chip"]), request["by"]
@@ -112,7 +112,7 @@ class TimeVerbs(Verbs):
             self.client.wait(request, lambda met: self.outcome(met, condition), condition, limit, False)
 
     def condition(self, request: Data) -> Condition:
-        """Return the condition in a request: a pin level, an axis position, or an instruction of a program."""
+        """Return the condition in a request: a pin level, an axis position, a program instruction, or an instant."""
         if "pin" in request:
             return self.bench.pin(request["pin"]).is_(request["level"])
         if "position" in request:
@@ -129,7 +129,7 @@ class TimeVerbs(Verbs):
         return InstantCondition(self.bench.kernel, at)
 
     def renewed(self, request: Data, before: Condition) -> Condition:
-        """Return the condition of a pending request, set up on the current bench."""
+        """Return the condition of a pending request for the current bench; `before` is its former condition."""
         by = {"until": self.condition, "step": self.next_event}.get(request["do"], lambda _request: NEVER)
         condition = before if isinstance(before, InstantCondition) else by(request)
         if isinstance(before, InstantCondition):
@@ -147,12 +147,12 @@ class TimeVerbs(Verbs):
         return {"breakpoints": [*map(str, breakpoints.conditions)], "rows": breakpoints.rows}
 
     def do_back(self, request: Data) -> None:
-        """Go to a past instant."""
+        """Go back to a past instant of the current branch, or of the branch in the request."""
         at = moment(request["time"])
         self.server.branches.back(at, request.get("branch"), self.client.answer_later(request))
 
     def do_branches(self, request: Data) -> None:
-        """Reply with all branches."""
+        """Reply with all branches: the first run, and every run that began with a return to the past."""
         self.server.branches.listed(self.client.answer_later(request))
 
     def do_branch(self, request: Data) -> None:
@@ -161,7 +161,7 @@ class TimeVerbs(Verbs):
 
 
 class Pushing(Condition):
-    """A condition that also ends when no client waits for it any more."""
+    """A condition that also ends its wait when a breakpoint, `pause` or `go` breaks it off."""
 
     def __init__(self, condition: Condition, broken_off: Callable[[], bool]) -> None:
         condition.begin()
@@ -170,11 +170,11 @@ class Pushing(Condition):
         self.reached = False
 
     def met(self) -> bool:
-        """Return whether the condition is met, or no client waits for it any more."""
+        """Return whether the condition has been met, or its wait has been broken off."""
         self.reached = self.reached or self.condition.met()
         return self.reached or self.broken_off()
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """Method that predicts, from promises, the instant at which the condition is met; None if there is none."""
+        """Method that predicts, from promised edges, when the condition is met (ps); None if none can predict it."""
         return self.condition.foreseen

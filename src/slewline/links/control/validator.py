@@ -161,10 +161,10 @@ def check_names(value: Data, keys: Mapping[str, Any], place: str) -> None:
 
 
 def chosen(value: Any, forms: list[Data], place: str) -> Data:
-    """Return the form of an object that matches the keys of a value, or the only form.
+    """Return the form whose keys match those of a value; if there is only one form, return that one.
 
     Raises:
-        UsageError: there are several forms, and none matches these keys.
+        UsageError: there are several forms, and the value is no object or its keys match none of the forms.
     """
     if len(forms) == 1:
         return forms[0]
@@ -183,17 +183,17 @@ def keys_of(form: Data) -> str:
 
 
 def own(keys: Mapping[str, Any] | list[str]) -> list[str]:
-    """Return keys without those common to all requests."""
+    """Return keys without `do`, `id` and `token`, which are common to all requests."""
     return [name for name in keys if name not in ("do", "id", "token")]
 
 
 def listed(keys: Mapping[str, Any] | list[str]) -> str:
-    """Return keys as text."""
+    """Return keys as text, without those common to all requests; "nothing" if none are left."""
     return ", ".join(own(keys)) or "nothing"
 
 
 def at(place: str, name: str) -> str:
-    """Return the place of a value in an object: "drive: level", "find: on.pin"."""
+    """Return the place of the value of a key in an object: "drive: level", "find: on.pin"."""
     return f"{place}.{name}" if ": " in place else f"{place}: {name}"
 
 
@@ -210,7 +210,7 @@ def refusal(place: str, value: object, kind: Data) -> UsageError:
 
 
 def expected(kind: Data) -> str:
-    """Return the description of a kind for a message."""
+    """Return a description of the permitted values of a kind, for a message."""
     if "enum" in kind:
         return f"allowed {in_words(kind)}"
     what, reach = in_words(kind), span(kind)
@@ -218,7 +218,7 @@ def expected(kind: Data) -> str:
 
 
 def in_words(kind: Data) -> str:
-    """Return the name of a kind, without its range."""
+    """Return a kind in words, without its range."""
     if "enum" in kind:
         return ", ".join(map(str, kind["enum"]))
     if "oneOf" in kind:
@@ -234,7 +234,7 @@ def in_words(kind: Data) -> str:
 
 
 def span(kind: Data) -> str:
-    """Return the range of a kind; "" if it has none."""
+    """Return the range of a kind as text; "" if it has none."""
     if "minimum" not in kind:
         return ""
     if kind.get("pattern") == A_TIME:

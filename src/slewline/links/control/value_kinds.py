@@ -1,4 +1,4 @@
-"""The components of the rows of requests: kinds of values, as JSON schema, and keys."""
+"""The components of the rows that describe requests: kinds of values, as JSON schemas, and keys."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PIN: Data = NAME | {"pattern": r"^\w+\.\w+$", "examples": ["x.enable"]}
 
 
 def array(of: Data, most: int | None = None) -> Data:
-    """Return the schema of a list of values of a kind."""
+    """Return the schema of a list of values of one kind; `most` limits the number of values."""
     return {"type": "array", "items": of} | ({} if most is None else {"maxItems": most})
 
 
@@ -43,7 +43,7 @@ def mapping(of: Data) -> Data:
 
 
 def record(needed: Mapping[str, Data], optional: Mapping[str, Data] | None = None) -> Data:
-    """Return the schema of an object with known keys."""
+    """Return the schema of an object with the given required and optional keys."""
     return {"type": "object", "properties": {**needed, **(optional or {})}, "required": list(needed)}
 
 
@@ -86,7 +86,7 @@ class Key:
 
 @dataclass(frozen=True)
 class RequestSpec:
-    """A request; a request with two forms, such as `until`, has two rows."""
+    """A request, as a row; a request with several forms, such as `until`, has one row for each form."""
 
     do: str
     description: str
@@ -98,18 +98,18 @@ class RequestSpec:
 
     @property
     def needs(self) -> list[str]:
-        """Required keys."""
+        """Names of the required keys."""
         return [key.name for key in self.keys if not key.default]
 
     @property
     def name(self) -> str:
-        """Name in the schema."""
+        """Name of the request in the schema, with its form if there are several."""
         return f"{self.do}_{self.form}" if self.form else self.do
 
 
 @dataclass(frozen=True)
 class EventSpec:
-    """An event: a line with `event`, its keys, and `time_ps`."""
+    """An event, as a row: the client receives a line with `event`, these keys, and `time_ps`."""
 
     event: str
     description: str
@@ -117,7 +117,7 @@ class EventSpec:
 
     @property
     def name(self) -> str:
-        """Name in the schema."""
+        """Name of the event in the schema."""
         return f"{self.event}_event"
 
 

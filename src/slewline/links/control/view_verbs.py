@@ -48,7 +48,7 @@ class ViewVerbs(Verbs):
         return {"sheet": sheet_data(self.chip(request["chip"]).sheet)}
 
     def do_parts(self, _request: Data) -> Data:
-        """Reply with the parts."""
+        """Reply with the parts on the bench, keyed by name."""
         bench, found = self.bench, {}
         owners: dict[str, Chip | Part] = {**bench.chips, **bench.parts}
         wires = {name: {pin.net.root for pin in owner.pins.values()} for name, owner in owners.items()}
@@ -79,11 +79,11 @@ class ViewVerbs(Verbs):
         return {"view": self.server.views.view()}
 
     def do_subscribe(self, request: Data) -> Data:
-        """Start sending events."""
+        """Start sending events to the client, and reply with the current view; an interval of 0 stops them."""
         return {"view": self.client.subscribe(picoseconds(request["every"]) / 1e12)}
 
     def do_said(self, request: Data) -> Data:
-        """Reply with the latest entries of the dialogue."""
+        """Reply with the latest entries in the dialogue of hosts and chips."""
         entries, omitted = self.server.dialogue.since(request.get("start", 0))
         return {"entries": entries[-MAX_ENTRIES:], "omitted": omitted + max(len(entries) - MAX_ENTRIES, 0)}
 
@@ -93,7 +93,7 @@ class ViewVerbs(Verbs):
         return self.server.scope.signals()
 
     def do_record(self, request: Data) -> Data:
-        """Record pins."""
+        """Record pins from now on."""
         if request["pins"]:
             self.bench.record(*request["pins"], keep=request.get("keep", "1 h"))
         return {}
@@ -105,7 +105,7 @@ class ViewVerbs(Verbs):
         self.go_on_with(request, work, self.client.answer_later(request))
 
     def go_on_with(self, request: Data, work: Iterator[Data | None], answer: Callable[[Data], object]) -> None:
-        """Work for a share of a loop turn; answer when the work is done."""
+        """Continue `work` for a share of a loop turn; answer when it is done, or else continue in the next turn."""
         end_s = perf_counter() + WORK_S
         found = None
         try:
@@ -121,18 +121,18 @@ class ViewVerbs(Verbs):
             self.server.loop.ask(partial(self.go_on_with, request, work, answer))
 
     def do_find(self, request: Data) -> Data:
-        """Reply with the instant of an event."""
+        """Reply with the first or last instant of an event in a window; null if there is none."""
         found = self.server.scope.find(request["on"], *self.of_window(request), request.get("last", False))
         return {"found_ps": found}
 
     def of_window(self, request: Data) -> tuple[int, int]:
-        """Return the window of a request, which ends now at the latest (ps)."""
+        """Return the start and end of the window in a request (ps); neither is later than the current instant."""
         start, stop = moment(request.get("start", 0)), moment(request.get("stop", self.bench.now_ps))
         stop = min(stop, self.bench.now_ps)
         return min(start, stop), stop
 
     def do_export(self, request: Data) -> Data:
-        """Reply with recorded pins as a file."""
+        """Reply with the content of a file of recorded pins."""
         form = request["form"]
         pins = [name for name in dict.fromkeys(request["signals"]) if name in self.bench.recorded]
         if not pins:
@@ -171,7 +171,7 @@ class ViewVerbs(Verbs):
         raise UsageError(f"{chip.name}: a host program uses its registers, and must itself send the commands")
 
     def do_act(self, request: Data) -> Data:
-        """Operate a part."""
+        """Perform a manual action on a part."""
         part = self.bench[request["part"]]
         if request["verb"] not in getattr(part, "verbs", ()):
             allowed = ", ".join(getattr(part, "verbs", ())) or "none"
@@ -206,7 +206,7 @@ class ViewVerbs(Verbs):
         }
 
     def do_examples(self, _request: Data) -> Data:
-        """Reply with the examples."""
+        """Reply with the list of the shipped examples."""
         rows = [
             {"name": name, "part": path.suffix[1:], "title": shipped_files.title(path)}
             for name, path in shipped_files.named().items()
@@ -214,7 +214,7 @@ class ViewVerbs(Verbs):
         return {"examples": rows}
 
     def do_example(self, request: Data) -> Data:
-        """Reply with the text of an example."""
+        """Reply with the text of a shipped example."""
         found = shipped_files.named()
         if request["name"] not in found:
             raise UsageError(f"no example {request['name']!r}{hint(request['name'], found)}; `examples` lists them")
@@ -245,12 +245,12 @@ def argument(parameter: Parameter) -> Data:
 
 
 def as_time(text: str) -> Time:
-    """Return a time in the form that a bench accepts: 0 needs no unit."""
+    """Return a time in the form that a bench accepts: "0 ps" becomes the number 0."""
     return 0 if text == "0 ps" else text
 
 
 def problem_data(problem: Problem) -> Data:
-    """Return a problem as data."""
+    """Return a problem in a program as JSON data."""
     return {
         "line": problem.line,
         "column": problem.column,
@@ -262,7 +262,7 @@ def problem_data(problem: Problem) -> Data:
 
 
 def sheet_data(sheet: Sheet) -> Data:
-    """Return the data that a panel needs from a data sheet."""
+    """Return the parts of a data sheet that a panel needs, as JSON data."""
     pins = [
         {
             "number": pin.number,

@@ -25,7 +25,7 @@ WRITE_TIMEOUT_S = 0.001
 class BackgroundStore:
     """A store whose writes return before the data has been written; see `core.memory.store`.
 
-    All its methods are called by one thread, the server's, and `on_failure` is called there, too.
+    All its methods are called in one thread, the server's; `on_failure` is called in that thread, too.
 
     Args:
         store: the store that writes; it must have no other user.
@@ -49,7 +49,7 @@ class BackgroundStore:
 
     # ---------------------------------------------------------------------------------------------------------- store
     def read(self) -> bytes:
-        """Return the content that is being written, or else the content of the file.
+        """Return the content that is being written; if none is, return the content of the file.
 
         Raises:
             StoreError: as for `FileStore.read`.
@@ -70,7 +70,7 @@ class BackgroundStore:
         self._do(lambda: self._write(data), alone=True)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Start writing bytes into the content; `pending` reports a failure.
+        """Start writing bytes into the content, at an address or at its end; `pending` reports a failure.
 
         Raises:
             UsageError: the address is beyond the end.
@@ -95,14 +95,14 @@ class BackgroundStore:
         return False
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until everything has been written or has failed, for at most `seconds`; return whether it has."""
+        """Wait until no write is in progress, for at most `seconds` if given; return whether none is."""
         thread = self._thread
         if thread is not None:
             thread.join(seconds)
         return thread is None or not thread.is_alive()
 
     def close(self) -> None:
-        """Write the remaining content.
+        """Wait until the remaining content has been written.
 
         Raises:
             StoreError: the write has failed.

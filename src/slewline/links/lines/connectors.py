@@ -56,7 +56,7 @@ def uart(bench: Bench, chip: Chip) -> SerialPort:
 
 
 def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -> Board:
-    """Return an interface board on a chip; `card` selects the board if there are several."""
+    """Return an interface board on the channel `over` of a chip; `card` selects the board if there are several."""
     kind, tail = BOARDS[type(channel_over(chip, over))]
     which = {} if card is None else {"card": card}
     return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip, **which))
@@ -95,7 +95,7 @@ def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int,
 
 
 def same(one: Net, other: Net) -> bool:
-    """Return whether two pins are on the same net."""
+    """Return whether two nets are wired together."""
     return one.root is other.root
 
 
@@ -114,7 +114,7 @@ def device_of(bench: Bench, chip: Chip) -> GpibDevice | None:
 
 
 def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
-    """Connect a chip to a new device, with the interrupt logic of figure 12.9."""
+    """Connect a chip to a new IEEE-488 device, with the interrupt logic of figure 12.9; return the device."""
     name, logic = f"{chip.name}_gpib", f"{chip.name}_interrupts"
     device = bench.part("gpib_device", name=name, to=chip, address=address)
     bench.part("gpib_interrupts", name=logic, to=chip)

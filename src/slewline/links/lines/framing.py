@@ -54,7 +54,7 @@ SHARE = 256  # bytes in a turn of the loop
 
 
 class FramedLine(HostLine):
-    """Lines of text sent to a host computer on the bench, and its answers."""
+    """Lines of text sent to a host computer on the bench, and the answers of that computer."""
 
     share = SHARE
 
@@ -109,7 +109,7 @@ class FramedLine(HostLine):
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
     def _act(self, do: Callable[[Any, Any, Send], object], request: Request[bytes] | None = None) -> None:
-        """Perform an action on the computer; another bench repeats it after the same input."""
+        """Perform an action on the host computer, and record it for another bench to repeat after the same input."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
         do(self.computer, request, self.give)
@@ -139,7 +139,7 @@ class FramedLine(HostLine):
         self.send("!")
 
     def send(self, text: str) -> None:
-        """Send an answer, one line."""
+        """Send one line to the host, as an answer."""
         self._act(lambda _computer, _request, send: send(line_of(text), None))
 
     def whole(self, data: bytes) -> bytes:
@@ -150,7 +150,7 @@ class FramedLine(HostLine):
         return data[:end]
 
     def forget_half(self) -> None:
-        """Discard the start of a line whose end arrives elsewhere."""
+        """Discard the start of an incomplete line, whose end will go to another destination."""
         self.line.clear()
 
     def space(self) -> int:
@@ -158,7 +158,7 @@ class FramedLine(HostLine):
         return CHUNK  # an excess is refused line by line, so that ? and ! are always read
 
     def sent(self) -> bool:
-        """Return whether everything received has been sent to the chip."""
+        """Return True: another host may begin at any time, as it may want to discard the pending commands."""
         return True  # the next host may want to discard the commands of the last one
 
     def quiet(self) -> bool:
@@ -172,7 +172,10 @@ def line_of(text: str) -> bytes:
 
 
 def takes(computer: BusHost) -> bool:
-    """Return whether the chip takes a command now.  A program that admits no live commands leaves READY high."""
+    """Return whether the chip takes a command now.
+
+    READY alone does not show this: a program that admits no live commands leaves it high.
+    """
     sheet, pins = computer.chip.sheet, computer.chip.pins
     running = sheet.role("running")
     is_blocked = not sheet.takes_live and running is not None and pins[running.name].level == 0

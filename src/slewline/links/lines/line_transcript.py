@@ -34,7 +34,7 @@ class TranscriptFile:
         failed: called once, when the file cannot be written; the transcript ends there.
 
     Raises:
-        UsageError: the file cannot be written, or is not a regular file: a FIFO would wait for a reader.
+        UsageError: the file cannot be written, or is not a regular file; a FIFO would block without a reader.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class TranscriptFile:
         self.kernel = kernel
 
     def reopen(self) -> None:
-        """Append to the file, if there is one, even if it has been closed."""
+        """Open the file for appending, if a path was given and the file is not open."""
         if self.path is None or self.file is not None:
             return
         if self.on_terminal:
@@ -68,7 +68,7 @@ class TranscriptFile:
             raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
     def characters(self, line: str, to: str, data: bytes) -> None:
-        """Write characters that were transferred."""
+        """Write characters that were transferred on a line, in the direction `to`."""
         if self.file is None:
             return
         for byte in data:
@@ -82,7 +82,7 @@ class TranscriptFile:
                 self.end(line)
 
     def end(self, line: str) -> None:
-        """Write the characters collected from a line."""
+        """Write the characters of a line that have been collected so far."""
         if line in self.open:
             to, since, data = self.open.pop(line)
             self.write(since, line, to, data.decode("latin-1").encode("unicode_escape").decode("ascii"))

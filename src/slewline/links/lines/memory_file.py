@@ -3,7 +3,7 @@
     the line "slewline memory 1" | length, 4 bytes | CRC-32, 4 bytes | data         numbers with their high byte first
     the line "slewline memory 2" | length, 4 bytes | CRC-32, 4 bytes | data | record | record ...
 
-    record    address, 4 bytes | length, 4 bytes | CRC-32 of both and of the data, 4 bytes | data
+    record    address, 4 bytes | length, 4 bytes | CRC-32 of address, length and data, 4 bytes | data
 
 A module answers Y when its program is in the memory, so `write` and `append` return only when a power cut can no longer
 undo them; if they are interrupted, the former content stays in place.
@@ -15,10 +15,10 @@ undo them; if they are interrupted, the former content stays in place.
     fsync the directory
 
 The first append ever, an append after a failure, and an append that would make the records much longer
-than the rest write the whole file instead.
+than the rest of the file write the whole file instead.
 
 New content is on the disk under another name before it gets its final name, so a disk that stores
-something else is detected in time.  After the last step, nothing can fail.  A power failure during an
+wrong data is detected in time.  After the last step, nothing can fail.  A power failure during an
 append leaves an incomplete record at the end, which is dropped.  If a complete record follows a broken
 one, the broken one was damaged later: this is reported as damage.
 """
@@ -117,7 +117,7 @@ class FileStore:
             self._base = self._end = len(whole)
 
     def _appended(self, record: bytes, end: int) -> bool:
-        """Append a record to the file; return False if the end of the file has moved."""
+        """Append a record to the file; return False if the file does not exist, or is not `end` bytes long."""
         try:
             with self._opened(self.path, os.O_RDWR) as file:
                 if self.system.lseek(file, 0, os.SEEK_END) != end:
@@ -136,7 +136,7 @@ class FileStore:
         return True
 
     def _replace(self, content: bytes) -> None:
-        """Replace the existing file with a new one."""
+        """Replace the file with a new one that contains `content`."""
         with directory(self.path.parent, self.system) as made_safe:
             self._found()
             try:
@@ -154,7 +154,7 @@ class FileStore:
             made_safe()
 
     def _found(self) -> bytes:
-        """Return the content of the existing file; empty if there is none."""
+        """Return all bytes of the file; empty if there is no file."""
         if self.path.is_symlink():
             raise StoreError(f"{self.path}: is a symbolic link; name the file itself")
         if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # opening a FIFO would block
@@ -168,7 +168,7 @@ class FileStore:
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:
-        """Return the content of a file."""
+        """Return the content of the memory, from all bytes of its file."""
         if not found:
             return bytearray()
         if len(found) >= HEADER.size:
@@ -226,12 +226,12 @@ class FileStore:
 
 
 def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
-    """Return the content of a file without records: header and data."""
+    """Return all bytes of a file without records: the header and the data."""
     return HEADER.pack(magic, len(data), crc32(data)) + data
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Apply the records of a file, starting at a position; return whether the rest is at most an incomplete record."""
+    """Apply the records from a position in a file on; return whether at most an incomplete record follows them."""
     while (place := record_at(found, at)) is not None:
         address, length = place
         if address > len(content):
@@ -242,7 +242,7 @@ def repeated(content: bytearray, found: bytes, at: int) -> bool:
 
 
 def record_at(found: bytes, at: int) -> tuple[int, int] | None:
-    """Return the address and length of a record; None if it is incomplete or has no data."""
+    """Return the address and length of the record at `at`; None if it is incomplete, damaged, or has no data."""
     if at + RECORD.size >= len(found):
         return None
     address, length, check = RECORD.unpack_from(found, at)

@@ -2,9 +2,9 @@
 
     module --- sent at 12.0 ms ---> | gate |  ... a cable's delay later ---> delivered: the host has it
 
-Without a gate, data is delivered immediately.  A bench that has gone back in time repeats all data since then.
-Delivered data is not sent again; delayed data is never delivered, and the new run's data goes to the gate instead.
-So a host receives no byte twice, and no byte that was withdrawn before delivery.
+Without a gate, data is delivered immediately.  A bench that has gone back in time repeats all data since
+then.  Delivered data is not sent again; data that the gate still delays is dropped, and the data of the
+new run goes to the gate.  So a host receives no byte twice, and no byte that was withdrawn before delivery.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Gate = Callable[[Callable[[], object], int], object]  # takes a call and its ins
 class SentBytes(NamedTuple):
     """Bytes sent by a module: the instant at which they ended (ps), and the host that is to receive them.
 
-    `to` is None if they are for any host.
+    `to` is None if any host may receive them.
     """
 
     ps: int
@@ -29,7 +29,7 @@ class SentBytes(NamedTuple):
 
 
 class Leaving:
-    """Sent bytes that have not been delivered yet."""
+    """Sent bytes; `left` is True once they have been delivered, `void` once they have been withdrawn."""
 
     __slots__ = ("left", "sent", "void")
 
@@ -73,19 +73,19 @@ class Outlet:
             self.deliver(leaving.sent.data, leaving.sent.to)
 
     def remember(self, now_ps: int) -> None:
-        """Start recording all data."""
+        """Start recording all data, at an instant (ps), unless a record exists."""
         if self.since_ps is None:
             self.since_ps = now_ps
 
     def forget(self, before_ps: int) -> None:
-        """Discard the record up to an instant (ps), because no run goes back further any more."""
+        """Discard the record up to an instant (ps), because no run will go back to before it."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
             while self.log and self.log[0].left and self.log[0].sent.ps <= before_ps:
                 self.log.popleft()
 
     def resend(self, outputs: Iterable[SentBytes]) -> bytes:
-        """Output the data of another run since the start of the record, at which point both runs are equal.
+        """Send the data that another run sends after the start of the record, except the data already delivered.
 
         Returns:
             The bytes that were delivered but do not occur in the new run: they cannot be withdrawn.

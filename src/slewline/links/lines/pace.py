@@ -37,7 +37,7 @@ LOST_NS = NS_PER_S  # a longer lag is skipped
 
 @dataclass
 class Lag:
-    """The lag behind the wall clock: the number of events, the number over a millisecond late, the worst delay."""
+    """The lag behind the wall clock: the events, those over 1 ms late, the worst delay, and the time skipped."""
 
     events: int = 0
     late: int = 0
@@ -52,7 +52,7 @@ class Lag:
 
 
 class Pace:
-    """The common base of both modes; `goal` limits the progress of time.
+    """The common base of `Paced` and `Lockstep`; `goal` limits the progress of time.
 
     Args:
         clock: returns the wall-clock time in nanoseconds.
@@ -117,7 +117,7 @@ class Pace:
             wait.end()
 
     def pass_time(self) -> bool:
-        """Run time up to the goal, for at most one slice; return False if more is to be done immediately."""
+        """Run time up to the goal, for at most one slice; return whether the goal has been reached."""
         self.stop_ns = self.clock() + SLICE_NS
         kernel = self.kernel
         kernel.settle()
@@ -139,7 +139,7 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """Return the goal, limited by the waits and by the instants that promises name."""
+        """Return the goal (ps), limited by the ends of the waits and the instants at which they may be met."""
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))
             if wait.when is not None:
@@ -148,7 +148,7 @@ class Pace:
         return goal
 
     def _answer(self) -> None:
-        """Notify the clients whose wait is over."""
+        """End the waits that are met or have timed out, and call their `done`."""
         for wait in list(self.waits):
             met = wait.met()
             if met or wait.limit_ps <= self.kernel.now:
@@ -160,7 +160,7 @@ def rate_of(rate: str | float) -> Fraction:
     """Return a rate, in virtual seconds per wall-clock second.
 
     Raises:
-        UsageError: not a number above 0.
+        UsageError: the rate is not a number above 0.
     """
     try:
         found = Fraction(str(rate))
@@ -208,7 +208,7 @@ class Paced(Pace):
         return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
 
     def pass_time(self) -> bool:
-        """Run time up to the wall clock, for at most one slice; return False if more is to be done immediately."""
+        """Run time up to the wall clock, for at most one slice; return whether it has been reached."""
         due = self.kernel.next_time()
         goal = self.goal()
         if due is not None and due <= goal and not self.paused:
@@ -224,7 +224,7 @@ class Paced(Pace):
         self.pass_time()
 
     def pause(self) -> float | None:
-        """Return the number of seconds until the next event is due, or None to sleep until a byte arrives."""
+        """Return the number of seconds until the next event is due; None to sleep until a byte arrives."""
         self.kernel.settle()
         if self.paused:
             return 0 if self.goal() > self.kernel.now else None
@@ -244,9 +244,9 @@ class Lockstep(Pace):
     lockstep = True
 
     def _goal(self) -> int:
-        """Return the instant up to which a client lets time run (ps)."""
+        """Return the latest limit of the waits (ps), up to which time may run; without waits, the current instant."""
         return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:
-        """Return None: only a byte from a client lets time run."""
+        """Return None: the loop may sleep until a byte arrives, as only clients let time run."""
         return None

@@ -23,7 +23,7 @@ class AnyLine(Protocol):
         """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when more may come."""
 
     def leave(self, why: str) -> None:
-        """Disconnect a host that has left."""
+        """Disconnect a host that has left; `why` is the reason."""
 
     def take(self, data: bytes) -> None:
         """Receive bytes from the host."""
@@ -37,7 +37,7 @@ class CableLine(AnyLine, Protocol):
 
     @property
     def setting(self) -> LineSetting:
-        """Rate and format."""
+        """Rate and format of the line."""
 
 
 class PortLine(AnyLine, Protocol):
@@ -56,7 +56,7 @@ class PortLine(AnyLine, Protocol):
         """Maximum number of bytes read from a host per turn of the loop."""
 
     def obey(self, on: bool) -> None:
-        """Select whether characters wait for CTS, if there is one."""
+        """Select whether characters wait for CTS; this has no effect if the chip has none."""
 
     def opened_at(self, baud: int) -> None:
         """Record the rate that a host has set."""

@@ -49,7 +49,7 @@ class RequestLine(HostLine):
         """Queue the answer to a request, for the current host only: a later host has not sent the request.
 
         Args:
-            answers: a function of the part and the request that returns the answer.
+            answers: a function of the part and the executed request that returns the answer.
         """
         host = self.host
 

@@ -107,7 +107,7 @@ class HostLine:
         self.coming_ends = coming
 
     def leave(self, why: str) -> None:
-        """Disconnect a host that has left; report its incomplete request when all its bytes have reached the chip."""
+        """Disconnect a host that has left; when all its bytes have reached the chip, report any incomplete request."""
         self.detach(why)
         if self.concludes:
             self.when_answered(self.pace.bench.conclude)
@@ -131,12 +131,12 @@ class HostLine:
     def _all_quiet(self) -> bool:
         """Return whether all lines to the chips of this line are quiet.
 
-        Its commands may cause answers on the other lines.
+        The commands on this line may cause answers on the other lines.
         """
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received is answered, or after the timeout."""
+        """Call a function when everything received has been answered, or after a timeout."""
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.pace.lockstep:  # time passes for received bytes, not for a waiting host
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
@@ -148,7 +148,7 @@ class HostLine:
             self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been sent on, or after the timeout."""
+        """Call a function when everything received has been sent on, or after a timeout."""
         self.pace.wait(Wait(self.sent, self.kernel.now + ANSWER_TIMEOUT_PS, lambda _sent: call()))
 
     def event(self, text: str) -> None:
@@ -172,11 +172,11 @@ class HostLine:
     # ------------------------------------------------------------------------------------------------ another bench
     @property
     def part(self) -> Part:
-        """Part on the bench in which the line ends."""
+        """Part on the bench at the end of the line."""
         raise NotImplementedError
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the part of the same name on another bench; `coming` are the characters in transit."""
+        """Connect the line to the part of this name on another bench; `coming` are characters not yet received."""
         self.kernel = bench.kernel
         self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
 
@@ -185,10 +185,10 @@ class HostLine:
         """Select whether characters wait for CTS; this has no effect if the chip has none."""
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set on a port where it has no effect."""
+        """Record the rate that a host has set on its port, where the rate has no effect."""
 
     def note(self, direction: str, data: bytes) -> None:
-        """Write bytes into the transcript."""
+        """Write bytes in a direction into the transcript."""
         self.log.characters(self.name, direction, data)
 
     def feed(self, data: bytes) -> None:
@@ -208,7 +208,7 @@ class HostLine:
         return data
 
     def forget_half(self) -> None:
-        """Discard the start of a request whose end arrives elsewhere."""
+        """Discard the start of an incomplete request, whose end will go to another destination."""
 
     def sent(self) -> bool:
         """Return whether everything received has been sent on, so that another host may begin."""
@@ -220,7 +220,7 @@ class HostLine:
 
 
 class Act(NamedTuple):
-    """An action of a line on its part, at an instant (ps), after a given number of inputs; see `Acts.add`."""
+    """An action of a line on its part, at an instant (ps), after a number of inputs to it; see `Acts.add`."""
 
     inputs: int
     ps: int
@@ -241,11 +241,11 @@ class Acts:
         self.number = 0  # of acts since the beginning
 
     def on_input(self, do: str, what: dict[str, Any]) -> None:
-        """Count an input that is about to be made."""
+        """Count an input that is about to be made, if it is one of the part."""
         self.inputs += do == "input" and what["part"] == self.part
 
     def add(self, ps: int, do: Callable[[Any, Any, Send], object]) -> None:
-        """Record an action: a function of the part, the result of its last input, and the sender of answers."""
+        """Record an action: a function of the part, the result of the part's last input, and a sender of answers."""
         self.done.append(Act(self.inputs, ps, do))
         self.number += 1
 
@@ -311,7 +311,7 @@ class ConnectorLine(HostLine):
             self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set on a port where it has no effect, unlike on a cable."""
+        """Record the rate that a host has set on its port, where it has no effect, unlike on a cable."""
         self.port.opened_at(baud)
 
     def feed(self, data: bytes) -> None:
@@ -332,11 +332,11 @@ class ConnectorLine(HostLine):
 
     @property
     def clear(self) -> bool | None:
-        """State of CTS; None if the chip has none."""
+        """True while CTS permits sending; None if the chip has no CTS."""
         return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
 
     def space(self) -> int:
-        """Return the number of bytes that may arrive now; at 0, `resume` is called once half of them have been sent."""
+        """Return the number of bytes that may arrive now; at 0, `resume` is called after half of the backlog."""
         uart = self.uart
         room = BACKLOG - uart.backlog
         if room <= 0:

@@ -25,7 +25,7 @@ class Adapters:
         self.pulled += ports
 
     def plug(self, line: HostLine) -> None:
-        """Open the ports again, at the same addresses; a host must reconnect.
+        """Open the ports of a line again, at the same addresses; a host must reconnect.
 
         Raises:
             UsageError: another program now uses the address of a port.

@@ -67,7 +67,7 @@ class Threads:
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
-        """End both threads when one ends, and close the socket."""
+        """Shut down the socket when one thread ends, so that the other one ends, too; keep any error as the reason."""
         try:
             yield
         except Exception as error:  # a port that is closed during a read fails in many ways
@@ -147,7 +147,7 @@ class DevicePort(Closing):
         self.line.attach(self.device, self.stream.write, self.stream.resume)
 
     def _end(self) -> socket.socket | Descriptor:
-        """Return the end of the port that the loop can wait for."""
+        """Return the object that the loop can wait for: the descriptor of the port, or a socket that threads serve."""
         try:
             return Descriptor(self.port.fileno())
         except (AttributeError, OSError):  # io.UnsupportedOperation is an OSError
@@ -155,7 +155,7 @@ class DevicePort(Closing):
             return self.threads.ours
 
     def _let_go(self, why: str) -> str:
-        """Close the port; return the reason for its failure, if a thread knows it."""
+        """Close the port; return the reason: that of its threads, if it has threads, or else `why`."""
         self.line.leave(why)
         threads, self.threads = self.threads, None
         if threads is not None:
@@ -185,7 +185,7 @@ class DevicePort(Closing):
             self.report(f"{self.device}: back")
 
     def again(self) -> DevicePort:
-        """Return the port, opened again after it was closed."""
+        """Return a new port on the same device, to replace this one after it was closed."""
         return DevicePort(self.loop, self.line, self.device, self.report, self.make)
 
     def _shut(self) -> None:

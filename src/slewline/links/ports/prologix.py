@@ -96,7 +96,7 @@ class Selection:
         self.left = 0  # bytes per group
 
     def data_received(self, chip: Chip, data: bytes) -> None:
-        """Record data sent to the chip."""
+        """Record the data that commands in bytes sent to the chip have selected for reading."""
         as_text = self.mode is None or chip.pins[self.mode.name].level != 0
         for byte in data:
             found = self.decoder.feed(byte, as_text, self.entering)
@@ -186,7 +186,7 @@ class PrologixLine(RequestLine):
             self._data(line)
 
     def _data(self, line: bytes) -> None:
-        """Send data to the device, and read its answer if ++auto is on."""
+        """Send data to the addressed device, and read its answer if ++auto is on."""
         if PLAIN_PLUS.match(line):
             self.controller.finding("gpib-plus", f"{line!r}: a + that is not preceded by ESC is not sent; send ESC +")
         if (found := TELNET.match(line)) and len(found[0]) >= CERTAIN:
@@ -203,7 +203,7 @@ class PrologixLine(RequestLine):
             self._read(None)
 
     def _read(self, end: int | None) -> None:
-        """Read from the device."""
+        """Read from the addressed device, up to the byte `end` if one is given."""
         address, settings = self.settings["addr"], self.settings
         selection = self.selected.get(address)
         left = selection.left if selection is not None else 0
@@ -235,13 +235,13 @@ class PrologixLine(RequestLine):
             self._say(UNKNOWN)
 
     def _say(self, text: str) -> bool:
-        """Queue a line as the answer."""
+        """Queue a line as the answer; return True, for a command that was accepted."""
         reply = f"{text}\r\n".encode("ascii", "replace")
         self.answer(lambda _controller, _work: reply)
         return True
 
     def _setting(self, name: str, arguments: Sequence[str]) -> bool:
-        """Answer with a setting, or change it."""
+        """Answer with a setting, or change it; return False if the arguments are wrong."""
         if not arguments:
             return self._say(str(self.settings[name]))
         row = SETTINGS[name]
@@ -257,7 +257,7 @@ class PrologixLine(RequestLine):
             self.kept = dict(self.settings)
 
     def do_addr(self, arguments: Sequence[str]) -> bool:
-        """Answer with the address, or change it."""
+        """Answer with the address, or change it; return False if the arguments are wrong."""
         if not arguments:
             return self._say(f"{self.settings['addr']}{self.secondary}")
         address = addressed(arguments)
@@ -269,7 +269,7 @@ class PrologixLine(RequestLine):
         return True
 
     def do_read(self, arguments: Sequence[str]) -> bool:
-        """Read from the device."""
+        """Read from the addressed device; return False if the arguments are wrong."""
         if not arguments or list(arguments) == ["eoi"]:
             self._read(None)
             return True
@@ -287,7 +287,7 @@ class PrologixLine(RequestLine):
             self.controller.finding("gpib-address", message)
 
     def do_spoll(self, arguments: Sequence[str]) -> bool:
-        """Poll the status of a device."""
+        """Poll the status of the addressed device or of another one; return False if the arguments are wrong."""
         address = addressed(arguments) if arguments else self.settings["addr"]
         if address is None:
             return False
@@ -298,13 +298,13 @@ class PrologixLine(RequestLine):
         return True
 
     def do_srq(self, arguments: Sequence[str]) -> bool:
-        """Answer 1 if a device requests service, else 0."""
+        """Answer 1 if a device requests service, else 0; return False if there are arguments."""
         if not arguments:
             self.answer(lambda controller, _: f"{int(not controller.high('srq'))}\r\n".encode())
         return not arguments
 
     def do_trg(self, arguments: Sequence[str]) -> bool:
-        """Trigger devices."""
+        """Trigger the addressed device, or the devices in the arguments; return False if the arguments are wrong."""
         addresses = numbers(arguments, 0, HIGHEST) if arguments else [self.settings["addr"]]
         if addresses is None or len(addresses) > MOST_TRIGGERED:
             return False
@@ -313,15 +313,15 @@ class PrologixLine(RequestLine):
         return True
 
     def do_clr(self, arguments: Sequence[str]) -> bool:
-        """Clear the device."""
+        """Clear the addressed device; return False if there are arguments."""
         return self._message(SELECTED_CLEAR, arguments)
 
     def do_loc(self, arguments: Sequence[str]) -> bool:
-        """Set the device to local."""
+        """Set the addressed device to local; return False if there are arguments."""
         return self._message(GO_TO_LOCAL, arguments)
 
     def do_llo(self, arguments: Sequence[str]) -> bool:
-        """Lock out the front panel of the device."""
+        """Lock out the front panel of the addressed device; return False if there are arguments."""
         return self._message(LOCAL_LOCKOUT, arguments)
 
     def _message(self, code: int, arguments: Sequence[str]) -> bool:
@@ -330,14 +330,14 @@ class PrologixLine(RequestLine):
         return not arguments
 
     def do_ifc(self, arguments: Sequence[str]) -> bool:
-        """Clear the interface: abort any transfer."""
+        """Clear the interface, aborting any transfer; return False if there are arguments."""
         if not arguments:
             self._forget()
             self.controller.clear()
         return not arguments
 
     def do_rst(self, arguments: Sequence[str]) -> bool:
-        """Restart the controller with the stored settings."""
+        """Restart the controller with the stored settings; return False if there are arguments."""
         if not arguments:
             self._forget()
             self.settings = dict(self.kept)
@@ -349,11 +349,11 @@ class PrologixLine(RequestLine):
             self.let_in()
 
     def do_ver(self, arguments: Sequence[str]) -> bool:
-        """Answer with the version."""
+        """Answer with the version; return False if there are arguments."""
         return not arguments and self._say(VERSION)
 
     def do_help(self, arguments: Sequence[str]) -> bool:
-        """List the commands."""
+        """Answer with a list of the commands; return False if there are arguments."""
         rows = dict(COMMANDS) | {name: f"[{row.low}-{row.high}]: {row.description}" for name, row in SETTINGS.items()}
         return not arguments and all(
             [self._say(f"++{name} {description}") for name, description in sorted(rows.items())]
@@ -361,13 +361,13 @@ class PrologixLine(RequestLine):
 
 
 def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:
-    """Return decimal numbers; None if there are none, or one is not a number in the range."""
+    """Return the arguments as decimal numbers; None if there are none, or one is not in the range."""
     found = [int(each) if re.fullmatch("[0-9]{1,4}", each) else -1 for each in arguments]
     return found if found and all(low <= each <= high for each in found) else None
 
 
 def addressed(arguments: Sequence[str]) -> int | None:
-    """Return the bus address for PAD [SAD]; None if it is not an address."""
+    """Return the primary bus address (PAD) in the arguments PAD [SAD]; None if they are not an address."""
     primary, secondary = numbers(arguments[:1], 0, HIGHEST), arguments[1:]
     if primary is None or len(secondary) > 1 or (secondary and numbers(secondary, *SECONDARY) is None):
         return None

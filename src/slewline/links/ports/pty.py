@@ -1,19 +1,19 @@
 """A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
 
 A Linux pseudo-terminal is not a UART.  It passes 8 bits per character, whatever rate and format the host
-has set; a 7-bit line uses the lower ones.  It always reports 8 bits and no parity, which the C library
+has set; a 7-bit line uses the lower 7.  It always reports 8 bits and no parity, which the C library
 compares with the requested settings: opening it as 7O2 fails (EINVAL), unless the call changes something
 else.  So the first open succeeds, and the second one, with the same request, fails.  The remedy:
 
     packet mode with EXTPROC      the master wakes at every change of settings
     a marker after each change    a flag without effect; the next call clears it, which is a change
-    PARODD inverted with it       makes a change even if a call only adds flags to the current ones
+    PARODD inverted with each     makes a change even if a call only adds flags to the current ones
 
 The C library reads the settings back immediately.  Two markers alternate, so the settings that it reads
 differ from the former ones, whether or not the server has already set the next marker.  A call fails
 only if it comes before the server wakes: within a few tens of microseconds after the previous call, or
-longer on a busy machine.  The host cannot detect the cause; the user can (`HINT`).  stty makes its own
-comparison, and always reports an error.  TCP and RFC 2217 do not have this problem.
+longer on a busy machine.  The host cannot detect the cause; the user is informed (`HINT`).  stty makes its
+own comparison, and always reports an error.  TCP and RFC 2217 do not have this problem.
 
 macOS has no EXTPROC of this kind: a pseudo-terminal there is for hosts that use 8N1 (`PLAIN`).
 """
@@ -63,7 +63,7 @@ class PacketStream(SocketStream):
         super().__init__(loop, end, line.take, lambda _why: None, line.room)
 
     def fetch(self, room: int) -> bytes | None:
-        """Read and return bytes; None if the other side has disconnected."""
+        """Read a packet, and return its bytes after the first one; none if only the settings have changed."""
         data = self.end.recv(room + 1)
         if data[:1] != b"\0":  # the settings have changed, or a queue was flushed
             self.changed()
@@ -78,8 +78,8 @@ class PtyPort(Closing):
             file must be in the folder that the file's gate (`FileGate`) allows.
 
     Raises:
-        UsageError: the link cannot be made, or the file exists and is not an old link made by slewline; or
-            the system has no pseudo-terminals.
+        UsageError: the link cannot be made, or its name is in use and is not an old link made by slewline;
+            or the system has no pseudo-terminals.
     """
 
     def __init__(self, loop: Loop, line: PortLine, link: str | LinkPlace) -> None:
@@ -142,7 +142,7 @@ class PtyPort(Closing):
             self.line.opened_at(baud)
 
     def _mark(self, found: list[Any]) -> None:
-        """Set a marker, which the host's next call will change."""
+        """Apply the settings found, with the next marker, which the host's next call will clear."""
         import termios
 
         markers = (LFLAG, termios.IEXTEN), (IFLAG, termios.IGNBRK)
@@ -159,7 +159,7 @@ class PtyPort(Closing):
 
     # ------------------------------------------------------------------------------------------------------- the end
     def again(self) -> PtyPort:
-        """Return another pseudo-terminal under the same name, after this one was closed."""
+        """Return a new pseudo-terminal under the same name, to replace this one after it was closed."""
         return PtyPort(self.loop, self.line, self.place)
 
     def _shut(self) -> None:

@@ -2,15 +2,15 @@
 
 A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, and
 the number of axes.  It also has the register offsets, as in "data=0 status=1 command=1", unless they are
-as in the application note.  After that every request is two bytes and every answer is one byte, in the
+those of the application note.  After that every request is two bytes and every answer is one byte, in the
 order of the requests:
 
     0r --    IN      read register r of the board (parts/boards/board.py)       the byte
     1r bb    OUT     write bb to register r                              bb again, when it is written
-    24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 after a timeout
+    24 nn    READY   wait at most nn ms until bit 7 of the status is 1   the status; bit 7 is 0 after a timeout
     34 nn    ANSWER  wait until bit 7 is 0; only for a parallel card     the status
     44 nn    MESSAGE wait until bit 6 is 0; only for a parallel card     the status
-    54 nn    POLL    read the status until bit 7 is 1, for nn ms         the status
+    54 nn    POLL    read the status at most nn ms until bit 7 is 1      the status
     90 --    HELLO   query the version                                   02, in lockstep 82; FF: no series supported
     C0 nn    SERIES  nn of the requests above follow, except HELLO       a byte for each
     C1 nn    ON      as SERIES, unless a wait in the last series failed  a byte for each
@@ -18,17 +18,17 @@ order of the requests:
 
 A series is one message, one input of the board and one answer, and takes a fraction of the time that its
 requests would take singly.  A failed wait ends it: the remaining requests are not executed, and each is
-answered with FF.  So a host may continue without an answer, as if every wait had succeeded, and learns
-afterwards at which wait a real program would still be polling.  A series and the ON messages that
+answered with FF.  So a host may send more before it has an answer, as if every wait had succeeded, and
+learns afterwards at which wait a real program would still be polling.  A series and the ON messages that
 continue it are executed as one series if they arrive together.
 
 A host may send the next request before it has the answer to the previous one: a whole packet, including
 its waits, is one round trip.  Requests are executed one after another; each access is made at the pins
 of the chip, and takes a bus cycle of 750 ns of virtual time.
 
-In lockstep no other time passes, so a polling host would poll a hundred times for each word.  Therefore,
-after an IN that reads bit 7 of the status as 0, time passes until the bit is 1, but no more than 100 µs.
-READY lets time pass until its wait ends.
+In lockstep, time passes only for accesses, so a polling host would poll a hundred times for each word.
+Therefore, after an IN that reads bit 7 of the status as 0, time passes until the bit is 1, but no more
+than 100 µs.  READY lets time pass until its wait ends.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ SHARE = 64  # bytes per turn of the loop: 32 accesses take a millisecond
 
 
 class RegisterLine(RequestLine):
-    """Requests to an interface board on the bench, and its answers."""
+    """Requests to an interface board on the bench, and the board's answers."""
 
     ports = ("tcp",)
     greetings = REGISTERS
@@ -84,18 +84,18 @@ class RegisterLine(RequestLine):
         return self.board.layout.offset(STATUS)
 
     def _read_from(self, request: int) -> int:
-        """Return the register that a request reads; a wait reads the status register."""
+        """Return the offset of the register that a request reads: for a wait, the status register."""
         status = self.status
         return request & 0x0F if request - IN < OUT or status is None else status
 
     @property
     def greeting(self) -> bytes:
-        """First line sent to a host."""
+        """First line of text sent to every host, as bytes."""
         sheet = self.chips[0].sheet
         return f"slewline registers {VERSION} {sheet.part} {sheet.axes}{placed(self.board.layout)}\r\n".encode("ascii")
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host."""
+        """Connect a host; record in the transcript an incomplete request of the previous host."""
         if self.half:
             self.log.event(self.name, f"the previous host left an incomplete request, {self.half[:8].hex(' ', -2)}")
         self.half, self.strange = b"", False
@@ -103,7 +103,7 @@ class RegisterLine(RequestLine):
 
     # ------------------------------------------------------------------------------------------------------- requests
     def feed(self, data: bytes) -> None:
-        """Receive bytes from the host: register accesses."""
+        """Receive bytes from the host; queue each complete request."""
         data = self.half + data
         at, steps, on = 0, b"", False  # `steps`: the steps of a series, which may continue
         while len(data) >= at + 2:
@@ -138,7 +138,7 @@ class RegisterLine(RequestLine):
         self.half = b""
 
     def _series(self, steps: bytes, on: bool) -> None:
-        """Queue a series and its answers; queue nothing if one of its steps is not a request."""
+        """Queue a series and its answers; if one of its steps is not a request, answer every step with FF instead."""
         board, number = self.board, len(steps) // 2
         wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
         if wrong is not None:
@@ -150,7 +150,7 @@ class RegisterLine(RequestLine):
         self.answer(lambda _board, work: self._worked(steps, work), work)
 
     def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
-        """Return the answers to a series; write its accesses into the transcript."""
+        """Return the answers to an executed series; write its accesses into the transcript."""
         answers, ends = work.result
         if self.log.file is not None and not self.silent:
             for request, byte, ps in zip(steps[::2], answers, ends, strict=False):
@@ -182,12 +182,12 @@ class RegisterLine(RequestLine):
             self.answer(lambda _board, _: bytes([self._nobody(request, value)]))
 
     def _read(self, offset: int, access: Request[int]) -> bytes:
-        """Return the byte of a read access."""
+        """Return the byte that an access has read; write it into the transcript."""
         self._note(offset, access.result, self.kernel.now)
         return bytes([access.result])
 
     def _note(self, offset: int, byte: int, ps: int) -> None:
-        """Write a byte read into the transcript, if it differs from the last one."""
+        """Write a byte read into the transcript, unless it is a status that equals the last one."""
         if self.silent:
             return
         if offset != self.status or byte != self.shown:
@@ -209,7 +209,7 @@ class RegisterLine(RequestLine):
         return FLOATING
 
     def _what_is_here(self, came: bytes, where: str) -> str:
-        """Return a remedy for bytes that are not a request."""
+        """Return a message about bytes that are not a request, with a remedy."""
         text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
         if TELNET.match(came + b"\0"):
             text = " (telnet negotiation, it seems)"
@@ -221,7 +221,7 @@ class RegisterLine(RequestLine):
 
     # ----------------------------------------------------------------------------------------------------- transcript
     def note(self, direction: str, data: bytes) -> None:
-        """Write accesses into the transcript, not the bytes of the requests."""
+        """Do nothing: the transcript shows the accesses, not the bytes of the requests."""
 
     def _show(self, direction: str, offset: int, byte: int, ps: int) -> None:
         """Write an access into the transcript: "< 2 31", "> 0 5c"."""
@@ -230,7 +230,7 @@ class RegisterLine(RequestLine):
 
 
 def placed(layout: Layout) -> str:
-    """Return the register offsets of a board, for the greeting; "" for the usual offsets."""
+    """Return the register offsets of a board, for the greeting; "" if they are the usual ones."""
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
@@ -266,8 +266,8 @@ class RegisterPort(TcpPort):
     def catch_up(self) -> None:
         """Pass everything that the host has sent so far to the board; run the time that this takes, up to a limit.
 
-        In lockstep a host need not wait for answers; so a later request to another port is executed after all of
-        these.
+        In lockstep a host need not wait for answers; so a later request to another port is executed after all
+        requests sent to this one.
         """
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):

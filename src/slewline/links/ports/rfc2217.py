@@ -40,7 +40,7 @@ MASKS = {
 class Remote:
     """The line as a pySerial serial port, as far as a PortManager needs one.
 
-    The settings of a host apply only while it has its turn on the line.
+    The settings of a host apply to the line only during the turn of that host.
     """
 
     def __init__(self, session: NetSession, line: ConnectorLine, baud: int | str, word: CharacterFormat) -> None:
@@ -52,7 +52,7 @@ class Remote:
         self._break = False
 
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
-        """Set another rate or format."""
+        """Set another rate or format, which the line has during the turn of this host."""
         bit_clock(baud, self.port.name)
         self.baud, self.word = baud, word.checked(self.port.name)
         if self.session.begun:
@@ -76,7 +76,7 @@ class Remote:
 
     @property
     def bytesize(self) -> int:
-        """Data bits."""
+        """Number of data bits."""
         return self.word.bits
 
     @bytesize.setter
@@ -96,7 +96,7 @@ class Remote:
 
     @property
     def stopbits(self) -> float:
-        """Stop bits: 1, 1.5 or 2."""
+        """Number of stop bits: 1, 1.5 or 2."""
         return float(self.word.stop)
 
     @stopbits.setter
@@ -105,12 +105,12 @@ class Remote:
 
     @property
     def cts(self) -> bool:
-        """CTS of the chip; on if the chip has none."""
+        """True while CTS of the chip permits sending, or if the chip has no CTS."""
         return self.session.line.clear is not False
 
     @property
     def rtscts(self) -> bool:
-        """True if the line waits for CTS."""
+        """True if the host has requested that characters wait for CTS."""
         return self._rtscts
 
     @rtscts.setter
@@ -152,7 +152,7 @@ class Telnet:
 
 
 class Manager(rfc2217.PortManager):
-    """The protocol, including two answers that some clients wait for, although pySerial's client does not."""
+    """The protocol, with two answers that pySerial's manager omits and some clients other than pySerial's need."""
 
     def _telnet_process_subnegotiation(self, suboption: bytes) -> None:
         super()._telnet_process_subnegotiation(suboption)  # type: ignore[misc]
@@ -174,7 +174,7 @@ class NetSession(Session):
     line: ConnectorLine
 
     def arrive(self) -> None:
-        """Connect the host, and start answering its line options."""
+        """Connect the host, and start answering its telnet options."""
         super().arrive()
         self.remote = Remote(self, self.line, *self.port.settings)
         self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
@@ -219,7 +219,7 @@ class NetSession(Session):
 
 
 class NetPort(TcpPort):
-    """A line on a TCP port that includes the line settings."""
+    """A TCP port for a line, through which a host can also set the rate and format of the line."""
 
     scheme = "rfc2217"
     make = NetSession
@@ -230,7 +230,7 @@ class NetPort(TcpPort):
         super().__init__(loop, line, *more)
 
     def again(self) -> Self:
-        """Return a new port at the same address; the line has the settings of the port again."""
+        """Return a new port at the same address; give the line the settings that it had when this port was opened."""
         port = super().again()
         port.settings = self.settings
         baud, word = self.settings

@@ -1,7 +1,7 @@
 """The symbolic link under which a device is found.
 
-It replaces only an old link made by slewline.  The folder of the link is kept open until the link is removed, so that
-no other folder can take its place meanwhile; on the path below the folder of a bench file, no link is followed.
+A new link replaces only an old link made by slewline.  The folder of the link is kept open until the link is removed,
+so that no other folder can take its place meanwhile; on the path below the folder of a bench file, no link is followed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class DeviceLink:
         target: the device.
 
     Raises:
-        UsageError: the link cannot be made, or the file exists and is not an old link made by slewline.
+        UsageError: the link cannot be made, or its name is in use and is not an old link made by slewline.
     """
 
     def __init__(self, place: str | LinkPlace, target: str) -> None:
@@ -63,7 +63,7 @@ class DeviceLink:
         os.symlink(self.target, self.name, dir_fd=self._folder)
 
     def _stale(self, target: str) -> bool:
-        """Return whether the link is left over from a killed server: its device is gone, or is now ours."""
+        """Return whether a link to `target` is left over from a killed server: that device is gone, or is now ours."""
         return target == self.target or not os.path.exists(target)
 
     def _refused(self, error: OSError) -> UsageError:
@@ -80,7 +80,7 @@ class DeviceLink:
 
 
 def _entered(place: LinkPlace) -> int:
-    """Open the folder of a link; no link is followed below the folder to which its path is relative."""
+    """Open the folder of a link, following no link below `place.folder`; return its descriptor."""
     folder = os.open(place.folder, os.O_RDONLY | FOLDER)
     for each in place.below:
         above = folder

@@ -113,7 +113,7 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Send a line, and close the connection when the line has been read, or after a second."""
+    """Send the reason as a line; close the connection when the client has closed it, or after a second."""
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -155,7 +155,7 @@ class Session:
 
     # --------------------------------------------------------------------------------------------------- to the line
     def room(self) -> int:
-        """Return the number of bytes that may come from the host now."""
+        """Return the number of bytes that may arrive from the host now."""
         return min(self.line.share, CHUNK - len(self.characters) - len(self.beginning.pending))
 
     def take(self, data: bytes) -> None:
@@ -183,7 +183,7 @@ class Session:
             self.receive(self.beginning.release())
 
     def receive(self, data: bytes) -> None:
-        """Receive bytes from the host that are not held back."""
+        """Receive bytes of the host that have passed the check for foreign protocols."""
         self.characters += data
         self.port.pump()
 
@@ -218,7 +218,7 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop at least `excess` waiting characters, up to the end of a line; return the number dropped."""
+        """Drop at least `excess` waiting characters, keeping whole lines if possible; return the number dropped."""
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
         dropped = len(self.characters) - (end or len(kept))
@@ -262,7 +262,7 @@ class TcpPort(Closing):
     """A line on a TCP port.
 
     Args:
-        report: called when bytes of a host are dropped.
+        report: called with a message when bytes of a host are dropped, or a client uses a foreign protocol.
     """
 
     scheme = "socket"
@@ -314,7 +314,7 @@ class TcpPort(Closing):
             self.report(f"{message}; a browser opens the page of slewline panel" if protocol == "HTTP" else message)
 
     def _shorten(self) -> None:
-        """Drop bytes left by former hosts, so that the next host waits no longer than allowed."""
+        """Drop bytes left by former hosts, so that the next host waits for at most `REMAINS` bytes; report this."""
         excess = sum(len(host.characters) for host in self.turns) - REMAINS
         while excess > 0:
             dropped = max(self.turns, key=lambda host: len(host.characters)).shorten(excess)
@@ -368,7 +368,7 @@ class TcpPort(Closing):
             self.listener.listen()
 
     def _wait(self) -> None:
-        """Begin the next turn when all bytes of this one have been sent."""
+        """Begin the next turn when all bytes of the current turn have been sent."""
         if not self.sending:
             self.sending = True
             self.line.when_sent(self._sent)
@@ -378,7 +378,7 @@ class TcpPort(Closing):
         self.loop.ask(self.pump)
 
     def _shut(self) -> None:
-        """Close the connection, and stop listening."""
+        """Disconnect all hosts, and stop listening."""
         self.listener.close()
         hosts = list(self.turns)
         self.turns.clear()

@@ -27,7 +27,7 @@ def dismissal(received: bytes) -> str:
 def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
     """Return the reason why a server has closed the connection, from its last bytes or by connecting again.
 
-    pySerial clears its buffer when it opens a port, including any bytes that a server has sent immediately.
+    When pySerial opens a port, it discards bytes that the server sent immediately, such as the reason.
 
     Args:
         where: the URL of the port.

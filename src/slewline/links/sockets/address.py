@@ -12,7 +12,7 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
     """Return "HOST:PORT" as a pair; port 0 means any free port, and a port without a host is on this machine.
 
     Raises:
-        UsageError: not of this form, or reachable from other machines without `allow_remote`.
+        UsageError: the text is not of this form, or other machines can reach it without `allow_remote`.
     """
     host, colon, port = text.rpartition(":") if ":" in text else ("127.0.0.1", ":", text.strip())
     host = host.strip("[]")
@@ -39,7 +39,7 @@ def is_loopback(host: str) -> bool:
 
 
 def resolved(host: str, address: str) -> int:
-    """Return the address family of a host name."""
+    """Return the address family of a host name; `address` is the complete address, for the error message."""
     try:
         return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
     except (OSError, UnicodeError):

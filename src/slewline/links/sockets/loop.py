@@ -24,7 +24,7 @@ Calls = tuple[Call | None, Call | None]  # called when readable, when writable
 
 
 class Loop:
-    """File descriptors, wall-clock timers, and calls from signal handlers and other threads."""
+    """A loop that serves file descriptors, wall-clock timers, and calls from signal handlers and other threads."""
 
     def __init__(self) -> None:
         self.selector = FineSelector()
@@ -76,7 +76,7 @@ class Loop:
 
     # ------------------------------------------------------------------------------------------------------ running
     def sleep(self, pause: float | None) -> list[Ready]:
-        """Flush written bytes, then wait for at most `pause` seconds (None: no limit); return the events."""
+        """Flush written bytes, then wait for at most `pause` seconds (None: no limit); return ready descriptors."""
         dirty, self.dirty = self.dirty, []
         for flush in dirty:
             flush()
@@ -86,7 +86,7 @@ class Loop:
         return self.selector.select(pause)
 
     def serve(self, ready: list[Ready]) -> None:
-        """Handle events and due timers."""
+        """Call the functions for ready descriptors and due timers."""
         calls = self.calls
         for key, mask in ready:
             readable, writable = key.data
@@ -99,7 +99,7 @@ class Loop:
             heappop(self.timers)[2]()
 
     def close(self) -> None:
-        """Release everything; later calls to `ask` have no effect."""
+        """Release the selector and the wake-up sockets; later calls to `ask` have no effect."""
         self.closed = True
         if self.watches_signals:
             signal.set_wakeup_fd(-1)

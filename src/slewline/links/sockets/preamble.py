@@ -12,9 +12,9 @@ ways, none of which a host of a module uses, so the first bytes of a connection 
 
 Bytes that may still become one of these are held back until a later byte decides.  A carriage return
 does, because no request line contains one: so the first line from a host is passed on when it is
-complete, and until then it has no effect on a module.  In binary data a count decides, because it is not
-a character of a method.  On a register port, `24 nn` could be the beginning of a method; there, a method
-must begin with a letter, as only the register requests 44 and 54 do.
+complete, and until then it has no effect on a module.  In binary data, the first byte that no method can
+contain decides, such as a count.  On a register port, `24 nn` could be the beginning of a method; there,
+a method must begin with a letter; of the register requests, only 44 and 54 do.
 
 A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
 pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first
@@ -50,7 +50,7 @@ class Greetings:
 
     Args:
         method: a regular expression for an HTTP method on such a port.
-        own: the hello that the port's own clients send.
+        own: the name of the protocol that the port itself serves, which is not foreign here; "" for none.
     """
 
     def __init__(self, method: str = f"{TOKEN}+", own: str = "") -> None:
@@ -64,7 +64,7 @@ class Greetings:
         self.part = re.compile(rf"(?:{'|'.join(parts)})\Z".encode(), re.DOTALL)
 
     def known(self, seen: bytes) -> str:
-        """Return the protocol that begins with these bytes; empty if none does, or it is not known yet."""
+        """Return the name of the protocol that begins with these bytes; empty if none does, or it is not known yet."""
         return next((name for name, whole in self.whole.items() if whole.match(seen)), "")
 
     def undecided(self, seen: bytes) -> bool:
@@ -89,7 +89,7 @@ CONTROL = Greetings(own="control")
 
 
 class Preamble:
-    """The first bytes of a connection, until its protocol is known; `protocol` is the name of a foreign one."""
+    """The first bytes of a connection, until its protocol is known; `protocol` names a foreign one, else ""."""
 
     def __init__(self, greetings: Greetings = TEXT) -> None:
         self.greetings = greetings
@@ -98,7 +98,7 @@ class Preamble:
         self.protocol = ""
 
     def take(self, data: bytes) -> bytes:
-        """Return the bytes that may be passed on after these have arrived; none if a foreign protocol is recognised."""
+        """Return the bytes that may be passed on after `data` has arrived; none for a foreign protocol."""
         if not self.undecided:
             return b"" if self.protocol else data
         self.seen += data

@@ -18,7 +18,7 @@ CHUNK = 4096
 
 
 class SocketStream:
-    """The input and output of a socket, which belongs to the caller.
+    """The input and output of a socket; the socket belongs to the caller.
 
     Args:
         end: the socket, which is made non-blocking, or a descriptor with the methods of a socket.
@@ -114,7 +114,7 @@ class SocketStream:
             self._read()
 
     def read_ahead(self, most: int) -> bool:
-        """Read all available bytes, at most `most`; return whether the stream has ended, or has more than that."""
+        """Read all available bytes, to about `most`; return whether the stream has ended, or that many are waiting."""
         over = False
         try:
             while not over and len(self.ahead) < most:
@@ -164,7 +164,7 @@ class SocketStream:
 
     # ---------------------------------------------------------------------------------------------------------- end
     def shut(self, why: str) -> None:
-        """Drop later output; bytes that the other side has sent before are still read."""
+        """Drop later output; bytes that the other side has already sent are still read, if there is an `ended`."""
         self.why, self.is_shut, self.blocked = why, True, False
         self.outgoing.clear()
         if self.ended is None or self.at_end:

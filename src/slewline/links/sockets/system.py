@@ -96,7 +96,7 @@ def pair() -> tuple[socket.socket, socket.socket]:
 
 
 def wakeup_pair() -> tuple[socket.socket, socket.socket]:
-    """Return two ends that wake a selector: it watches the first, and a byte sent into the second wakes it."""
+    """Return two sockets that wake a selector: it watches the first, and a byte sent into the second wakes it."""
     ends = pair()
     for end in ends:
         end.setblocking(False)
@@ -158,14 +158,14 @@ def be_prompt() -> str:
 
 # ------------------------------------------------------------------------------------------------------------ signals
 def numbers(*names: str) -> list[int]:
-    """Return the signals of these names that the system has."""
+    """Return the numbers of the signals with these names, without those that the system lacks."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 
 def ends() -> list[int]:
-    """Return the signals that end a process and that this system has.
+    """Return the numbers of the signals that end a process and that this system has.
 
-    A signal that is ignored stays ignored, as with `nohup`, or in the background jobs of a script.
+    A signal that is ignored is left out, and so stays ignored, as with `nohup` or in background jobs.
     """
     found = numbers("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
     return [number for number in found if signal.getsignal(number) is not signal.SIG_IGN]
@@ -190,7 +190,7 @@ def watch_children(call: Callable[[int], object]) -> None:
 
 
 def ended(process: int) -> None:
-    """Record that a child process has ended, or is about to."""
+    """Wait for a child process that has ended or is about to end, so that it leaves no zombie."""
     wait = getattr(os, "waitpid", None)
     with suppress(ChildProcessError):
         if wait is not None:
@@ -211,7 +211,9 @@ def ignore(which: Iterable[int]) -> None:
 # -------------------------------------------------------------------------------------------------------------- files
 @contextmanager
 def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[], object]]:
-    """Yield a function that makes the names in a directory survive a power cut: its fsync, if it can be opened.
+    """Yield a function that makes the names in a directory survive a power cut.
+
+    It calls fsync on the directory, or does nothing on a system that cannot open directories.
 
     Args:
         system: a replacement for the module `os`.
@@ -232,7 +234,7 @@ def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[],
 
 # -------------------------------------------------------------------------------------------------------------- ports
 class Descriptor:
-    """A file descriptor with the methods of a socket, as a `Stream` needs them; the caller closes it."""
+    """A file descriptor with the methods of a socket, as a `SocketStream` needs them; the caller closes it."""
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
@@ -247,5 +249,5 @@ class Descriptor:
         return os.read(self.fd, room)
 
     def send(self, data: bytes | bytearray) -> int:
-        """Write as many bytes as possible; return the number."""
+        """Write as many bytes as possible; return the number written."""
         return os.write(self.fd, data)

@@ -24,7 +24,7 @@ KEEP = "1 h"  # history of recorded pins
 class LineTap:
     """A recorder of the output of another bench on a line.
 
-    It repeats, on its own part, all actions of the line on the part of the served bench, and records the output.
+    It repeats, on the part of that bench, all actions of the line on the part of the served bench.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
@@ -42,7 +42,7 @@ class LineTap:
             self.sent.append(SentBytes(character.end_ps, bytes([character.byte])))
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Record an input and its result; perform the actions that follow it."""
+        """Record an input to the part, and the result of the input."""
         if self.live or entry["do"] != "input" or entry["part"] != self.part.name:
             return
         self.inputs += 1
@@ -50,7 +50,7 @@ class LineTap:
 
     @property
     def next(self) -> Act | None:
-        """Next action of the line on its part, if no other input comes first."""
+        """Next action of the line on its part; None if there is none, or another input comes first."""
         acts = self.line.acts
         if self.live or acts is None or self.acted >= acts.number:
             return None
@@ -68,7 +68,7 @@ class LineTap:
             found.do(self.part, self.result, self.say)
 
     def say(self, data: bytes, to: object) -> None:
-        """Record an answer."""
+        """Record an answer; once the line ends in this part, send it to the host instead."""
         if self.live:
             self.line.give(data, to)
         else:
@@ -82,7 +82,7 @@ class LineTaps:
         self.taps = taps
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Record a journal entry that has been executed."""
+        """Record a journal entry that has been executed, and its result."""
         for ear in self.taps.values():
             ear.done(entry, result)
 
@@ -103,6 +103,6 @@ def limit_kept(bench: Bench) -> None:
 
 
 def record_same(bench: Bench, other: Bench) -> None:
-    """Record the same pins on another bench."""
+    """Record on a bench, too, all pins that are recorded on `other`."""
     if missing := [name for name in other.recorded if name not in bench.recorded]:
         bench.record(*missing, keep=KEEP)

@@ -47,7 +47,7 @@ class Branches:
 
     @property
     def elsewhere(self) -> str:
-        """Control port of the branch that is shown; "" for the first run."""
+        """Address of the control port of the branch that is shown; "" for the first run."""
         return self.known[self.current].control if self.current else ""
 
     @property
@@ -56,7 +56,7 @@ class Branches:
         return self.known[self.current].now_ps if self.current else self.server.bench.now_ps
 
     def begin(self) -> None:
-        """Start recording the past, before any time has passed."""
+        """Start recording the past, if this is possible, before any time has passed."""
         if self.server.past.begin():
             self.folder = TemporaryFolder()
             self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # the first run itself
@@ -184,7 +184,7 @@ class Branches:
             raise UsageError(f"no branch {number!r}; allowed: {', '.join(map(str, self.known))}")
 
     def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
-        """Query the time of the branch that is shown, and pause the branch if `stand`; then call `then`, in order."""
+        """Query the time of the branch that is shown, and pause it if `stand`; then call `then`, in call order."""
         self.asked.append((then, stand))
         if len(self.asked) == 1:
             self._ask_next()
@@ -215,7 +215,7 @@ class Branches:
             cast("socket.socket", branch.lifeline).sendall(request)
 
     def _watch(self, branch: Branch) -> None:
-        """Leave the branch that is shown as soon as it stops answering."""
+        """Poll a branch while it is shown; show the first run again if the branch stops answering."""
         branch.watched = self.current == branch.number and self.known.get(branch.number) is branch
         if not branch.watched:
             return
@@ -251,7 +251,7 @@ class Branches:
                 self._drop(old)
 
     def _lose(self, branch: Branch, why: str) -> None:
-        """Show the first run again, because a branch has ended by itself."""
+        """Remove a branch that has ended by itself; if it is shown, show the first run again."""
         if self.known.get(branch.number) is not branch:
             return
         self.server.log.event("server", f"branch {branch.number}: {why}")
@@ -261,7 +261,7 @@ class Branches:
             self._drop(branch)
 
     def _drop(self, branch: Branch) -> None:
-        """Remove a branch; requests that wait for its time continue with its last known time."""
+        """Remove a branch, and end its process; requests that wait for its time use its last known time."""
         del self.known[branch.number]
         for go_on in branch.waiting:
             self.server.loop.ask(go_on)

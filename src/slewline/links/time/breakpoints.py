@@ -19,7 +19,7 @@ class Breakpoints:
     """The breakpoints of a server.
 
     Args:
-        stopped: called with the breakpoint that was met, once time is paused.
+        stopped: called with the text of the breakpoint that was met, once time is paused.
     """
 
     def __init__(self, bench: Bench, pace: Pace, stopped: Callable[[str], object]) -> None:
@@ -47,7 +47,7 @@ class Breakpoints:
         self.replace(self.rows)
 
     def condition(self, row: Mapping[str, Any]) -> Condition:
-        """Return the condition of a breakpoint."""
+        """Return the condition of a breakpoint, given its row in the request."""
         if "pin" in row:
             return PinCondition(self.bench.pin(row["pin"]), row.get("edge", "any"))
         if "finding" in row:
@@ -75,7 +75,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Pause time; end the waits that let time pass."""
+        """Pause time, and end the waits that make paused time run."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -26,7 +26,7 @@ Arrived = Callable[[Data], object]
 
 @dataclass
 class Checkpoint:
-    """An idle copy of the server."""
+    """An idle copy of the server's process, in its state at an instant of the past."""
 
     time_ps: int
     length: int  # length of the journal, bytes
@@ -102,7 +102,7 @@ class Checkpoints:
         system.ended(checkpoint.process)
 
     def world(self, at_ps: int, order: Data, shared_ps: int, shared: int, arrived: Arrived) -> bool:
-        """Start a world at an instant (ps), from the last checkpoint before it; see `ServedInstant.world`."""
+        """Start a world at an instant (ps), from the last checkpoint up to it; see `ServedInstant.world`."""
         for mark in self.marks[::-1]:
             if mark.time_ps > min(at_ps, shared_ps) or mark.length > shared:
                 continue

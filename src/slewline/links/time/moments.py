@@ -136,7 +136,7 @@ class FindingCondition(Condition):
         return self.hit
 
     def when(self) -> int | None:
-        """Return the next instant (ps) to poll the parts that must be polled; None if there are none."""
+        """Return the next instant (ps) to poll the parts in `lazy`; None if there are none."""
         return self.bench.now_ps + ASKED_PS if self.lazy else None
 
 
@@ -177,5 +177,5 @@ class ArrivalCondition(Condition):
         return there and self.left
 
     def when(self) -> int | None:
-        """Return the instant of arrival according to the current promises (ps); None if they do not include it."""
+        """Return the instant of arrival according to the current promises (ps); None if they predict no arrival."""
         return self.reaches.when()

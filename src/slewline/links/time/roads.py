@@ -23,7 +23,7 @@ AGAIN_S = 0.01  # delay after which a waiting host may send again
 
 @dataclass
 class Branch:
-    """A run that begins at an instant of another run."""
+    """A run that begins at an instant of another run, or the first run itself."""
 
     number: int
     parent: int | None
@@ -44,7 +44,7 @@ class Branch:
 
 
 class Road:
-    """A relay of a host's bytes to a line of a branch, and back; it starts with `open`.
+    """A relay of the bytes between a host and a line of a branch, in both directions; it starts with `open`.
 
     Raises:
         OSError: the branch does not answer.
@@ -68,7 +68,7 @@ class Road:
         return room
 
     def send(self, data: bytes) -> None:
-        """Send bytes from the host."""
+        """Send bytes from the host to the branch."""
         self.branch.touched = True
         self.stream.write(data)
 
@@ -92,7 +92,7 @@ class Road:
 
 
 def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
-    """Relay the bytes of hosts to a branch instead of the former one; return the new relays.
+    """Relay the bytes of hosts to a branch, no longer to the former branch; return the new relays.
 
     Raises:
         OSError: the branch cannot be reached; the former relays still work.
@@ -129,5 +129,5 @@ def connection(path: str) -> socket.socket:
 
 
 def greeting(token: str | None) -> bytes:
-    """Return the first request to a control port."""
+    """Return the first request to a control port, with its token if there is one."""
     return json.dumps({"do": "read", "pins": []} | ({} if token is None else {"token": token})).encode() + b"\n"

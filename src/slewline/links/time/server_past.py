@@ -67,7 +67,7 @@ class ServedPast(Past):
         return self.checkpoints.begin()
 
     def look(self, worked_s: float) -> None:
-        """Make a checkpoint if one is due; called in every turn, with the work done in the last turn."""
+        """Make a checkpoint if one is due; called in every turn, with the seconds of work in the last turn."""
         self.checkpoints.look(worked_s)
 
     def close(self) -> None:
@@ -90,7 +90,7 @@ class ServedPast(Past):
         return LineTaps(taps)
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows replay up to an instant, and discard data that hosts have received before it."""
+        """Let the shadows replay up to an instant (ps); if they reach it, discard older data, and return True."""
         done = super().follow(to_ps, enough)
         if done:
             for line in self.server.lines.values():

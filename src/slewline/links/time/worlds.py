@@ -8,9 +8,9 @@
 
 A running coroutine cannot be copied, but a process can.  A checkpoint closes all inherited connections,
 so that no host depends on it, and waits for orders; for each order it forks once more, and itself stays
-unchanged.  The new copy replays the journal from there up to the requested instant, opens a control port
-and a port for each line, as sockets in a private folder of this user, and reports their addresses.
-After that it is a server like the first one.
+unchanged.  The new copy replays the journal from the checkpoint up to the requested instant, opens a
+control port and a port for each line, as sockets in a private folder of this user, and reports their
+addresses.  After that it is a server like the first one.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
 
 
 def let_go(kept: int) -> None:
-    """Close every descriptor except one, so that this process has no other connections."""
+    """Close every descriptor except `kept` and standard error, and ignore the signals of a terminal."""
     system.ignore(
         system.numbers("SIGINT", "SIGHUP", "SIGQUIT", "SIGUSR1")
     )  # a terminal sends them to all processes on it
@@ -85,7 +85,7 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
     worlds: dict[int, int] = {}  # branch number, by process
 
     def buried(process: int) -> None:
-        """Report a world that has ended; the server ignores this if the world has already arrived."""
+        """Report a world that has ended; the server ignores this if the world has already reported its addresses."""
         if process in worlds:
             with suppress(OSError):  # the server has ended
                 send(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
@@ -138,7 +138,7 @@ class World:
         self.lifeline: object = None  # the server's first connection
 
     def run(self) -> None:
-        """Go to the instant, open the ports, report their addresses, and serve."""
+        """Go to the instant in the order, open the ports, report their addresses, and serve."""
         follow(partial(hung_up, os.dup(self.answers.fileno())), self.orphaned)
         try:
             with self.silence():
@@ -154,7 +154,7 @@ class World:
             self.server.serve(self.deserted)
 
     def orphaned(self) -> None:
-        """End if the server that started this world has ended without connecting to it."""
+        """End this process if the server that started it has ended without connecting to it."""
         if not any(control.clients for control in self.server.controls()):
             os._exit(0)
 
@@ -182,7 +182,7 @@ class World:
         server.report = report
 
     def arrive(self) -> None:
-        """Go to the instant."""
+        """Replay the journal up to the instant in the order, without hosts and clients; pause there."""
         server, order = self.server, self.order
         server.loop = server.reports.loop = Loop()
         server.ports = []
@@ -199,7 +199,7 @@ class World:
         server.breakpoints.replace(order["breakpoints"])
 
     def open_ports(self) -> Data:
-        """Open the ports; return their addresses."""
+        """Open the ports; return their addresses, the process number, and the journal."""
         server = self.server
         place = Path(self.order["copy"])  # in a folder that other users cannot enter
         control = place.with_suffix(".c")

@@ -30,13 +30,13 @@ Points = tuple[list[int], list[float | None]]
 
 
 def width_of(start: int, stop: int, columns: int) -> int:
-    """Return the exponent of the cell width for a window; 0 if it is too short for cells."""
+    """Return the exponent k of the cell width, 2^k ps, for a window; 0 if the window is too short for cells."""
     exponent = ((stop - start) // columns).bit_length() - 1
     return exponent if exponent >= NARROWEST else 0
 
 
 class Cells(Generic[C]):
-    """Cells of all signals of one kind; the least recently used cells are dropped."""
+    """Cells of all pins, or of all quantities; the least recently used cells are dropped."""
 
     def __init__(self) -> None:
         self.kept: OrderedDict[tuple[str, int, int], C] = OrderedDict()
@@ -44,7 +44,7 @@ class Cells(Generic[C]):
     def between(
         self, name: str, start: int, stop: int, exponent: int, work: Callable[[int, int], C]
     ) -> Iterator[tuple[int, C]]:
-        """Yield the start (ps) and the content of each cell of a window.
+        """Yield the start (ps) and the content of each cell of a window, for the signal `name`.
 
         Args:
             work: computes a cell between two instants, both included.
@@ -66,13 +66,13 @@ class Cells(Generic[C]):
 
 
 def points(quantity: Quantity, start: int, stop: int) -> Points:
-    """Return the points of a quantity in a column (ps); None marks a break."""
+    """Return the points of a quantity between two instants (ps), as times and values; None marks a break."""
     times, values = quantity.outline(start, stop, 1)
     return times.tolist(), [None if isnan(value) else value for value in values.tolist()]
 
 
 def sign(recorder: Recorder, probe: Net | Terminal, start: int, stop: int, since: int) -> str:
-    """Return the character for a pin in a column (ps): its level, or a sign that both levels occur."""
+    """Return a character for a pin between two instants (ps): its level, "x" if it changes, or "-" if unknown."""
     first = max(start, since)
     if first > stop:
         return UNKNOWN

@@ -33,7 +33,7 @@ Entry = dict[str, Any]
 
 
 class Dialogue:
-    """The dialogue entries of a bench, recorded from its creation.
+    """The dialogue entries of a bench, recorded from the creation of this object.
 
     Args:
         names: the name of the sender, by the name of the part in which a line ends.
@@ -51,7 +51,7 @@ class Dialogue:
         self._listen(bench)
 
     def move(self, bench: Bench) -> None:
-        """Stop observing this bench, and observe another one."""
+        """Stop observing the current bench, and observe another one."""
         self.bench.on_finding.remove(self.finding)
         self.bench.on_input.remove(self._input)
         self.bench, self.kernel = bench, bench.kernel
@@ -81,7 +81,7 @@ class Dialogue:
         return entry
 
     def since(self, number: int) -> tuple[list[Entry], int]:
-        """Return the stored entries numbered `number` or higher, and the number of entries already dropped."""
+        """Return the stored entries numbered `number` or higher, and the number of such entries already dropped."""
         first = self.number - len(self.entries)
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
@@ -99,12 +99,12 @@ class Dialogue:
 
     # ----------------------------------------------------------------------------------------------------- listeners
     def finding(self, found: Finding) -> None:
-        """Add a finding; it ends the current entry, so that it appears directly after the byte that caused it."""
+        """Add a finding, and end the growing entries, so that it appears directly after the byte that caused it."""
         self.growing.clear()
         self.add(found.source, FINDING, found.text, found.time_ps, code=found.code)
 
     def _event(self, host: Host, text: str) -> None:
-        """Record a command from a host on the bench, and its answer."""
+        """Record a command from a host on the bench, and the answer to the command."""
         who = host.chip.name
         sent, arrow, got = text.partition(" -> ")
         self.add(who, SENT, sent)
@@ -116,7 +116,7 @@ class Dialogue:
             self.add(who, COMMAND, text)
 
     def _input(self, do: str, what: dict[str, Any]) -> None:
-        """Record bytes written by an outside host."""
+        """Record bytes written by an outside host, and switching of the power of a chip."""
         if do == "input" and what["verb"] == "write":
             for byte in written(what["args"]):
                 self._grow(what["part"], SENT, byte)
@@ -147,11 +147,11 @@ class Dialogue:
 
 
 def ignore(_text: str) -> None:
-    """Do nothing with a command: a chip reports its commands only while there is an observer."""
+    """Ignore a command: a chip reports its commands only while there is an observer, such as this one."""
 
 
 def written(args: list[Any]) -> Iterable[int]:
-    """Return the bytes among the arguments of a write."""
+    """Return the bytes, or the characters of the text, in the arguments of a write."""
     for arg in args:
         if isinstance(arg, list):
             return arg
@@ -159,5 +159,5 @@ def written(args: list[Any]) -> Iterable[int]:
 
 
 def plain(entry: Entry) -> Entry:
-    """Return an entry in the form sent to a client."""
+    """Return an entry without its change count, as sent to a client."""
     return {key: value for key, value in entry.items() if key != "touched"}

@@ -1,4 +1,4 @@
-"""A program text for a module, and the progress of sending it, which `Restore.status` describes."""
+"""A program text for a module, and the state of sending it: `Restore.status` describes the module's content."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms un
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program text in the order of sending: a program, and the commands before and after it that set registers."""
+    """A program text in the order of sending: commands such as register settings, the program, more commands."""
 
     sheet: Sheet
     before: tuple[Statement, ...]
@@ -32,12 +32,12 @@ class ProgramText:
 
     @classmethod
     def read(cls, text: str, sheet: Sheet, where: str) -> ProgramText:
-        """Return a parsed text.
+        """Parse a text for a part; `where` names the text in messages.
 
         Raises:
             ProgramError: the assembler does not accept the text.
-            UsageError: the text has no program, or is a script for `slewline run`; it has a comment that looks
-                like commands; or the part stores no program.
+            UsageError: the part stores no program; or the text has no program, has a comment that looks like
+                commands, or has a line that only `slewline run` accepts.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} stores no program")
@@ -64,7 +64,7 @@ class ProgramText:
         return cls(sheet, before, assembly.statements, after, assembly.stored, assembly.base)
 
     def check_motion(self, module: Module, where: str) -> None:
-        """Check that no command outside the program may step the motor, unless that is allowed.
+        """Check that no command outside the program may step the motor, unless the module allows motion.
 
         Raises:
             MotionRefused: such a command exists, and motion is not allowed; no command has been sent.
@@ -82,9 +82,9 @@ class Restore:
 
     Args:
         wanted: the program.
-        contents: the content of the module.
+        contents: the content of the module before sending.
         report: called with progress messages.
-        pace: the seconds between two characters, for a memory with addresses.
+        pace: the pause after each character, in seconds, if the program is written into an addressed memory.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Restore:
         return present.base == wanted.base and bool(present.stored) and wanted.stored.startswith(present.stored)
 
     def set(self, statement: Statement) -> None:
-        """Send a command that is not part of the program; verify its value if a query for it exists."""
+        """Send a command outside the program; if it sets a register that can be queried, verify the value."""
         module, text = self.module, statement.text
         question = next((name for name in module.speech.questions if self._sets(statement, name)), None)
         for _ in range(ROUNDS):
@@ -136,7 +136,7 @@ class Restore:
 
         Raises:
             RefusedCommand: no program is stored; the program in RAM is unchanged.
-            ModuleFailure: it is unknown which of the two programs is in RAM.
+            ModuleFailure: it is unknown whether the stored program or the earlier one is in RAM.
         """
         (row,) = self.sheet.acting("recall")
         before = self.holds

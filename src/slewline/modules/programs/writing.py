@@ -1,4 +1,4 @@
-"""Writing of a program into a module, verified by its listing; no command sent in the process may step the motor."""
+"""Writing of a program into a module: it is read back, and the motor never steps unless motion is allowed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _is_silent(module: Module) -> bool:
 
 
 def _enter(restore: Restore) -> None:
-    """Make sure that program entry is open, and send the instructions."""
+    """Open program entry, and send the instructions."""
     module, sheet, lines = restore.module, restore.sheet, restore.wanted.program
     whole = len(lines)
     assert sheet.enter is not None  # noqa: S101  # a program text has been read for it
@@ -63,7 +63,10 @@ def _enter(restore: Restore) -> None:
 
 
 def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
-    """Send a line; if its answer is lost, check in the listing whether it was accepted, and if not, send it again."""
+    """Send a line; if its answer is lost, send it again unless the listing shows that it was accepted.
+
+    The listing should have the instructions `expected`, the last of which is this line.
+    """
     for left in reversed(range(3)):
         try:
             restore.module.ask(text)
@@ -85,10 +88,10 @@ def _kept(sheet: Sheet) -> str:
 
 
 def _compare(restore: Restore) -> None:
-    """Check that the module lists the program.
+    """Check that the module's listing is the program as sent.
 
     Raises:
-        ListingDiffers: the listing differs.
+        ListingDiffers: an instruction is listed differently.
     """
     found = read_listing(restore.module)
     if found.stored != restore.wanted.stored:
@@ -125,14 +128,14 @@ def _leave(restore: Restore) -> None:
 
 # ------------------------------------------------------------------------------------------------- into a memory
 class MemoryWriter:
-    """A writer of a program into a memory with addresses, in groups of instructions.
+    """A writer of a program into an addressed memory, in groups of instructions, the last group first.
 
-    Each group but the first begins with an instruction that may step the motor.
+    Every group except the first begins with an instruction that may step the motor.
 
-    If program entry were not open, the instructions would be executed.  So two queries are sent before an
-    instruction that may step the motor.  If entry is not open, they are answered; if it is open, they are
-    stored over the end of the previous group, which is written later, because groups are written last to
-    first.  Before the first group the queries go to the end of the memory, if that is erased.
+    If program entry were not open, the module would execute the instructions.  So two queries are sent before
+    an instruction that may step the motor.  If entry is not open, the module answers them.  If it is open, the
+    queries are stored over the end of the preceding group, which is written afterwards.  The queries before
+    the first group are stored at the end of the memory, provided that it is erased there.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -146,7 +149,7 @@ class MemoryWriter:
         """Write the program and read it back until the whole program is stored.
 
         Raises:
-            ListingDiffers: the program cannot be stored.
+            ListingDiffers: after the last attempt, parts of the program still read back wrongly.
             MotionRefused: the first instruction may step the motor, and there is no room for the queries before it.
         """
         whole = f"of {len(self.wanted.stored)} {units(self.sheet)} from {self.wanted.base} on"
@@ -170,15 +173,15 @@ class MemoryWriter:
         )
 
     def was_read(self, group: Sequence[Statement]) -> bool:
-        """Return whether the instructions of a group were in the memory when it was first read."""
+        """Return whether the instructions of a group were in the memory when the memory was first read."""
         present = self.restore.contents
         begin, end = group[0].address - present.base, group[-1].end - present.base
         return begin >= 0 and present.stored[begin:end] == b"".join(map(_bytes, group))
 
     def differing(self, missed: set[int]) -> set[int]:
-        """Return the numbers of the groups to write: missed or wrong groups, and groups that they overwrite.
+        """Return the numbers of the groups to write again: missed and wrong ones, and those overwritten by queries.
 
-        Missed groups are not read: they may be erased, which takes a long time to detect.
+        Missed groups, whose writing failed, are not read: they may be erased, which takes a long time to detect.
         """
         read = (number for number in range(len(self.groups)) if number not in missed)
         return self.closed(missed | {number for number in read if not self.reads_back(self.groups[number])})
@@ -191,7 +194,7 @@ class MemoryWriter:
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the given group numbers, and those of the groups that the queries before these groups overwrite."""
+        """Return the numbers of the given groups, and of the groups overwritten by the queries sent before them."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)
@@ -230,12 +233,12 @@ class MemoryWriter:
 
     @property
     def pointer(self) -> int:
-        """Address of the memory pointer."""
+        """Address to which the memory pointer of the module points."""
         questions = self.module.speech.questions.items()
         return int(self.module.value(next(n for n, (ask, _) in questions if ask[-1] == self.reader.pointer.form)))
 
     def write_group(self, group: Sequence[Statement]) -> None:
-        """Write consecutive instructions."""
+        """Write consecutive instructions, if necessary after a check that program entry is open."""
         assert self.sheet.enter is not None  # noqa: S101  # a program text has been read for it
         checked = self.is_checked(group)
         begin = (group[0].address - len(self.question) * checked) % self.sheet.buffer_bytes
@@ -251,13 +254,13 @@ class MemoryWriter:
             self.put(_bytes(each))
 
     def put(self, data: bytes) -> None:
-        """Send characters, each after the previous one has been stored."""
+        """Send characters, with a pause after each one, in which the memory stores it."""
         for byte in data:
             self.module.send(bytes([byte]))
             self.module.port.pause(self.restore.pace + self.module.speech.character_s)
 
     def end_entry(self) -> None:
-        """Try repeatedly to end program entry, until the module answers."""
+        """End program entry, with further attempts until the module answers a query."""
         (leave,) = self.sheet.leave
         for left in reversed(range(ROUNDS)):
             self.put(leave.form.encode("ascii"))
@@ -285,7 +288,7 @@ def _groups(program: Sequence[Statement]) -> list[list[Statement]]:
 
 
 def write_memory(restore: Restore) -> None:
-    """Write a program into a memory with addresses, and restore the pointer."""
+    """Write a program into an addressed memory, and set the memory pointer back to its earlier address."""
     writer = MemoryWriter(restore)
     pointer = writer.pointer
     writer.write()
@@ -293,10 +296,12 @@ def write_memory(restore: Restore) -> None:
 
 
 def send(restore: Restore) -> None:
-    """Send the commands before a program, the program, and the commands after it; verify them as far as possible.
+    """Send the commands before a program, the program if the module lacks it, and the commands after it.
+
+    All of them are verified as far as possible.
 
     Raises:
-        ModuleFailure: `restore.status` then describes the content of the module.
+        ModuleFailure: a command failed; `restore.status` describes the content of the module.
     """
     if restore.wanted.before:
         restore.status = f"some registers may be set already; {restore.holds}"

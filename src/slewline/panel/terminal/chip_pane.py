@@ -29,7 +29,7 @@ class ChipPane(OfChip):
     top = 0
 
     def move(self, rows: int) -> None:
-        """Scroll."""
+        """Scroll by a number of rows."""
         self.top = max(self.top + rows, 0)
 
     @property
@@ -68,7 +68,7 @@ class ChipPane(OfChip):
         return rows
 
     def explained(self, axis: dict[str, Any], width: int) -> list[Content]:
-        """Return registers and pins, one below the other, each with its description from the manual."""
+        """Return a row for each register and pin, with its description from the manual."""
         rows = [line(width), line(width, ("registers", "bold $text-primary"))]
         sheet = self.sheet
         for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
@@ -93,19 +93,19 @@ class ChipPane(OfChip):
 
     @property
     def scale(self) -> str:
-        """Scale of the velocity strips."""
+        """Text that states the time span of the velocity strips and, for a single strip, its highest velocity."""
         tops = [peak(self.session.curves.get(name, [])) for name in self.session.velocities(self.chip)]
         up_to = f", up to {figure(tops[0])} steps/s" if len(tops) == 1 and tops[0] else ""
         return f"last {CURVE_PS // PS_PER_S} s{up_to}"
 
     def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
-        """Return the velocity strip of an axis."""
+        """Return the velocity strip of an axis (0: the first) as rows of text."""
         names = self.session.velocities(self.chip)
         values = self.session.curves.get(names[axis], []) if axis < len(names) else []
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
 
     def work(self, width: int) -> list[Content]:
-        """Return the command that the chip is executing, and the condition for which it waits."""
+        """Return rows with the present command, the condition it waits for, and breakpoints not on instructions."""
         waiting = self.state.get("waiting") or ""
         current = self.session.row_at(self.chip)
         instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
@@ -119,7 +119,7 @@ class ChipPane(OfChip):
         return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting), *others]
 
     def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
-        """Return the registers: the name, the value, and the styles of both."""
+        """Return for each register its name, its value, and the styles of both."""
         values = {**self.state["registers"], **axis.get("registers", {})}
         found = []
         for row in self.sheet["registers"]:
@@ -133,7 +133,7 @@ class ChipPane(OfChip):
         return sorted(pins, key=lambda pin: SHOWN.index(pin["role"]) if pin["role"] in SHOWN else len(SHOWN))
 
     def levels(self, pins: list[dict[str, Any]]) -> list[tuple[str, str, str, str]]:
-        """Return pins and their levels: the name, the value, and the styles of both."""
+        """Return for each of these pins its name, its level, and the styles of both."""
         found = []
         for pin in pins:
             level = self.state["levels"].get(pin["name"])
@@ -141,12 +141,12 @@ class ChipPane(OfChip):
         return found
 
     def parts(self, width: int) -> list[Content]:
-        """Return the displays, switches and shafts of the parts around the chips."""
+        """Return rows with the state of the displays, switches, shafts and other parts around the chips."""
         rows = [line(width, row) for row in self.around()]
         return [line(width), line(width, ("around the chips", "bold $text-primary")), *rows] if rows else []
 
     def around(self) -> list[str]:
-        """Return the state of each part as text."""
+        """Return the state of each part that shows one, as text."""
         shown = {name: part.get("shows") or {} for name, part in self.session.client.view.get("parts", {}).items()}
         return [
             f"{name} {', '.join(shown_value(key, value) for key, value in shows.items())}"
@@ -189,12 +189,12 @@ class ChipPane(OfChip):
         return rows
 
     def many(self, pin: dict[str, Any]) -> bool:
-        """Return whether an axis other than the first has a pin with this role."""
+        """Return whether an axis other than the first has a pin with the role of this pin."""
         return bool(pin["role"]) and any(other["role"] == pin["role"] and other["axis"] > 1 for other in self.shown())
 
 
 def peak(values: Sequence[float | None]) -> float:
-    """Return the highest velocity, in either direction."""
+    """Return the greatest magnitude of these velocities; 0 if there are none."""
     return max((abs(value) for value in values if value is not None), default=0.0)
 
 
@@ -209,14 +209,14 @@ def active_style(pin: dict[str, Any], level: int | None) -> str:
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return a value of a part as text; display rows are unchanged."""
+    """Return a value that a part shows as text: the rows of a display, or any other value with its name."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
 
 
 def points_out(point: dict[str, Any]) -> str:
-    """Return a text that describes a breakpoint that is not on an instruction."""
+    """Return a description of a breakpoint that is not on an instruction."""
     if "pin" in point:
         return f"{point['pin']} {'changes' if point['edge'] == 'any' else point['edge']}"
     if "finding" in point:

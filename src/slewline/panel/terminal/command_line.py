@@ -14,21 +14,21 @@ from .session import DebugSession
 
 
 class Completion(Suggester):
-    """The completer of a line."""
+    """The source of the completions that the command line suggests."""
 
     def __init__(self, session: DebugSession) -> None:
         super().__init__(use_cache=False, case_sensitive=True)
         self.session = session
 
     async def get_suggestion(self, value: str) -> str | None:
-        """Return the most likely completion."""
+        """Return the most likely completion of a typed text; None if there is none."""
         found = candidates(self.session, value) if value else []
         # keep the case of the typed beginning, r as well as R
         return next((each for each in found if each.startswith(value)), None)
 
 
 class CommandLine(Input):
-    """A line with history (up, down) and completion (tab, right)."""
+    """A command line with history (up, down) and completion (tab, right)."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "older(1)", show=False),
@@ -60,7 +60,7 @@ class CommandLine(Input):
         self.put("")
 
     def action_older(self, by: int) -> None:
-        """Show an older line, or a newer one."""
+        """Show an older line of the history, or a newer one if `by` is negative."""
         place = min(max(self.place + by, 0), len(self.history))
         self.put(self.history[-place] if place else "")
         self.place = place
@@ -75,6 +75,6 @@ class CommandLine(Input):
             self.put(self.found[0])
 
     def action_leave(self) -> None:
-        """Leave the line."""
+        """Clear the command line, and leave it."""
         self.put("")
         self.post_message(self.Left())

@@ -95,7 +95,7 @@ class Debugger(App[None]):
 
     # ------------------------------------------------------------------------------------------------------ the screen
     def compose(self) -> ComposeResult:
-        """Create the widgets that do not depend on the chips; the others follow after the first reply."""
+        """Create the widgets that do not depend on the chips; the others are created after connecting."""
         yield Static("", id="title")
         with Container(id="body"):
             yield Container(id="chips")
@@ -106,7 +106,7 @@ class Debugger(App[None]):
         yield Static("", id="keys")
 
     async def on_mount(self) -> None:
-        """Connect; the screen then follows the port."""
+        """Connect, create the panes of the chips, and redraw changes from now on."""
         self.theme = "textual-light" if light_background() else "textual-dark"
         try:
             await self.session.open()
@@ -146,11 +146,11 @@ class Debugger(App[None]):
         self.note()
 
     def note(self) -> None:
-        """Request a redraw at the next turn."""
+        """Request a redraw, which takes place at the next call of `draw`."""
         self.changed = True
 
     def draw(self) -> None:
-        """Draw whatever has changed."""
+        """Draw everything that has changed; exit if the connection has ended."""
         if not self.changed or not self.session.chips:
             return
         self.changed = False
@@ -176,13 +176,13 @@ class Debugger(App[None]):
         self.write("#title", Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold")))
 
     def write(self, where: str, text: Content) -> None:
-        """Rewrite a row if its text has changed."""
+        """Rewrite the row of the given widget if its text has changed."""
         if self.written.get(where) != text.plain:
             self.written[where] = text.plain
             self.query_one(where, Static).update(text)
 
     def draw_foot(self) -> None:
-        """Draw the help row, the prompt and the keys."""
+        """Draw the prompt, and the last row: an error, help on the typed text, or the keys."""
         session, width = self.session, self.size.width
         typed = self.query_one(CommandLine)
         explains = explained(session, typed.value) if typed.has_focus else ""
@@ -194,7 +194,7 @@ class Debugger(App[None]):
         self.write("#keys", foot)
 
     def name_pane(self, pane: Pane) -> None:
-        """Set the title of a pane."""
+        """Set the title of a pane, and show or hide the pane."""
         session = self.session
         if isinstance(pane, ChipPane):
             chosen = "▸ " if pane.chip == session.selected and len(session.chips) > 1 else ""
@@ -251,7 +251,7 @@ class Debugger(App[None]):
             self.perform(self.session.to_address(pane.address))
 
     def program(self) -> ProgramPane | None:
-        """Return the program pane to which the keys apply: the one in focus, else that of the selected chip."""
+        """Return the program pane for the keys: the one in focus, else the selected chip's; None if neither exists."""
         panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
         focused = [pane for pane in panes if pane.has_focus]
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
@@ -262,7 +262,7 @@ class Debugger(App[None]):
         self.action_line(f":{verb} {given}")
 
     def action_line(self, text: str) -> None:
-        """Go to the command line."""
+        """Go to the command line, and put a text into it."""
         self.session.trouble = ""
         command = self.query_one(CommandLine)
         command.put(text)
@@ -274,7 +274,7 @@ class Debugger(App[None]):
         self.session.next_chip()
 
     def action_chip(self, number: int) -> None:
-        """Select a chip by its number."""
+        """Select a chip by its number; 1 is the first."""
         names = list(self.session.chips)
         if number <= len(names):
             self.session.selected = names[number - 1]
@@ -290,7 +290,7 @@ class Debugger(App[None]):
 
     # ------------------------------------------------------------------------------------------------- the command line
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Explain what is being typed."""
+        """Update the help on the typed text."""
         if event.value:
             self.session.trouble = ""
         if event.value == "/":  # starts a line, but no command of any chip
@@ -312,18 +312,18 @@ class Debugger(App[None]):
             self.perform(obey(self.session, text))
 
     def on_command_line_left(self, _event: CommandLine.Left) -> None:
-        """Return to the panes."""
+        """Return from the command line to the panes."""
         self.leave()
 
     def leave(self) -> None:
-        """Leave the command line."""
+        """Move the focus from the command line to a pane."""
         pane = self.program() or self.query(Pane).first()
         pane.focus()
         self.note()
 
 
 def prompt(session: DebugSession) -> str:
-    """Return the prompt: the chip, followed by > for a command, or by < for the next instruction of its program."""
+    """Return the prompt: the chip, followed by < while a program is being entered into it, otherwise by >."""
     chip = session.selected
     if not chip:
         return "> "
@@ -350,7 +350,7 @@ def keys(width: int) -> Content:
 
 
 def has_program(session: DebugSession, place: int) -> bool:
-    """Return whether a chip can store a program."""
+    """Return whether the chip with a number (0: the first) can store a program."""
     return bool(session.sheets[list(session.chips)[place]].get("buffer_bytes"))
 
 

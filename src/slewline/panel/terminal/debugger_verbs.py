@@ -1,4 +1,4 @@
-"""The command line: a line that begins with a colon is for the debugger itself, any other line is sent to the chip.
+"""The command line: a line that begins with a colon is for the debugger, any other line is for the chip.
 
 `R 100` goes to the selected chip, as a host would send it; `:break 7` is for the debugger.  `VERBS` has all verbs.
 """
@@ -50,12 +50,12 @@ def quoted(words: list[str]) -> str:
 
 
 async def go(session: DebugSession, words: list[str]) -> None:
-    """Let time run."""
+    """Let time run, at the given rate if there is one."""
     await session.go(rate_of(words[0]) if words else None)
 
 
 def rate_of(text: str) -> float:
-    """Return the rate given by a text."""
+    """Return the rate given by a text, in virtual seconds per second."""
     try:
         found = float(text)
     except ValueError:
@@ -71,7 +71,7 @@ async def pause(session: DebugSession, _words: list[str]) -> None:
 
 
 async def step(session: DebugSession, words: list[str]) -> None:
-    """Run to the next instruction, or to the named event."""
+    """Run to the next event of the named kind; without a name, to the next instruction."""
     by = words[0] if words else STEPS[0]
     if by not in STEPS:
         raise UsageError(f"step {by!r}; allowed {', '.join(STEPS)}{hint(by, STEPS)}")
@@ -88,7 +88,7 @@ async def edge(session: DebugSession, words: list[str]) -> None:
 
 
 async def until(session: DebugSession, words: list[str]) -> None:
-    """Run to an instruction."""
+    """Run to the instruction at an address."""
     if not words:
         raise UsageError("until: expected the address of an instruction")
     address = number(words[0], "address")
@@ -111,7 +111,7 @@ async def time(session: DebugSession, words: list[str]) -> None:
 
 
 async def position(session: DebugSession, words: list[str]) -> None:
-    """Run to a position."""
+    """Run to a position of a motor."""
     if not words:
         raise UsageError("position: expected a position, in steps")
     axis = number(words[1], "axis") if len(words) > 1 else 1
@@ -132,7 +132,7 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
 
 
 def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
-    """Return the breakpoint described by words."""
+    """Return the breakpoint described by the words after the verb."""
     chip, first, rest = session.selected, words[0] if words else "", words[1:]
     if first == "finding":
         return {"finding": rest[0] if rest else ""}
@@ -160,7 +160,7 @@ async def clear(session: DebugSession, words: list[str]) -> None:
 
 
 async def rate(session: DebugSession, words: list[str]) -> None:
-    """Set the rate of time."""
+    """Set the rate at which time runs."""
     if not words:
         raise UsageError("rate: expected virtual seconds per second, such as 0.1")
     session.rate = rate_of(words[0])
@@ -185,7 +185,7 @@ async def release(session: DebugSession, words: list[str]) -> None:
 
 
 async def power(session: DebugSession, words: list[str]) -> None:
-    """Switch the supply on or off."""
+    """Switch the supply of the selected chip on or off."""
     if words not in (["on"], ["off"]):
         raise UsageError(f"power{quoted(words)} expected on or off")
     await session.client.request("power", chip=session.selected, on=words == ["on"])
@@ -200,7 +200,7 @@ async def act(session: DebugSession, words: list[str]) -> None:
 
 
 async def branch(session: DebugSession, words: list[str]) -> None:
-    """Go to a branch."""
+    """Return to the branch with the given number; without a number, list the branches."""
     if words:
         await session.client.request("branch", number=number(words[0], "branch"))
         return
@@ -243,10 +243,10 @@ KEYS = {
 
 
 async def obey(session: DebugSession, text: str) -> None:
-    """Execute a line.
+    """Execute a line: run a verb of the debugger, or send a text to the selected chip.
 
     Raises:
-        UsageError: there is no such verb, or the server refuses it.
+        UsageError: there is no such verb, the words after it are wrong, or the server refuses the request.
     """
     if not text.startswith(":"):
         check_verb(session, text)
@@ -263,7 +263,7 @@ async def obey(session: DebugSession, text: str) -> None:
 
 
 def check_verb(session: DebugSession, text: str) -> None:
-    """Refuse to send a text that is a verb of the debugger and not a command of the chip.
+    """Refuse to send a text that begins with a verb of the debugger, unless it is a command of the chip.
 
     Raises:
         UsageError: the text is such a verb.
@@ -330,7 +330,10 @@ def explained(session: DebugSession, text: str) -> str:
 
 
 def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
-    """Return the sheet's command with which a text begins: the longest matching form."""
+    """Return the sheet's command with which a text begins; None if there is none.
+
+    The longest matching form is preferred; if no form matches, the text may be the beginning of a name.
+    """
     rows = session.sheets.get(session.selected, {}).get("commands", ())
     text = text.strip().split("$")[-1]
     best: dict[str, Any] | None = None

@@ -77,7 +77,7 @@ class HelpScreen(ModalScreen[None]):
 
 
 def entry(width: int, name: str, description: str) -> list[Part]:
-    """Return a name with its description in rows next to it."""
+    """Return a name, followed by its description in rows to the right of it."""
     first, *more = wrap(description, max(width - NAME - 3, 20)) or [""]
     rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
     return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]

@@ -47,12 +47,12 @@ class Pane(Widget, can_focus=True):
         """Scroll, or move the selection, by a number of rows."""
 
     def render(self) -> Content:
-        """Return the visible content."""
+        """Return the content to draw, and keep it for the comparison in `renew`."""
         self.seen = self.look()
         return self.seen
 
     def look(self) -> Content:
-        """Return the content to show now."""
+        """Return the content for the present state and size."""
         width, height = self.content_size
         if width < NARROWEST or not height:
             return Content()
@@ -79,27 +79,31 @@ class Pane(Widget, can_focus=True):
         self.refresh()
 
     def action_scroll_rows(self, rows: int) -> None:
-        """Move by rows."""
+        """Scroll, or move the selection, by a number of rows, and redraw."""
         self.move(rows)
         self.refresh()
 
     def action_scroll_pages(self, pages: int) -> None:
-        """Move by the visible height."""
+        """Scroll, or move the selection, by a number of pages."""
         self.action_scroll_rows(pages * max(self.content_size.height - 1, 1))
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """Move down."""
+        """Scroll down, or move the selection down."""
         self.action_scroll_rows(WHEEL)
         event.stop()
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """Move up."""
+        """Scroll up, or move the selection up."""
         self.action_scroll_rows(-WHEEL)
         event.stop()
 
 
 class OfChip(Pane):
-    """A pane for one chip; the first such pane shows the selected chip, the next one the following chip."""
+    """A pane for one chip, chosen by its place.
+
+    Place 0 shows the selected chip and place 1 the next chip.  On a wide screen with at most two chips, each
+    chip keeps its own place.
+    """
 
     def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, **names)
@@ -135,11 +139,11 @@ class ProgramPane(OfChip):
 
     @property
     def address(self) -> int | None:
-        """Address of the selected row."""
+        """Address of the selected row; None if no program is stored."""
         return self.rows[self.row]["address"] if self.row < len(self.rows) else None
 
     def move(self, rows: int) -> None:
-        """Select another row."""
+        """Move the selection by a number of rows."""
         self.row = min(max(self.row + rows, 0), max(len(self.rows) - 1, 0))
 
     def on_click(self, event: events.Click) -> None:
@@ -148,7 +152,7 @@ class ProgramPane(OfChip):
         self.refresh()
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the rows around the selected row, which follows the current instruction."""
+        """Return the rows around the selected row; whenever the current instruction changes, select its row first."""
         chip, session = self.chip, self.session
         current = session.row_at(chip)
         if (chip, current, len(self.rows)) != self.followed:
@@ -190,7 +194,7 @@ class TalkPane(Pane):
         self.rows_below = 0  # rows below the visible ones
 
     def move(self, rows: int) -> None:
-        """Scroll; at the end, the pane follows new entries again."""
+        """Scroll by a number of entries; once at the end, the pane follows new entries again."""
         self.rows_below = min(max(self.rows_below - rows, 0), max(len(self.session.entries) - 1, 0))
 
     def lines(self, width: int, height: int) -> list[Content]:

@@ -1,4 +1,4 @@
-"""The state of a bench as a debugger sees it through a control port, and the requests that it sends.
+"""The state of a bench as a debugger sees it through a control port, and the requests of the debugger.
 
 This module is independent of the screen: `on_change` requests a redraw.
 """
@@ -71,7 +71,7 @@ class DebugSession:
             await self.client.close()
 
     async def _all_again(self) -> None:
-        """Request the data that the view does not contain."""
+        """Request the listings and the conversation, which the view does not contain."""
         for chip in self.chips:
             await self._listing(chip)
         reply = await self.client.request("said", start=0)
@@ -125,13 +125,13 @@ class DebugSession:
     # ------------------------------------------------------------------------------------------------------ the state
     @property
     def chips(self) -> Data:
-        """Chips in the view, by name."""
+        """States of the chips in the view, by chip name."""
         found: Data = self.client.view.get("chips", {})
         return found
 
     @property
     def pace(self) -> Data:
-        """State of time."""
+        """State of time, such as whether time is paused, and the current branch."""
         found: Data = self.client.view.get("pace", {})
         return found
 
@@ -157,7 +157,7 @@ class DebugSession:
         self.on_change()
 
     def row_at(self, chip: str) -> int | None:
-        """Return the row number of the current instruction; None if there is none."""
+        """Return the row number of a chip's current instruction in its listing; None if there is no such row."""
         counter = self.chips[chip].get("counter")
         if counter is None:
             return None
@@ -179,7 +179,7 @@ class DebugSession:
 
     # ----------------------------------------------------------------------------------------------------------- time
     async def go(self, rate: float | None = None) -> None:
-        """Let time run."""
+        """Let time run, at the given rate; None: at the present rate."""
         self.rate = self.rate if rate is None else rate
         self.why = ""
         await self.client.request("go", rate=f"{self.rate:g}")
@@ -189,7 +189,11 @@ class DebugSession:
         await self.client.request("pause")
 
     async def wait_for(self, doing: str, do: str, **keys: Any) -> None:
-        """Step, or wait for an event; only one wait at a time is possible, and `doing` describes it."""
+        """Send a request that steps or waits; `doing` describes it.
+
+        Raises:
+            UsageError: an earlier wait is still pending, or the server refuses the request.
+        """
         if self.doing:
             raise UsageError(f"busy: {self.doing}; the space bar ends it")
         self.doing, self.why, since = doing, "", self.now_ps
@@ -214,13 +218,13 @@ class DebugSession:
         await self.wait_for(f"next edge of {name}", "step", pin=name, edge=edge, timeout=LIMIT)
 
     async def to_address(self, address: int) -> None:
-        """Run to an instruction."""
+        """Run until the selected chip is at the instruction with this address."""
         await self._stand()
         where = f"{self.selected} at instruction {address}"
         await self.wait_for(where, "until", chip=self.selected, address=address, timeout=LIMIT)
 
     async def to_position(self, position: int, axis: int = 1) -> None:
-        """Run to a position."""
+        """Run until an axis of the selected chip is at a position."""
         await self._stand()
         keys = {"chip": self.selected, "position": position, "axis": axis, "timeout": LIMIT}
         await self.wait_for(f"{self.selected} at position {position}", "until", **keys)
@@ -288,7 +292,7 @@ class DebugSession:
         self.on_change()
 
     def velocities(self, chip: str) -> list[str]:
-        """Return the velocity signal names of a chip, axis by axis."""
+        """Return the names of a chip's velocity signals, in the order of its axes."""
         return [name for name in self.quantities if re.match(rf"{re.escape(chip)}\W(.*\W)?velocity$", name)]
 
 

@@ -27,7 +27,7 @@ def pair(width: int, name: str, value: str, name_style: str = "", value_style: s
 
 
 def clock(ps: int) -> str:
-    """Return an instant in seconds, with microsecond resolution and with its digits in groups of three."""
+    """Return an instant in seconds, with microsecond resolution and with its decimals in groups of three."""
     whole, rest = divmod(ps // 10**6, 10**6)
     return f"{whole}.{rest // 1000:03} {rest % 1000:03} s"
 
@@ -38,14 +38,14 @@ def stamp(ps: int) -> str:
 
 
 def figure(value: float) -> str:
-    """Return a velocity, in steps/s."""
+    """Return a velocity (steps/s) as text, without its unit."""
     return f"{value:.0f}" if abs(value) >= 1000 or value == int(value) else f"{value:.1f}"
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
     """Return a curve as rows of braille characters, filled from below, two values per character.
 
-    At rest the curve is a line one dot high.
+    At rest the curve is a line one dot high; the value `top` fills the whole height.
     """
     values = spread(values, width * 2)
     steps = height * 4 - 1
@@ -64,7 +64,7 @@ def strip(values: Sequence[float | None], width: int, height: int, top: float) -
 
 
 def spread(values: Sequence[float | None], count: int) -> list[float | None]:
-    """Return `count` values; where several share a position, the one of greatest magnitude."""
+    """Stretch or compress values to `count` values; of several that become one, take the greatest in magnitude."""
     if not values:
         return [None] * count
     found: list[float | None] = []

@@ -37,10 +37,10 @@ class Clocked(Follower):
         edge: the active edge: 0 falling, 1 rising.
         steers: the pins that decide the effect of an edge.
         acts: the steering pins that also act without a clock edge.
-        advance: a function that processes the edges of the clock up to an instant (ps); after that the clock counts as
-            stopped until `follow` is called.
-        step: a function that handles a clock edge at this instant that was not promised.
-        follow: a function that receives a promised clock from this instant on, and promises the outputs.
+        advance: a function that processes the edges of the clock up to an instant (ps); after that the clock
+            counts as stopped until `follow` is called.
+        step: a function that handles a clock edge that occurs now and was not promised.
+        follow: a function that receives the promised clock edges from now on, and promises the outputs.
 
     Raises:
         UnknownName: the clock is not one of the inputs, or the part has no such input pin.
@@ -100,7 +100,7 @@ class Clocked(Follower):
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """Return the clock from this instant up to the first edge of a steering pin."""
+        """Return the clock edges from this instant up to the first edge of a steering pin, which calls `look`."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more

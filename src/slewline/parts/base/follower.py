@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def ignored(_ps: int) -> None:
-    """Do nothing, for parts whose past inputs have no effect."""
+    """Do nothing: this is the `cut` of parts whose past inputs have no effect."""
 
 
 class Follower:
@@ -89,7 +89,7 @@ class Follower:
         return bool(self.lookaheads) or not self.inputs
 
     def sources(self) -> Iterable[Follower]:
-        """Yield the rules that run ahead and drive the inputs of this one."""
+        """Yield the rules of parts that drive the inputs of this rule."""
         for name in self.inputs:
             for driver in self.part.pins[name].net.drivers:
                 if isinstance(driver.source, Follower):
@@ -154,7 +154,7 @@ class HasRule(Protocol):
 
 
 def start_rule(self: HasRule) -> None:
-    """Start the rule, now that the part is wired; this is `rewired` for parts that do nothing else in it."""
+    """Start the rule, now that the part is wired; parts that only need this use it as their `rewired`."""
     self.rule.start()
 
 
@@ -197,7 +197,7 @@ class Stateless(Follower):
 
 
 def circle(rule: Follower) -> list[Follower]:
-    """Return the rules of the parts on all circles through this rule, including itself; empty if there is no circle.
+    """Return the rules of the parts on all circles through a rule, the rule included; empty if there is no circle.
 
     A part that is already driven edge by edge promises nothing, so a circle ends at it.
     """

@@ -5,8 +5,8 @@
         shown()   train ------------------>|  another train ---------------->
                                            ^ changed(): immediately, before the driver drops its promise
 
-`shown()` returns the state as a value.  A part that keeps this value bounds its own promises when
-`changed` is called, and queries the state again in the next round.
+`shown()` returns the present and future state of the wire as a value.  A part that keeps this value bounds
+its own promises when `changed` is called, and calls `shown()` again in the next round.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Lookahead:
 
     Args:
         pin: the pin; wiring may still merge its net with another net.
-        changed: called before a driver of the wire replaces its promise, in every round in which this happens; inputs
-            can be read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
+        changed: called in every round in which a driver of the wire replaces its promise, before the driver does so;
+            inputs can then be read up to the instant before now, and `renewed` is valid.
     """
 
     __slots__ = ("_levels", "_shown", "changed", "pin")
@@ -42,11 +42,11 @@ class Lookahead:
 
     @property
     def renewed(self) -> bool:
-        """True if all promises so far are still true; valid while `changed` is called."""
+        """True if earlier promises remain true and only their bounds have moved; valid while `changed` is called."""
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
-        """Return the present promise or level of the wire; the same object as before, if nothing has changed."""
+        """Return the promise or level of the wire from now on; if nothing has changed, the same object as before."""
         net = self.pin.net
         levels = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
         if self._levels is None or len(levels) != len(self._levels) or not all(map(alike, levels, self._levels)):
@@ -62,5 +62,5 @@ class Lookahead:
         return shown.after(ps) if promised(shown := self.shown()) else None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop: two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])

@@ -5,7 +5,7 @@ bus       ----<     high byte     X     low byte       >-------
 HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise
 value                                      |  here the port receives all of the value
 
-The levels of its wires follow from its start, its kind, and its bytes (core/wires/exchange.py).
+The levels of the operation's wires follow from its start, its kind, and its bytes (core/wires/exchange.py).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * N
 
 
 class Strobes(NamedTuple):
-    """Timing of a host's strobes: low time, high time between bytes; with `ready`, they wait for HostRdy high."""
+    """Timing of a host's strobes: low time, high time between bytes, and whether they wait for HostRdy high."""
 
     low_ps: int = LOW_PS
     gap_ps: int = GAP_PS
@@ -32,7 +32,7 @@ class Strobes(NamedTuple):
 
 
 class Strobed:
-    """The instants of an operation (ps), and the levels of its lines; single strobes are computed on demand."""
+    """The instants of an operation (ps), and the levels of its lines; its strobes are computed on demand."""
 
     __slots__ = ("end", "first", "how", "last", "number", "start")
 
@@ -45,13 +45,13 @@ class Strobed:
 
     @property
     def falls(self) -> list[int]:
-        """Falling edges of the strobe, one per byte."""
+        """Instants at which the strobe falls (ps), one per byte."""
         apart = self.how.low_ps + self.how.gap_ps
         return [self.first + n * apart for n in range(self.number)]
 
     @property
     def rises(self) -> list[int]:
-        """Rising edges of the strobe."""
+        """Instants at which the strobe rises (ps), one per byte."""
         return [fall + self.how.low_ps for fall in self.falls]
 
     def strobe(self) -> Edges:
@@ -63,11 +63,11 @@ class Strobed:
         return 1, (self.start, self.end), (0, 1)
 
     def command(self) -> Edges:
-        """Return the edges of HostCmd, for a command."""
+        """Return the edges of HostCmd if the operation is a command."""
         return 0, (self.start, self.end), (1, 0)
 
     def bus(self, data: bytes) -> Edges:
-        """Return the bus edges while bytes are written: the bus changes halfway between two strobes."""
+        """Return the edges of the bus while bytes are written; it changes bytes halfway between two strobes."""
         changes = [rise + self.how.gap_ps // 2 for rise in self.rises[:-1]]
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
@@ -78,7 +78,7 @@ class Taken(NamedTuple):
     Attributes:
         strobes: its instants.
         data: the bytes written; None: it is a read operation.
-        command: whether the byte is a command.
+        command: whether the written byte is a command.
         answer: the bytes read.
     """
 
@@ -96,18 +96,21 @@ class PortEnd(End, Protocol):
     let_go_ps: int  # from its rising edge until the byte is off the bus
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port accepts an operation of `number` bytes that begins now; `ps`: its first strobe."""
+        """Return whether the port accepts an operation of `number` bytes that begins now.
+
+        `reading` tells a read operation from a write operation; `ps` is the instant of its first strobe.
+        """
 
     def shows(self, number: int) -> bytes:
-        """Return the bytes that a read operation returns."""
+        """Return the bytes that a read operation of `number` bytes would read now."""
 
     def operated(self, number: int, data: bytes | None, command: bool) -> None:
         """Process an operation whose last strobe ends now.
 
         Args:
             number: the number of bytes.
-            data: the bytes written; None: the bytes are read.
-            command: whether the byte is a command.
+            data: the bytes written; None: it is a read operation.
+            command: whether the written byte is a command.
         """
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
@@ -155,7 +158,7 @@ class Operation(Leader[Exchange]):
         Args:
             strobes: its instants.
             data: the bytes written; None: it is a read operation.
-            command: whether the byte is a command.
+            command: whether the written byte is a command.
         """
         exchange = self.possible()
         if exchange is None or not self.chip.takes(strobes.number, data is None, strobes.first):
@@ -168,7 +171,7 @@ class Operation(Leader[Exchange]):
         return True
 
     async def take_place(self) -> bytes:
-        """Wait until the operation has ended and the port is released; return the bytes read."""
+        """Wait until the operation has ended and the port is released; return the bytes read, if any."""
         strobes, exchange, self.waited = self.strobes, self.exchange, True
         try:
             await until(self.kernel, strobes.last)
@@ -181,7 +184,7 @@ class Operation(Leader[Exchange]):
         return bytes(self.shown)
 
     def promise(self, strobes: Strobed, data: bytes | None, command: bool = False) -> None:
-        """Promise an operation edge by edge, for a chipset that follows its pins; arguments as for `begin`."""
+        """Promise an operation edge by edge, for a chipset that follows its pins; the arguments are as for `begin`."""
         self.leave()
         lines = self.lines
         lines.select.wave(*strobes.select())
@@ -198,7 +201,7 @@ class Operation(Leader[Exchange]):
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the exchange with the chipset on this port; None unless it is wired to exactly one chipset."""
+        """Return the exchange with the chipset on this port; None unless the port is wired to exactly one chipset."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
@@ -226,7 +229,7 @@ class Operation(Leader[Exchange]):
         return Wave(None, tuple(edges), tuple(edges.values()))
 
     def _withdrawn(self, seen: int) -> None:
-        """Let the chipset follow the pins from now on, after the strobes so far.
+        """Let the chipset follow the pins from now on, given the strobes up to an instant (ps).
 
         The host still samples the bus at the ends of the remaining strobes.
         """
@@ -260,10 +263,10 @@ def _command(taken: Taken) -> Wave:
 
 
 def _strobe(taken: Taken, its: bool) -> Wave:
-    """Return the levels of the strobe that the operation uses (HostWrite or HostRead), or of the other strobe."""
+    """Return the levels of HostWrite or HostRead: with strobes if `its`, otherwise constantly high."""
     return Wave(*taken.strobes.strobe()) if its else Wave(1, (), ())
 
 
 def _bus(taken: Taken) -> Wave:
-    """Return the host's bus levels."""
+    """Return the levels that the host drives on the bus."""
     return Wave(None, (), ()) if taken.data is None else Wave(*taken.strobes.bus(taken.data))

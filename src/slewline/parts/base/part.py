@@ -1,9 +1,9 @@
 """The base of every part: its name, pins and findings.  A part sees a chip only through nets.
 
-`wiring` is the standard wiring: pins of the part, and the roles (core/datasheet/roles.py) of the
-neighbour's pins to which `bench.part(..., to=...)` wires them, on the axis set by the part's option
-`axis`, if it has one; pins in `optional` stay open if no pin has that role.  Pins of parts have roles
-themselves, so that a part can be wired to another part.
+`wiring` is the standard wiring: it gives each pin of the part the role (core/datasheet/roles.py) of the
+neighbour's pin to which `bench.part(..., to=...)` wires it, on the axis set by the part's option `axis`,
+if it has one; pins in `optional` stay open if no pin has their role.  Pins of parts have roles, too, so
+that a part can be wired to another part.
 
 A user's input to a part (a text, a key) goes through a method declared by `@from_outside`, which reports it to `input`,
 so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or no argument.
@@ -40,10 +40,10 @@ AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # for a part
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
-    """Return a host's object for one of its chips, which is passed by name or as an object.
+    """Return the object that a host keeps for one of its chips; the chip is passed by name or as an object.
 
     Raises:
-        UnknownName: the host does not serve it.
+        UnknownName: the host does not serve the chip.
     """
     name = chip if isinstance(chip, str) else getattr(chip, "name", repr(chip))
     if name not in chips:
@@ -158,7 +158,7 @@ class Part(Component):
         return terminal
 
     def take_pin(self, name: str, inner: Terminal) -> Terminal:
-        """Make a pin of an inner part a pin of this part, with a name of its own; return it."""
+        """Make a pin of an inner part a pin of this part, under the given name; return the new pin."""
         terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
@@ -192,11 +192,11 @@ class Part(Component):
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return the state of the part apart from its pins, as plain data: a shaft angle, a display text; or {}."""
+        """Return the state of the part without its pins, as plain data (a shaft angle, a display text); or {}."""
         return {}
 
     def catch_up(self) -> None:
-        """Compute motion and findings up to the last committed instant; for parts that compute them only on demand.
+        """Compute motion and findings up to the last committed instant, in a part that computes them only on demand.
 
         The resulting findings carry the instants of their causes; their listeners are called now.
         """
@@ -205,10 +205,10 @@ class Part(Component):
         """Write unsaved data to disk, because no more time will pass, at least for now."""
 
     def forget(self, before: int) -> None:
-        """Drop the past of the part's quantities before an instant (ps)."""
+        """Drop the past values of the part's quantities before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Keep only the recent elements of a list or bytearray that grows at its end, as set by `Bench(keep=)`.
+        """Keep only the recent elements of a list or bytearray that grows at its end, as limited by `Bench(keep=)`.
 
         Returns:
             A `Recent`, which also counts the dropped elements.
@@ -224,7 +224,7 @@ class Part(Component):
         return self._findings
 
     def be_caught_up(self) -> None:
-        """Call `catch_up`, unless it is running already: a listener called with a finding may query all findings."""
+        """Call `catch_up` unless it is running already, since a listener to a finding may query the findings."""
         if not self._catching_up:
             self._catching_up = True
             try:
@@ -237,7 +237,7 @@ class Part(Component):
 
         Args:
             own: the name of the pin of this part.
-            row: the row of the other pin.
+            row: the data sheet row of the other pin.
         """
         wanted, found = self.pins[own].row.sense, row.sense
         if wanted is None or found is None or wanted == found:
@@ -249,14 +249,14 @@ class Part(Component):
 
         Args:
             own: the name of the pin of this part.
-            row: the row of the other pin, whose role is active at the level `row.active`.
+            row: the data sheet row of the other pin, whose role is active at the level `row.active`.
         """
 
     def rewired(self) -> None:
-        """Start to follow the pins, in a subclass; called once, after wiring and just before time passes.
+        """Start to follow the pins; called once, after wiring and just before time passes; subclasses override it.
 
         Raises:
-            UsageError: the part has a rule, and a subclass without this method has not started it.
+            UsageError: the part has a rule that has not been started, because its class lacks this method.
         """
         if not getattr(vars(self).get("rule"), "is_started", True):
             raise UsageError(f"{self.name}: the rule has not been started. Call self.rule.start() in rewired().")
@@ -286,7 +286,7 @@ def limit_kept(part: Part, ps: int | None) -> None:
 
 
 def check_kept(part: Part, start: int) -> None:
-    """Check that the past of a part is kept since an instant (ps).
+    """Check that the past of a part is kept from an instant (ps) on.
 
     Raises:
         NotRecorded: the past is not kept that far back.

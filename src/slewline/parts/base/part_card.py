@@ -1,4 +1,4 @@
-r"""A part in a notebook: its shaft, which replays its past motion, its state, and its pin levels.
+r"""A part in a notebook: its shaft with a replay of its past motion, its state, and its pin levels.
 
     angle  ____/‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾
                |<- window ->|            from the first to the last change, at most the last ten turns
@@ -28,7 +28,7 @@ STILL = 1 / 3600  # turns; smaller changes do not count as motion
 
 
 class Turned(NamedTuple):
-    """The positions of a shaft at equal intervals, in turns, and the duration of the motion in ps."""
+    """The positions of a shaft, in turns, at equal intervals of time, and the total duration in ps."""
 
     turns: list[float]
     ps: int
@@ -40,11 +40,11 @@ def part_card(
     """Return a part as HTML.
 
     Args:
-        caption: its description, in one line.
+        caption: the part's description, in one line.
         shows: its state apart from its pins, as plain data.
         levels: the levels of its pins; None: the pin floats.
-        places: position of its shaft over time, in steps; None: it has no shaft.
-        first, now: start of the kept past, and the present instant (ps).
+        places: the position of its shaft over time, in steps; None: it has no shaft.
+        first, now: the start of the kept past, and the present instant (ps).
     """
     dial = Markup()
     if "per_turn" in shows:
@@ -57,14 +57,14 @@ def part_card(
 
 
 def _cell(value: object) -> list[str]:
-    """Return a value as text; the rows of a display are unchanged."""
+    """Return a value as the cells of a table row; the rows of a display become one preformatted text."""
     if isinstance(value, list):
         return [element("pre", "\n".join(map(str, value)))]
     return [f"{value:.6g}" if isinstance(value, float) else str(value)]
 
 
 def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned | None:
-    """Return the motion of a shaft up to its last change; None if the shaft has not turned."""
+    """Return the latest motion of a shaft, up to its last change; None if the shaft has not turned."""
     import numpy as np
 
     outline = places.outline(first, now, COLUMNS)
@@ -81,7 +81,7 @@ def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned |
 
 
 def _dial(turned: Turned) -> Markup:
-    """Return the shaft, with the playback speed below it."""
+    """Return a picture of the shaft; if it has turned, also the number of turns and the playback speed."""
     turns, seconds = turned.turns, turned.ps / PS_PER_S
     if len(turns) == 1:
         return element("div", shaft_dial(turns, 0))
@@ -93,6 +93,6 @@ def _dial(turned: Turned) -> Markup:
 
 
 def _round(factor: float) -> float:
-    """Return the largest number, not above the factor, that is 1, 2 or 5 times a power of ten."""
+    """Return the largest number, not above `factor`, that is a power of ten multiplied by 1, 2 or 5."""
     power = 10.0 ** floor(log10(factor))
     return power * next(digit for digit in (5, 2, 1) if digit * power <= factor * (1 + 1e-9))

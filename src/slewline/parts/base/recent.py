@@ -14,7 +14,7 @@ from typing import Any
 
 
 class Recent:
-    """The latest elements of a list or bytearray that grows at its end; `what` stays the same object.
+    """The latest elements of a list or bytearray (`what`) that grows at its end and stays the same object.
 
     `dropped` is the number of dropped elements; an index that must stay valid counts from the very first element.
     """
@@ -32,14 +32,14 @@ class Recent:
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return the index in `what` of element `number`, counted from 0 and including dropped elements.
+        """Return the index in `what` of the element whose number, counted from 0, includes the dropped elements.
 
         If that element has been dropped, return the index of the first kept one.
         """
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:
-        """Drop the elements known to be older than an instant (ps), and set a mark at the present end."""
+        """Drop the elements known to be older than `before` (ps), and set a mark at the present end (`now`, ps)."""
         if self._mark > before:
             return
         gone = min(self._old, len(self.what))

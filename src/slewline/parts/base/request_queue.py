@@ -4,7 +4,8 @@
     request = queue.submit("in 0x340", read)            its result, or its failure, is kept
     queue.result(request, "5 s")                        let virtual time pass until it is done
 
-Only the queueing is an input that the journal records; on replay the journal determines how much time passes.
+The journal records a request as an input when it is queued, but not the waiting for its result: on replay, time
+passes as the journal determines.
 """
 
 from __future__ import annotations
@@ -45,13 +46,13 @@ class Request(Generic[T]):
 class RequestQueue:
     """The requests of a part.
 
-    `begun`: whether the first request has already affected the lines, and must not be interrupted; set by
-    the part, where it matters.
+    `begun`: whether the first request has already affected the lines and must not be interrupted; set by
+    parts for which this matters.
 
     Args:
         give_up: a function that cancels a request that took too long, as an input of the part; by default
             `cancel_last`.
-        rest: a function that releases the outputs of the part when a request was cut short.
+        rest: a function that releases the outputs of the part after a request has been cut short.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class RequestQueue:
 
     @property
     def waiting(self) -> str:
-        """The request under way, in words, and its start time."""
+        """The request under way, in words, with its start time and the number of queued requests."""
         if not self.requests:
             return f"{self.name}: nothing to do"
         queued = counted(len(self.requests), "command")
@@ -112,10 +113,10 @@ class RequestQueue:
     def result(self, request: Request[T], timeout: Time) -> T:
         """Let virtual time pass until a request is done; return its result, or raise its failure.
 
-        Where calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
+        If calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
 
         Raises:
-            Timeout: the request is not done in time; it is then cancelled.
+            Timeout: the request is not done in time; the last request is then cancelled.
         """
         self.let_pass(lambda: request.done, request.text, timeout)
         if request.failure is not None:
@@ -123,7 +124,7 @@ class RequestQueue:
         return request.result
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Let virtual time pass until a condition is met.
+        """Let virtual time pass until a condition is met; `what` describes it.
 
         Raises:
             Timeout: the condition is not met in time; the last request is then cancelled.
@@ -136,14 +137,14 @@ class RequestQueue:
 
     # ----------------------------------------------------------------------------------------------------- cancelling
     def cancel_last(self) -> None:
-        """Cancel the last request; later requests can continue."""
+        """Cancel the last request; requests queued later are performed as usual."""
         if self.requests:
             self.requests.pop()
         if not self.requests:
             self.halt()
 
     def cancel_after(self, number: int, why: str) -> None:
-        """Cancel all requests except the first `number`, beginning with the last; the cancelled requests fail."""
+        """Cancel all requests after the first `number`, the last one first; they fail, with `why` in the message."""
         while len(self.requests) > number:
             request = self.requests.pop()
             request.done = True

@@ -33,7 +33,7 @@ READY = "ready"  # conditions that a program may wait for instead of polling
 
 
 def base_option(default: int | None, description: str) -> Option:
-    """Return the option `base` of a board."""
+    """Return the option `base` of a board, which sets the board's first address."""
     return Option(
         "base",
         "int",
@@ -46,7 +46,7 @@ def base_option(default: int | None, description: str) -> Option:
 
 
 class Board(Part):
-    """An interface board; `waits` are the conditions that a program may wait for, by name."""
+    """An interface board; `waits` are the names of the conditions that a program may wait for."""
 
     _for_users: ClassVar[tuple[str, ...]] = ("base", "out", "inp", "ready")
     waits: tuple[str, ...] = (READY,)
@@ -63,17 +63,17 @@ class Board(Part):
 
     # ------------------------------------------------------------------------------------- calls of a program on the PC
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
-        """Write a byte to an I/O address: OUT port, byte."""
+        """Write a byte to an I/O address, like the instruction OUT port, byte."""
         self.queue.result(self.cycle(port, byte), timeout)
 
     def inp(self, port: int, timeout: Time = "5 s") -> int:
-        """Read a byte from an I/O address: IN port."""
+        """Read a byte from an I/O address, like the instruction IN port, and return it."""
         byte: int = self.queue.result(self.cycle(port), timeout)
         return byte
 
     @from_outside
     def cycle(self, port: int, byte: int | None = None) -> Request[Any]:
-        """Queue a bus cycle: a write cycle, or a read cycle if there is no byte."""
+        """Queue a bus cycle that writes a byte, or without a byte, reads one."""
         for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
             if not isinstance(number, int) or not 0 <= number <= most:
                 raise UsageError(f"{self.name}: {number!r}; allowed 0..{most:#x}")
@@ -97,9 +97,9 @@ class Board(Part):
 
         Args:
             steps: in hexadecimal, two bytes each (parts/boards/series.py).
-            poll: the longest time to wait for bit 7 of the status to become 1, after it has been read as 0.
-            on: whether this continues the preceding series, and so does nothing if that ended with a failed
-                wait.
+            poll: the longest wait for bit 7 of the status to become 1, after a step has read it as 0.
+            on: whether this continues the preceding series, and so does nothing if that series ended with a
+                failed wait.
 
         Raises:
             UsageError: `steps` are not valid steps for this board.
@@ -116,28 +116,28 @@ class Board(Part):
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request, which took too long; later requests can continue."""
+        """Cancel the last request, because it took too long; requests queued later are performed as usual."""
         self.input("give_up")
         self.queue.cancel_last()
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
-        """Write a byte to a port immediately, in a write cycle."""
+        """Write a byte to a port in a write cycle that begins now."""
         self._began = self.kernel.now
         await self._access(self._offset(port), byte, port)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
-        """Read a byte from a port immediately, in a read cycle, and return it."""
+        """Read a byte from a port in a read cycle that begins now, and return the byte."""
         self._began = self.kernel.now
         byte = await self._access(self._offset(port), None, port)
         await until(self.kernel, self._clock(CYCLE))
         return byte
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform the next bus cycle, which begins within one clock, and promise its unobserved part.
+        """Perform the next bus cycle, which begins within one clock, and promise the part of it that is not observed.
 
-        Without a byte it is a read cycle, which returns the byte in clock 5.
+        Without a byte it is a read cycle, which returns the byte read in clock 5.
 
         Args:
             register: the name of a register that the layout provides for this access.
@@ -146,12 +146,15 @@ class Board(Part):
         raise NotImplementedError
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
-        """Perform the cycle at an offset, which may have no register; `port`: the full address, if known."""
+        """Perform a cycle at an offset from the base, where there may be no register.
+
+        `byte` is the byte to be written, or None to read; `port` is the full address, if known.
+        """
         register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
         return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
-        """Perform a cycle in which no register is reached."""
+        """Perform a cycle at an address without a register, and report the address once as a finding."""
         address, reading = self.base + offset if port is None else port, byte is None
         await until(self.kernel, self._clock(1))  # at an instant of the cycle, regardless of the instant of the request
         if (address, reading) not in self._reported:
@@ -171,23 +174,23 @@ class Board(Part):
         return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait for a condition, without bus cycles, or until `ps` have passed."""
+        """Wait for a condition without bus cycles, but at most for `ps`."""
         raise NotImplementedError
 
     def _offset(self, port: int) -> int:
-        """Return the offset of an address from the base; for an address of another board it is out of range."""
+        """Return the offset of an address from the base; it is out of range if the address is not this board's."""
         return (port & DECODED) - self.base
 
     def _clock(self, number: int) -> int:
-        """Return the instant at which a clock of this cycle begins (ps)."""
+        """Return the instant at which the clock with this number begins in the present cycle (ps)."""
         return self._began + number * CLOCK_PS
 
     # ---------------------------------------------------------------------------------------------------------- series
     async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
-        """Perform the steps of a series; each cycle begins where its predecessor ends.
+        """Perform the steps of a series; each cycle begins when the preceding cycle ends.
 
         While nothing is observed, no time passes here: each cycle is promised as soon as the status read before
-        it is known.
+        that cycle is known.
         """
         if on and self._broken:
             return Done(bytes([FLOATING]) * (len(steps) // 2), ())
@@ -219,7 +222,7 @@ class Board(Part):
         return Done(bytes(answers).ljust(len(steps) // 2, bytes([FLOATING])), ends)
 
     async def _look(self) -> int:
-        """Read the status in a bus cycle; the next cycle begins after it."""
+        """Read the status in a bus cycle, and return it; the next cycle begins immediately after this one."""
         byte = await self._reach(STATUS)
         self._began += CYCLE_PS
         return byte
@@ -232,6 +235,6 @@ class Board(Part):
         return byte
 
     async def _ready_within(self, ps: int) -> None:
-        """Let at most `ps` pass after a cycle, until bit 7 of the status is 1."""
+        """After a cycle, wait until bit 7 of the status is 1, but at most for `ps`."""
         await self.until_ready(self._began + ps - self.kernel.now)
         self._began = max(self._began, self.kernel.now)

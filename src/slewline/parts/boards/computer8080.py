@@ -42,7 +42,7 @@ AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # the f
 
 
 class Cpu8080:
-    """The processor: coroutines that sample a bit and let time pass, at the processor's own clock."""
+    """A processor: coroutines that sample a bit, or let time pass, on the grid of the processor's clock."""
 
     def __init__(self, kernel: Kernel, cpu: str | int) -> None:
         self.kernel, self.clock, self.tick = kernel, Clock(hertz(cpu)), 0
@@ -53,7 +53,7 @@ class Cpu8080:
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def poll(self, net: Net, wanted: int) -> None:
-        """Sample a bit until it has a given level; the first sample is at the end of the first IN."""
+        """Sample a bit until it has the wanted level; the first sample is at the end of the first IN."""
         await self.states(IN)
         origin = self.tick
         while net.level != wanted:
@@ -65,7 +65,7 @@ class Cpu8080:
 
 
 def before_stopper(owner: str, data: Data) -> bytes:
-    """Return the bytes before the stopper FF.
+    """Return the bytes before the first FF, the stopper.
 
     Raises:
         UsageError: the data contain no stopper.
@@ -93,13 +93,13 @@ class Host8080(Part):
         self.add_pin("ready", "in", "READY of the chip", pull=1)
 
     def out(self, byte: int) -> None:
-        """Write a byte to the output port: OUT 0DCH."""
+        """Write a byte to the output port immediately: OUT 0DCH."""
         self.drivers["port"].drive((0xFF, byte & 0x7F))
         self.drivers["request"].drive(byte >> 7)
 
     @from_outside
     def send(self, string: Data) -> None:
-        """Queue a string that ends with the stopper FF."""
+        """Queue the bytes of a string that ends with the stopper FF; the stopper itself is not sent."""
         data = before_stopper(self.name, string)
         self.input("send", data + bytes([STOPPER]))
         for byte in data:
@@ -165,7 +165,7 @@ class Ppi8255(Part):
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
 
     def _write(self, port: int, value: int) -> None:
-        """Perform an OUT: a byte to port A, or a set/reset code for port C (2 * bit number + level) to EF."""
+        """Perform an OUT: a byte to port A, or a set/reset code for port C (2 * bit number + level) to address EF."""
         self._checked(port, value)
         if port == DATA:
             self._latched = value
@@ -190,14 +190,14 @@ class Ppi8255(Part):
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
-        """Queue the bytes before the stopper FF (fig. 11.6)."""
+        """Queue the bytes of a buffer before the stopper FF, for the routine SENDPARALLEL (fig. 11.6)."""
         data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)
 
     @from_outside
     def sendchar(self, data: Data) -> None:
-        """Queue bytes that may include FF, for the inner routine of SENDPARALLEL."""
+        """Queue bytes, which may include FF, for the inner routine of SENDPARALLEL."""
         data = as_bytes(self.name, data)
         self.input("sendchar", data)
         self._queue(data)
@@ -208,7 +208,7 @@ class Ppi8255(Part):
 
     @from_outside
     def rcvbyte(self, number: int) -> None:
-        """Queue a read-out of verify bytes, after V has been sent (fig. 6.1); the bytes are appended to `received`."""
+        """Queue a read-out of a number of verify bytes, after V has been sent (fig. 6.1); they go to `received`."""
         self.input("rcvbyte", number)
         self.queue.post(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
 

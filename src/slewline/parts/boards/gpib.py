@@ -5,9 +5,10 @@
     NDAC  = READY inverted              low until the byte is accepted
     IFC  -> RESET      MOTION COMPLETE -> SRQ
 
-A blocked byte never makes READY fall, so the gate that blocks the byte accepts it in place of the chip;
-otherwise, the talker would wait forever.  The bus lines are open-collector lines.  The data lines go
-straight to the chip: this circuit has no inverter, so the talker sends its bytes in positive logic.
+A blocked byte never makes READY fall, so the gate that blocks the byte also accepts it on behalf of the
+chip; otherwise, the talker would wait forever.  The handshake and management lines are open-collector
+lines.  The data lines go straight to the chip: this circuit has no inverter, so the talker sends its
+bytes in positive logic.
 """
 
 from __future__ import annotations
@@ -33,19 +34,19 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 
 def add_bus_lines(part: Part) -> None:
-    """Add the data, handshake and management lines of the IEEE-488 bus."""
+    """Add the data, handshake and management lines of the IEEE-488 bus to a part, as pins."""
     part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
         part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
 
 
 def pull(part: Part, name: str, low: bool) -> None:
-    """Pull an open-collector line low, or release it."""
+    """Pull an open-collector line low if `low`, otherwise release it."""
     part.drivers[name].drive(0 if low else None)
 
 
 class GpibListener(Part):
-    """A few gates between the bus and a chip."""
+    """The gates that connect a chip to the bus as a listener."""
 
     _for_users = ("line_feeds",)
     wiring = MappingProxyType(
@@ -88,7 +89,7 @@ class GpibListener(Part):
 
 
 class SourceHandshake:
-    """The source handshake of a part (fig. 12.3), byte by byte; user calls are inputs of the part.
+    """The source handshake of a part (fig. 12.3), which sends byte by byte; calls by a user are inputs of the part.
 
     `requests` counts the falling edges of SRQ.
     """
@@ -100,7 +101,7 @@ class SourceHandshake:
         add_bus_lines(part)
 
     def rewired(self) -> None:
-        """Start to follow SRQ."""
+        """Start to count the falling edges of SRQ."""
         self.part.net("srq").watch(self._requested)
 
     def _requested(self, net: Net) -> None:
@@ -138,13 +139,13 @@ class SourceHandshake:
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
     async def talk(self, data: bytes) -> None:
-        """Send bytes."""
+        """Send bytes, then release the data lines."""
         for byte in data:
             await self._byte(byte)
         self.part.drivers["dio"].drive(None)
 
     async def _byte(self, byte: int) -> None:
-        """Send one byte: data, NRFD high, DAV low, NDAC high, DAV high."""
+        """Send one byte: put it on the data lines, await NRFD high, set DAV low, await NDAC high, set DAV high."""
         part = self.part
         part.drivers["dio"].drive((0xFF, byte ^ 0xFF if self.negative else byte))
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -159,7 +160,7 @@ class SourceHandshake:
 
 
 class Talks:
-    """Mixin for parts with such a handshake, which provides their inputs."""
+    """Mixin for parts that have a `SourceHandshake`; provides the calls by which a user operates it."""
 
     _source: SourceHandshake
 

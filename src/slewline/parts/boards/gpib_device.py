@@ -3,9 +3,9 @@
     controller ==== GPIB, negative logic ==== interface ---- inverting buffers ---- chip
                                                   |- CLR, TRIG -> interrupt logic -> STEP INHIBIT, SRQ
 
-Listen: a byte is sent to the chip by the two-line handshake; NDAC follows READY.  Talk: I/O SELECT goes high, and each
-byte that the controller is ready for is fetched as a verify byte.  Serial poll: eight pins of the chip are read as a
-byte.
+Listen: a byte is sent to the chip by the two-line handshake; NDAC follows READY.  Talk: I/O SELECT goes high, and
+whenever the controller is ready for a byte, a verify byte is fetched from the chip.  Serial poll: eight pins of the
+chip are read as a byte.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class GpibDevice(Part):
         self._task = self.kernel.spawn(self._run, name=self.name)
 
     def _interface_clear(self, net: Net) -> None:
-        """Handle IFC: release all lines, and drop all addresses."""
+        """Handle IFC: release all lines, and stop listening and talking."""
         if net.level == 0 and self._task is not None:
             self._task.kill()
             for name in ("dio", "db", *HANDSHAKE):
@@ -85,7 +85,7 @@ class GpibDevice(Part):
             self._begin()
 
     def _attention(self, net: Net) -> None:
-        """Handle ATN: whatever the state of the chip, nothing is accepted before the task handles ATN."""
+        """Handle ATN low: immediately signal not ready and not accepted, until the task itself handles ATN."""
         if net.level == 0:
             pull(self, "nrfd", True)
             pull(self, "ndac", True)
@@ -106,7 +106,7 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Receive one byte, an interface message for all devices or data for the chip; stop if ATN changes."""
+        """Receive one byte: an interface message if `commanded`, otherwise data for the chip; stop if ATN changes."""
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:
@@ -152,7 +152,7 @@ class GpibDevice(Part):
 
     # --------------------------------------------------------------------------------------------------------- source
     async def _talk(self) -> None:
-        """Send bytes (verify bytes, or the status in a poll) as long as the controller is ready for them."""
+        """Send bytes (verify bytes, or the status in a serial poll) as long as the controller is ready for them."""
         atn, nrfd, ready = (self.pin(name).net for name in ("atn", "nrfd", "ready"))
         pull(self, "nrfd", False)
         pull(self, "ndac", False)
@@ -181,12 +181,12 @@ class GpibDevice(Part):
 
 
 class ControllerSource(SourceHandshake):
-    """The handshake of a controller, which can also accept; its data lines use negative logic, as on the bus."""
+    """The handshake of a controller, which can also receive; its data lines use negative logic, as on the bus."""
 
     negative = True
 
     async def talk_commands(self, data: bytes, hold: bool = False) -> None:
-        """Send bytes with ATN low; with `hold` the controller afterwards remains not ready for data."""
+        """Send bytes with ATN low; if `hold`, the controller then stays not ready for data."""
         part = self.part
         pull(part, "atn", True)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -199,12 +199,12 @@ class ControllerSource(SourceHandshake):
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
     async def accept(self, most: int, end: int | None = None, pause_ps: int | None = None) -> bytes:
-        """Receive bytes from the talking device; after the last byte the controller remains not ready for data.
+        """Receive bytes from the talking device; after the last byte the controller stays not ready for data.
 
         Args:
-            most: maximum number of bytes.
-            end: byte that ends the read-out.
-            pause_ps: time without a byte that ends the read-out, ps.
+            most: the maximum number of bytes.
+            end: the byte that ends the read-out; None: no byte ends it.
+            pause_ps: the time without a byte after which the read-out ends (ps); None: wait forever.
         """
         part, data, dav = self.part, bytearray(), self.part.net("dav")
         while len(data) < most and (not data or data[-1] != end):
@@ -226,7 +226,7 @@ class ControllerSource(SourceHandshake):
 class GpibController(Talks, Part):
     """A controller that addresses devices.
 
-    `received` contains the bytes sent by devices, `polled` the status bytes.
+    `received` contains the bytes read from devices, `polled` the status bytes from serial polls.
     """
 
     _for_users = (
@@ -258,7 +258,7 @@ class GpibController(Talks, Part):
         self.keep_recent(self.polled)
 
     def write(self, address: int, data: Data) -> None:
-        """Queue data for one device."""
+        """Queue data for the device with an address."""
         self.command([UNLISTEN, LISTEN + address])
         self.send(data)
         self.command([UNLISTEN])
@@ -271,11 +271,11 @@ class GpibController(Talks, Part):
 
     @from_outside
     def fetch(self, address: int, most: int, end: int | None, pause: int | None) -> Request[bytes]:
-        """Queue a read-out of at most `most` bytes.
+        """Queue a read-out of at most `most` bytes from a device; the result is these bytes.
 
         Args:
             end: the byte that ends the read-out; None: no byte ends it.
-            pause: the time without a byte that ends the read-out (ps); None: wait forever.
+            pause: the time without a byte after which the read-out ends (ps); None: wait forever.
         """
         self.input("fetch", address, most, end, pause)
         return self.queue.submit(f"reads from {address}", lambda: self._fetched(address, most, end, pause))
@@ -309,7 +309,7 @@ class GpibController(Talks, Part):
         self.message(address, TRIGGER)
 
     def message(self, address: int, code: int) -> None:
-        """Queue an interface message for one device."""
+        """Queue an interface message, given by its code, for one device."""
         self.command([UNLISTEN, LISTEN + address, code, UNLISTEN])
 
     @from_outside
@@ -328,7 +328,7 @@ class GpibInterrupts(Part):
     """Interrupt logic (fig. 12.9): a flip-flop on STEP INHIBIT, and service requests.
 
     `clear` (device clear), `reset` (master reset) and a falling edge of `limit` set STEP INHIBIT; `trigger` resets it,
-    even while the limit switch is still closed, so that the master can drive the motor off it.  SRQ is low while the
+    even while the limit switch is still closed, so that the motor can be driven off the switch.  SRQ is low while the
     limit switch is closed or MOTION COMPLETE is low.
     """
 

@@ -1,13 +1,13 @@
 r"""An ISA board, which maps the host port of a chipset to I/O addresses of a PC.
 
-The board of the chipset's application note has these addresses; other cards have others (register_layouts.py).
+The board in the chipset's application note has the addresses below; other cards have others (register_layouts.py).
 
     base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
 
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>            selects the port, and is HostCmd (A1)
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
-    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            shortened by the PAL, for data hold time
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            shortened by the PAL, for data hold time
     HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC reads the byte at its end
 
 The other status bits float and read 1.  RESET on the bus also resets the chipset.
@@ -31,7 +31,7 @@ HOSTRDY = 0x80
 
 
 class Isa(Board):
-    """An interface board in a PC."""
+    """An ISA board in a PC, with the host port of a chipset."""
 
     wiring = MappingProxyType(
         {
@@ -92,7 +92,7 @@ class Isa(Board):
         return FLOATING & ~HOSTRDY if register == STATUS and not self.high("hostrdy") else FLOATING
 
     async def _operate(self, byte: int | None, command: bool) -> int:
-        """Write a byte to the port of the chipset, or without a byte, read one from it."""
+        """Write a byte to the host port of the chipset and return it; without a byte, read one and return that."""
         cycle, data = IsaCycle(self._began, byte is None), None if byte is None else bytes([byte])
         if self._operation.begin(cycle, data, command):
             shown = await self._operation.take_place()

@@ -12,7 +12,7 @@ BUS = Strobes()
 
 
 class IsaCycle(Strobed):
-    """A one-byte operation: a bus cycle that begins at an instant (ps)."""
+    """A one-byte operation: a bus cycle that begins at the instant `began` (ps)."""
 
     __slots__ = ("began",)
 
@@ -25,7 +25,7 @@ class IsaCycle(Strobed):
 
     @property
     def falls(self) -> list[int]:
-        """Instants at which the strobe falls (ps)."""
+        """Instant at which the strobe falls (ps), in a list."""
         return [self.first]
 
     @property

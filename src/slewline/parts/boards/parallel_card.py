@@ -28,7 +28,7 @@ ANSWER, MESSAGE = "answer", "message"
 
 
 class ParallelCard(Board):
-    """A parallel interface card."""
+    """A parallel card in a PC."""
 
     _for_users = ("status", "control")
     wiring = MappingProxyType({"db": "data", "io_request": "request", "busy": "ready", "fpl": "flow", "reset": "reset"})
@@ -46,12 +46,12 @@ class ParallelCard(Board):
 
     @property
     def status(self) -> int:
-        """The status register."""
+        """The status register: bit 7 is 1 while BUSY is high, bit 6 while FPL is high; all others are 1."""
         low = IS_READY * (not self.high("busy")) | IS_FREE * (not self.high("fpl"))
         return FLOATING & ~low
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a bus cycle; a register changes at the end of clock 4, when a byte is also read."""
+        """Perform a bus cycle; at the end of its clock 4 a register changes, or a byte is read."""
         await until(self.kernel, self._clock(5))
         if byte is None:
             return self._read(register)
@@ -71,7 +71,7 @@ class ParallelCard(Board):
         return self.control if register == CONTROL else self.status
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait at most `ps`, without bus cycles, until the line selected by `what` has its level.
+        """Wait without bus cycles, but at most for `ps`, until the line selected by `what` has the wanted level.
 
         READY: BUSY is high; ANSWER: BUSY is low; MESSAGE: FPL is low.
         """

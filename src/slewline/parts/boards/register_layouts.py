@@ -1,4 +1,4 @@
-"""Registers of interface boards: a row for each known card, and a text for any other card.
+"""Registers of interface boards: a row for each known card, and a text format for any other card.
 
 pmd          the ISA board of the chipset's application note
 pi-c842      a card of Physik Instrumente, as a host program uses it: the program polls +1, writes
@@ -24,7 +24,7 @@ STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 
 
 class Layout(NamedTuple):
-    """The registers of a board: names by offset from its base, in `reads` for IN, in `writes` for OUT."""
+    """The registers of a board: names by offset from the base, in `reads` for IN, in `writes` for OUT."""
 
     base: int
     reads: Mapping[int, str]
@@ -35,7 +35,7 @@ class Layout(NamedTuple):
         return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
 
     def listed(self, reading: bool) -> str:
-        """Return the readable, or the writable, registers with their offsets."""
+        """Return the names and offsets of the registers that can be read if `reading`, otherwise written, as text."""
         found = self.reads if reading else self.writes
         return ", ".join(f"{name} at +{offset}" for offset, name in sorted(found.items()))
 
@@ -56,7 +56,7 @@ ALLOWED = f"{', '.join(CARDS)}, or offsets such as {EXAMPLE}"
 
 
 def layout_of(card: str) -> Layout:
-    """Return the layout of a card: its row, or the layout given as text.
+    """Return the layout of a card, given by its name or by a text with the offsets of its registers.
 
     Raises:
         UsageError: no card has this name, or the text is not a layout.
@@ -92,7 +92,7 @@ def layout_of(card: str) -> Layout:
 
 
 def wrong(card: str) -> str:
-    """Return the error in the text of an option `card`; "" if the text is valid."""
+    """Return the error in the value of the option `card`; "" if the value is valid."""
     try:
         layout_of(card)
     except UsageError as error:

@@ -34,16 +34,16 @@ class Done(NamedTuple):
 
 
 def is_step(request: int, waits: tuple[str, ...]) -> bool:
-    """Return whether this is the first byte of a step, on a board with these waits."""
+    """Return whether a byte can be the first byte of a step, on a board with these waits."""
     return request < 0x20 or request == POLL or WAITS.get(request) in waits
 
 
 def spelled(steps: bytes) -> str:
-    """Return the steps in hexadecimal, one group per step."""
+    """Return steps as hexadecimal text, with a blank between steps."""
     return steps.hex(" ", -2)
 
 
 def met(request: int, status: int) -> bool:
-    """Return whether a step succeeded; a wait succeeds if the status bit has the wanted level."""
+    """Return whether a step succeeded: a wait succeeds if its status bit has the wanted level, all others always."""
     bit, wanted = MET.get(request, (0, 0))
     return status & bit == wanted

@@ -40,9 +40,9 @@ class TwoClocks(Part):
         self.rule = Stateless(self, ("clock", "dir"), views)
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return the reason why a neighbour's pin does not fit; "" if it does.
+        """Return the reason why a neighbour's pin cannot be wired to one of these pins; "" if it can.
 
-        A clock pin must not idle at its active level, the level of a step.
+        The pin that drives `clock` must not idle at its active level, which is the level of a step.
         """
         if own == "clock" and row.reset is not None and row.reset == row.active:
             return "rests at the level of a step: with each change of direction the other clock would step"
@@ -57,7 +57,7 @@ class StepCheck(Part):
         x   0 1 1 0        clockwise: left to right
         y   0 0 1 1
 
-    A step that is never made stops the module forever, and a step that the load reverses must be made again.
+    A step that the motor never makes stops the module forever; a step that the load undoes must be made again.
     """
 
     _for_users = ("behind",)
@@ -74,7 +74,7 @@ class StepCheck(Part):
         self._lets = 1  # the ENABLE level that permits the next step
 
     def attached(self, own: str, row: Pin) -> None:
-        """Use the active level of the chip's input; the CY525's STEP INHIBIT, for example, is active high."""
+        """Use the active level of the chip's enable input; the CY525's STEP INHIBIT, for example, is active high."""
         if own == "enable" and row.active is not None:
             self._lets = row.active
             self._put(0)
@@ -149,11 +149,11 @@ class Damping(Part):
         self._put()
 
     def _detect(self) -> None:
-        """Set the output of G1: the last pulse is over when both inputs are low."""
+        """Drive a, the output of G1: it falls, after the last pulse, when both MOV and RAMP are low."""
         self.drivers["a"].drive(int(self.net("mov").is_active or self.net("ramp").is_active))
 
     def _ended(self, net: Net) -> None:
-        """Start the timing generator at the falling edge of a."""
+        """Start the timing generator when a falls; report a motion that begins during the damping."""
         now, c = self.kernel.now, self.drivers["c"]
         if net.level == 1:
             if now < self._braked_ps:

@@ -54,7 +54,7 @@ AMPERES_PER_VOLT = 2.0
 
 # ------------------------------------------------------------------------------------------------------- translator
 class GsD200(Part):
-    """A driver module: translator and enable input; `to` wires CLOCK, DIR and RESET."""
+    """A driver module: translator and enable input; `bench.part(to=...)` wires CLOCK, DIR and RESET."""
 
     _for_users = ("state", "decay")
     wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
@@ -97,7 +97,7 @@ class GsD200(Part):
 
     @property
     def _step(self) -> int:
-        """The number of states per clock pulse."""
+        """The number of states per clock pulse: 1 in half steps, 2 in full steps; negative counterclockwise."""
         return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
     # ------------------------------------------------------------------------------------------------------- changes
@@ -111,7 +111,7 @@ class GsD200(Part):
         self._state = (self._state + self._step) % len(STATES)
 
     def _follow(self, clock: Events) -> None:
-        """Follow another clock from now on."""
+        """Follow the promised edges of the clock from now on, and promise the outputs."""
         if self.net("reset").is_active:
             self._state, clock = 0, NoEvents()
         self._by, self._counted = self._step, clock
@@ -141,17 +141,17 @@ GROUND_OHM = NETWORKS["gs-d200"].ground
 
 
 def parallel(*resistors: float) -> float:
-    """Return the resistance of parallel resistors, ohms."""
+    """Return the resistance of several resistors in parallel, ohms."""
     return 1 / sum(1 / r for r in resistors)
 
 
 def set_point(*to_ground: float, to_supply: float | None = None, ground: float = GROUND_OHM) -> float:
-    """Return the phase current in amperes.
+    """Return the phase current, in amperes, that these resistors set.
 
     Args:
         to_ground: resistors from the set-point input to ground, ohms.
-        to_supply: resistor from the input to 5 V, ohms.
-        ground: the driver's own resistor to ground.
+        to_supply: resistor from the set-point input to 5 V, ohms; None: there is none.
+        ground: the driver's internal resistor to ground, ohms.
     """
     upper = parallel(PULL_UP_OHM, to_supply) if to_supply is not None else PULL_UP_OHM
     lower = parallel(ground, *to_ground)
@@ -159,23 +159,23 @@ def set_point(*to_ground: float, to_supply: float | None = None, ground: float =
 
 
 def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to ground, in ohms, that sets a current below the open-input current.
+    """Return the resistor to ground, in ohms, that sets a current lower than with an open set-point input.
 
-    With an internal resistor of 1200 ohm this is I / (1 - 0.933 I) kohm.
+    With an internal resistor of 1200 ohm this is I / (1 - 0.933 I) kohm, I in amperes.
     """
     volts = amperes / AMPERES_PER_VOLT
     return _rest(volts / ((SUPPLY_V - volts) / PULL_UP_OHM), ground, f"{amperes} A by a resistor to ground")
 
 
 def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to 5 V, in ohms, that sets a current if there are other resistors to ground."""
+    """Return the resistor to 5 V, in ohms, that sets a current; `others` are external resistors to ground, in ohms."""
     volts = amperes / AMPERES_PER_VOLT
     upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
     return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
 
 
 def beside(total: float, present: float) -> float:
-    """Return the resistor, in ohms, that results in `total` ohms when connected in parallel with `present`."""
+    """Return the resistor, in ohms, that makes `total` ohms when connected in parallel with `present` ohms."""
     return _rest(total, present, f"{total:g} ohm with {present:g} ohm in parallel")
 
 
@@ -194,7 +194,7 @@ def _resists(ohms: float) -> str:
 class PhaseCurrent(Part):
     """The phase current that MOV and RAMP select through Tr1 and Tr2 (figure 11).
 
-    The default resistors are those of the data sheet's example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
+    The default resistors are those of the data sheet's example: 1.5 A on ramps, 0.25 A at rest, 0.5 A while slewing.
     """
 
     _for_users = ("amperes", "past", "current_at", "currents_at", "transistors")
@@ -254,12 +254,12 @@ class PhaseCurrent(Part):
         return (self._known.quantity(self.kernel, "current", "A"),)
 
     def forget(self, before: int) -> None:
-        """Drop the past currents before an instant (ps)."""
+        """Drop the currents from before an instant (ps)."""
         self._known.forget(before)
 
     @property
     def past(self) -> list[tuple[int, float]]:
-        """Past currents: the instants at which they changed (ps), and the currents after each change, amperes."""
+        """Past currents: pairs of the instant at which the current changed (ps), and the new current in amperes."""
         return [*self._known]
 
     def current_at(self, time: Time) -> float:

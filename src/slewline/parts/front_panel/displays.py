@@ -6,9 +6,9 @@ The LED display is an HDSP-211x type.  It has six address lines:
     28 ... 2F   rows of the user-defined character       20   number of that character
     00 ... 07   flash: bit 0, one byte per character     all others repeat one of these
 
-The LCD shows texts on its right, and the queried parameters on its left, each on a line of its own.  No
-readable page documents how a CY325 selects the position; here the text itself decides: `X=00123` CR is a
-parameter, and anything else is text.
+The LCD shows texts on its right, and the queried parameters on its left, each on its own line.  No readable
+page documents how a CY325 selects the side of the display on which a text appears; here the text itself
+decides: `X=00123` CR is a parameter, and anything else is text.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ CR, LF, BLANK = 0x0D, 0x0A, " "
 
 
 def framed(rows: list[str]) -> str:
-    """Return rows of equal length as a framed picture."""
+    """Return rows of equal length as text, with a frame around them."""
     edge = "-" * len(rows[0])
     return "\n".join((f"+{edge}+", *(f"|{row}|" for row in rows), f"+{edge}+"))
 
@@ -62,12 +62,12 @@ class Shows:
 
     @property
     def waiting(self) -> str:
-        """Description of the present display."""
+        """The name of the part and the text that it shows, in one line."""
         return f"{self.name}: {self.said}"
 
     @property
     def said(self) -> str:
-        """Contents of the display, in one line."""
+        """The text that the display shows, in one line that begins with "shows"."""
         return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
 
 
@@ -92,18 +92,18 @@ class HpDisplay(Shows, Part):
         self._cells[:CHARACTERS] = bytes(CHARACTERS)
 
     def _place(self) -> int:
-        """Return the cell at the address in the latch."""
+        """Return the number of the memory cell at the address in the latch."""
         address = self._bus.low & LINES
         if address < 0x20:
             return address % CHARACTERS
         return address if address & 0x08 else address & ~0x07
 
     def _shown(self) -> int:
-        """Return the byte at the latched address."""
+        """Return the byte in the cell at the latched address."""
         return self._cells[self._place()]
 
     def _take(self, byte: int) -> None:
-        """Process a byte: a character, a flash bit, or the control word."""
+        """Store a byte at the latched address: a character, a flash bit, or the control word."""
         before, place = self.text, self._place()
         self._cells[place] = byte
         if place == CONTROL and self._cells[CONTROL] & CLEAR:
@@ -115,7 +115,7 @@ class HpDisplay(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def text(self) -> str:
-        """The eight characters; a user-defined character is shown as a small box."""
+        """The eight characters; a small box stands for a user-defined character."""
         if not self.brightness:
             return BLANK * CHARACTERS
         return "".join(_glyph(byte) for byte in self._cells[FIRST:])
@@ -148,7 +148,7 @@ def _glyph(byte: int) -> str:
 
 
 class Text:
-    """Lines of continuous text: CR begins the next line; after the last line comes the first."""
+    """Lines of continuous text: a full line or CR begins the next line; the first line follows the last."""
 
     def __init__(self, rows: int, width: int) -> None:
         self.lines, self.width, self.row = [""] * rows, width, 0
@@ -165,12 +165,12 @@ class Text:
 class Lcd(Shows, Part):
     """A serial LCD of several lines: parameters on the left, text on the right.
 
-    A text continues after its predecessor; CR begins the next line; after the last line comes the first.
+    A text continues where the preceding text ended; CR begins the next line; the first line follows the last.
 
     Args:
-        baud: rate of the serial line.
-        rows: number of lines.
-        columns: characters per line; the left part takes eleven of them: eight digits, a letter, "=" and a blank.
+        baud: the rate of the serial line.
+        rows: the number of lines.
+        columns: the characters per line; the left part takes eleven: eight digits, a letter, "=" and a blank.
     """
 
     _for_users = ("parameters", "left", "right", "rows", "picture", "said", "on_change")
@@ -206,7 +206,7 @@ class Lcd(Shows, Part):
             self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
 
     def _take(self, byte: int) -> None:
-        """Process a character; text that may yet turn out to be a parameter is shown as text until it does."""
+        """Process a character; characters that may be the start of a parameter count as text until it is complete."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
             self.parameters[match[1].decode()] = match[2].decode()
@@ -218,7 +218,7 @@ class Lcd(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def left(self) -> list[str]:
-        """Lines on the left; if there are more parameters than lines, the latest overwrite the others."""
+        """Left parts of the lines; if there are more parameters than lines, later ones replace earlier ones."""
         lines = [""] * len(self.text.lines)
         for n, (letter, digits) in enumerate(self.parameters.items()):
             lines[n % len(lines)] = f"{letter}={digits}"
@@ -226,7 +226,7 @@ class Lcd(Shows, Part):
 
     @property
     def right(self) -> list[str]:
-        """Lines on the right."""
+        """Right parts of the lines, with the text."""
         text = deepcopy(self.text)
         for byte in self._pending:
             text.write(byte)
@@ -234,7 +234,7 @@ class Lcd(Shows, Part):
 
     @property
     def rows(self) -> list[str]:
-        """The complete lines, left and right parts."""
+        """The complete lines, each with its left and right parts."""
         halves = zip(self.left, self.right, strict=True)
         return [f"{left:<{self._LEFT}}{right:<{self.text.width}}" for left, right in halves]
 

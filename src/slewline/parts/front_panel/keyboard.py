@@ -3,8 +3,8 @@ r"""A keyboard without a strobe of its own: a generator derives I/O REQUEST from
 One strobe is generated per key, and only while READY is high:
 
     key       ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\____      the byte is on the bus while the key is down
-    REQUEST   ‾‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      READY low clears the strobe,
-    READY     ‾‾‾‾‾‾‾‾‾‾‾\___________/‾‾‾‾‾‾‾‾‾‾‾      when READY is high again, the strobe is not repeated
+    REQUEST   ‾‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      READY low ends the strobe,
+    READY     ‾‾‾‾‾‾‾‾‾‾‾\___________/‾‾‾‾‾‾‾‾‾‾‾      and READY high does not start another one
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..base.written_data import Data, as_bytes
 
 
 class Keyboard(Part):
-    """A typist at a keyboard."""
+    """A keyboard, with the typist who presses its keys."""
 
     _for_users = ("type",)
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})

@@ -2,7 +2,7 @@
 
 Thumbwheels are read one digit at a time, at an 8-bit address that no readable page documents.  The model uses
 
-    bits 7 to 3     the low five bits of the letter of the command whose number they set, R = 52H: 10010
+    bits 7 to 3     the low five bits of the letter of the command whose number the switches set, R = 52H: 10010
     bits 2 to 0     the digit; 0 is the most significant digit
 """
 
@@ -24,7 +24,7 @@ UPPER_NIBBLE = 0xF0  # of the undriven bus, which reads high
 
 
 def switch_address(letter: str, digit: int) -> int:
-    """Return the address at which a digit of the switches for a command is read.
+    """Return the address at which a chip reads one digit of the switches for a command.
 
     Args:
         letter: the letter of the command, A to Z.
@@ -46,7 +46,7 @@ class Thumbwheels(Part):
     """A bank of thumbwheel switches that sets the number of one command.
 
     Args:
-        letter: the letter of the command, which is sent with # instead of a number.
+        letter: the letter of the command, which the host sends with # in place of a number.
         value: the setting, with all digits of the bank: three for an 8-bit number, five for 16 bits, eight for 24 bits.
     """
 
@@ -98,27 +98,27 @@ class Thumbwheels(Part):
         self._bus.show()
 
     def _shown(self) -> int | None:
-        """Return the digit at the address, in the low four bits; None if no digit has this address."""
+        """Return the byte at the latched address, with a digit in its low four bits; None if there is no digit."""
         digit = self._bus.low & MOST - 1
         if self._bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None
         return UPPER_NIBBLE | DIGITS.index(self.value[digit])
 
     def shows(self) -> dict[str, Any]:
-        """Return the command of the bank, and its setting."""
+        """Return the letter of the bank's command, and the setting of the bank."""
         return {"letter": self.letter, "value": self.value}
 
     @property
     def picture(self) -> str:
-        """The bank as text: its letter, and one window per digit."""
+        """The bank as text: the letter of its command, and each digit in brackets."""
         return f"{self.letter} " + "".join(f"[{digit}]" for digit in self.value)
 
 
 class JogSwitch(Part):
-    """A three-position jog switch: open in the middle, grounded for clockwise, +5 V for counterclockwise.
+    """A three-position jog switch: open in the middle, low for clockwise, high (+5 V) for counterclockwise.
 
     Args:
-        position: the position at the start.
+        position: the position at the start: off, cw or ccw.
     """
 
     _for_users = ("cw", "ccw", "off", "position")

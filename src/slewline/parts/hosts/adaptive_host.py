@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 class AdaptiveHost(UartHost, Host):
     """A host computer on the serial line of one chip that detects the baud rate.
 
-    While the chip does not know the rate, `send` and `ask` first send two carriage returns; `write` sends only its
-    characters.
+    While the chip does not know the rate, `send` and `ask` first send two carriage returns; `write` never does.
 
     Args:
         baud: the rate of the host.

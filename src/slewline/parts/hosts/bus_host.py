@@ -1,4 +1,4 @@
-"""The host computer: master of the two-line handshake, for verify read-outs, live commands and on-the-fly requests."""
+"""A host computer on a bus: two-line handshake, verify read-outs, live commands, on-the-fly requests."""
 
 from __future__ import annotations
 
@@ -63,11 +63,11 @@ class BusHost(Host):
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been read out, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have been read out, with no others between them."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
-        """Queue an action other than sending a byte: a coroutine function that is called with the command port."""
+        """Queue a custom action: a coroutine function that is called with the command port of the selected chip."""
         port = self.port
         self.queue.post(f"custom action with {port.chip}", lambda: action(port))
 
@@ -95,7 +95,7 @@ class BusHost(Host):
 
     @from_outside
     def interject(self, chip: str, commands: Sequence[str]) -> Request[list[tuple[int, bytes]]]:
-        """Queue commands to the running program of a chip."""
+        """Queue commands for a chip while its program runs; the result has the verify groups that they read."""
         port = served(self.name, self.ports, chip)
         self.input("interject", chip, list(commands))
         text = f"sending live commands {', '.join(commands)} to {chip}"
@@ -103,7 +103,7 @@ class BusHost(Host):
 
     @from_outside
     def read_group(self, chip: str, group: int, number: int | None, live: bool | None) -> Request[bytes]:
-        """Queue the read-out of a verify group of a chip."""
+        """Queue the read-out of a verify group of a chip; `number` and `live` are as for `verify`."""
         port = served(self.name, self.ports, chip)
         self.input("read_group", chip, group, number, live)
         text = f"reading verify group {group} of {chip}"
@@ -111,14 +111,14 @@ class BusHost(Host):
 
     @from_outside
     def request_rate(self, chip: str, rate: int) -> Request[None]:
-        """Queue a request to a chip to change its rate."""
+        """Queue a request to a chip to change its rate on the fly."""
         port = served(self.name, self.ports, chip)
         self.input("request_rate", chip, rate)
         return self.queue.submit(f"requesting rate {rate} of {chip}", lambda: port.change_rate(rate))
 
     @from_outside
     def request_position(self, chip: str) -> Request[int]:
-        """Queue a read-out of the position of a moving chip."""
+        """Queue an on-the-fly read-out of a chip's position, while its motor moves."""
         port = served(self.name, self.ports, chip)
         self.input("request_position", chip)
         return self.queue.submit(f"reading the position of {chip} on the fly", port.read_position)
@@ -126,7 +126,7 @@ class BusHost(Host):
     # -------------------------------------------------------------------------------------- calls that let time pass
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> bytes:
-        """Send a verify command, such as "V 2", and return the bytes of the group, as `verify` does.
+        """Send a verify command, such as "V 2", and return the bytes of its verify group, as `verify` does.
 
         Raises:
             UsageError: the command has no answer, or a program is running.
@@ -140,7 +140,7 @@ class BusHost(Host):
         return self.verify(group, timeout=timeout)
 
     def run_program(self, timeout: Time = "5 s") -> None:
-        """Send X, and let time pass until RUN is low; until RUN is high again the chip accepts only live commands.
+        """Send X, and let time pass until RUN is low: the program runs, and the chip accepts only live commands.
 
         Raises:
             UsageError: a program is running already.
@@ -157,7 +157,7 @@ class BusHost(Host):
         Raises:
             UsageError: the list of commands is empty, a command is not ASCII text, no program is running, or the part
                 accepts no commands while its program runs.
-            Timeout: the chip does not accept them in time.
+            Timeout: the chip does not accept the commands in time.
         """
         for command in commands or ("",):
             if not isinstance(command, str) or not command or not command.isascii():
@@ -174,14 +174,14 @@ class BusHost(Host):
 
     @answering("host.verify()", "; groups are 0 to 3")
     def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
-        """Return the bytes of a verify group, as the chip sends them; group 0 is five digits, in binary mode two bytes.
+        """Return the bytes of a verify group, as the chip sends them; group 0: five digits, in binary mode two bytes.
 
         Args:
             group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in that
-                table, though a program has up to 60; `x.program` has all of them.
-            number: number of bytes to read; by default the whole group.
+                table, though a program has up to 60 bytes; `x.program` (x: the chip) has all of them.
+            number: the number of bytes to read; None: the whole group.
             live: True: read between two instructions of a running program, through PROG/LIVE (manual, s.3 V); None: do
-                so if a program is running.
+                so only if a program is running.
 
         Raises:
             UsageError: the group does not exist, the number is negative, or a program is running and `live` is False.
@@ -207,7 +207,7 @@ class BusHost(Host):
 
         Raises:
             UsageError: `rate` is not 0 to 255, or the part does not accept a rate on the fly.
-            Timeout: the chip does not accept it in time.
+            Timeout: the chip does not accept the rate in time.
         """
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
@@ -221,14 +221,18 @@ class BusHost(Host):
 
         Raises:
             UsageError: the part does not output its position on the fly.
-            Timeout: the motor does not step.
+            Timeout: the motor does not step in time.
         """
         self._needs("out_strobe", "outputs no position on the fly")
         taken = "it is available while the motor steps; at rest verify(0) reads it"
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 
     def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:
-        """Wait for a request made while the motor is moving, and return its result."""
+        """Wait for the result of an on-the-fly request, and return it.
+
+        Raises:
+            Timeout: the request is not done in time; the message ends with `taken`, an explanation.
+        """
         try:
             return self.queue.result(request, timeout)
         except Timeout as error:
@@ -236,10 +240,10 @@ class BusHost(Host):
 
     @property
     def _part(self) -> str:
-        """The chip and its part number, for the beginning of a message."""
+        """The names of the host and its chip, and the part number, as the beginning of a message."""
         return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
 
     def _needs(self, role: str, otherwise: str) -> None:
-        """Refuse a call if the part lacks the pin that it needs."""
+        """Refuse a call for which the part has no pin with a certain role; `otherwise` begins the reason."""
         if self.chip.sheet.role(role) is None:
             raise UsageError(f"{self._part} {otherwise}: the part has no pin for this")

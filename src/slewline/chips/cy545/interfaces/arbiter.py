@@ -1,7 +1,8 @@
-"""The arbiter of the two sources of commands, parallel and serial side.
+"""The arbiter of the two sources of commands, the parallel and the serial side.
 
-The side that begins a command owns the chip until its end; the other one waits, with IO_REQUEST low or in the buffer of
-the serial side.  Characters from both sides are never mixed in one command (ch. 16 states this for memory and host).
+The side that begins a command owns the chip until its end; meanwhile the other side waits: the parallel host with
+IO_REQUEST low, the serial host's characters in a buffer.  Characters from both sides are never mixed in one command
+(ch. 16 states this for memory and host).
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class InputArbiter:
 
     # ------------------------------------------------------------------------------------------------------------- CTS
     def _show(self) -> None:
-        """Drive CTS high while the chip is busy or reads the other side."""
+        """Drive CTS high while the chip is busy or reads from the parallel side, otherwise low."""
         self.serial.listening(not self.at_work and self.owner is not self.port)
 
     def executing(self, on: bool) -> None:
@@ -58,14 +59,14 @@ class InputArbiter:
     # ----------------------------------------------------------------------------------------------------------- bytes
     @property
     def pending(self) -> bool:
-        """True if the host has begun a command on either side."""
+        """True if a host, on either side, has begun a command."""
         return self.port.asked or bool(self.serial.buffer)
 
     @property
     def answering(self) -> bool:
-        """True during a command from the serial side, or while one of its characters waits to be read.
+        """True during a command from the serial side, or while a character from there waits and the chip will read it.
 
-        The chip reads such a character unprompted.
+        The chip does not read it while the parallel host has to continue.
         """
         if self.owner is self.serial and self.at_work:
             return True
@@ -83,12 +84,12 @@ class InputArbiter:
         Any other FF is ignored, and either side may then begin a command.
 
         Args:
-            others: inputs that end the wait, each with its level.
+            others: inputs that end the wait, each with the level that ends it; None for any change.
             running: a program runs, so that the parallel side begins with the empty handshake.
 
         Returns:
-            -1 if no command has begun: one of the other inputs has changed, a request was withdrawn, or the byte was
-            FF.
+            -1 if no command has begun: one of the other inputs has ended the wait, a request was withdrawn, or the
+            byte was an ignored FF.
         """
         self.program = running
         if self.owner is None and not self.pending and not (running or await self._begins(others)):
@@ -146,13 +147,13 @@ class InputArbiter:
         return serial.take()
 
     async def taken(self, tick: int) -> None:
-        """Finish a byte at a tick: the next byte may then arrive."""
+        """Finish a byte at a tick, after which the next byte may arrive."""
         if self.owner is self.port:
             await self.port.done(tick)
         else:
             await self.chip.at_tick(tick)
 
     async def release(self, tick: int = 0) -> None:
-        """End a command, at a tick: either side may begin the next one."""
+        """Finish the last byte of a command at a tick, after which either side may begin the next command."""
         await self.taken(tick)
         self._hold(None)

@@ -52,14 +52,14 @@ class Display:
         return head + value.to_bytes(sheet.ANSWER_BYTES[digits], "big")
 
     async def position(self) -> None:
-        """Show the position after a jog or homing step if the mode selects it (ch.16, Automatic Position Display)."""
+        """Show the position after a jog or homing step if the mode selects this (ch.16, Automatic Position Display)."""
         if self.registers.has(sheet.MB_SHOW):
             await self.reply("P", self.chip.axes[0].position)
             self.chip.sync_forward()  # the host, or TXD, has taken some time
             await self.chip.ticks(0)
 
     async def listing(self, lines: int) -> None:
-        """Send the pointer, then memory lines beginning there; the pointer itself is unchanged."""
+        """Send the pointer, then the given number of memory lines from there on; the pointer itself is unchanged."""
         await self.put(self.reply_of("Y", self.registers.pointer))
         line, address = bytearray(), self.registers.pointer
         while lines and address < sheet.MEMORY_BYTES:

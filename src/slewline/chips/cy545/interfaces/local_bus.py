@@ -52,7 +52,7 @@ class LocalBus:
 
     # --------------------------------------------------------------------------------------------------------- memory
     async def read(self, address: int) -> int:
-        """Return the memory byte at an address, 0 to 65535; FF if there is none."""
+        """Return the memory byte at an address, 0 to 65535; FF if no memory answers."""
         start = await self._begin()
         if self.value.begin(start, address):
             await self.chip.at_tick(start + self.fetch)
@@ -62,9 +62,9 @@ class LocalBus:
         return await self._read(start, address & 0xFF, address >> 8)
 
     async def write(self, address: int, byte: int) -> bool:
-        """Write a byte and read it back until the two agree; return whether they did within `verify_timeout`.
+        """Write a byte and read it back until it is the byte written; return whether it was within `verify_timeout`.
 
-        If they did not, finding verify-timeout is reported, and the chip continues regardless (quirk
+        If it was not, the finding verify-timeout is reported, and the chip continues regardless (quirk
         CY545-UND-TIMEOUT).
         """
         await self.chip.ticks(self.before)
@@ -128,10 +128,10 @@ class LocalBus:
         return self.chip.clock.ps(start + self._at(phase))
 
     async def _begin(self) -> int:
-        """Return the tick of a cycle that begins now, after a host has removed its byte from the bus.
+        """Wait until the host has removed its byte from the bus; return the tick of a cycle that begins then.
 
-        After its handshake, a host holds its byte on the bus until it raises IO_REQUEST; before that it leaves the bus
-        open.
+        After the handshake of its byte, a host holds the byte on the bus until it raises IO_REQUEST; before the
+        handshake, it leaves the bus open.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:
@@ -145,38 +145,38 @@ class LocalBus:
         self.bits.bus_used()
 
     def _select(self, pin: str, start: int, cycles: int = 1) -> None:
-        """Promise a select line for a number of cycles."""
+        """Promise one pulse of a select line, which lasts for a number of cycles."""
         self.drivers[pin].wave(*self.select_wave(pin, start, cycles))
 
     def _strobe(self, pin: str, start: int, rises: int) -> None:
         self.drivers[pin].wave(*self.strobe_wave(pin, start, rises))
 
     def _address(self, start: int, low: int, high: int | None, data: Level) -> None:
-        """Promise both bytes of an address, ALE, and the level of the bus after them."""
+        """Promise both bytes of an address, the ALE pulse, and the level of the bus after the address, `data`."""
         self.drivers["ale"].wave(*self.ale_wave(start))
         self.chip.bus_driver.play(Wave(*self.bus_wave(start, low, high, data)))
 
     # ---------------------------------------------------------------------------- the waves of a cycle, from its start
     def select_wave(self, pin: str, start: int, cycles: int = 1) -> Edges:
-        """Return the edges of a select line for a number of cycles."""
+        """Return the edges of a select line whose pulse lasts for a number of cycles."""
         rises = self.chip.clock.ps(start + self.fetch * (cycles - 1) + self._at(DESELECT))
         return self.drivers[pin].pulses(self.ps(start, SELECT), rises)
 
     def ale_wave(self, start: int) -> Edges:
-        """Return the edges of ALE."""
+        """Return the edges of ALE in a cycle."""
         return self.drivers["ale"].pulses(self.ps(start, LOW), self.ps(start, LATCH))
 
     def strobe_wave(self, pin: str, start: int, rises: int) -> Edges:
-        """Return the edges of RD or WR."""
+        """Return the edges of RD or WR in a cycle; `rises` is the phase at which the pulse ends."""
         return self.drivers[pin].pulses(self.ps(start, STROBE), self.ps(start, rises))
 
     def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
-        """Return the levels that the chip drives on the data bus: both address bytes, and the byte to write."""
+        """Return the levels that the chip drives on the data bus: both address bytes, and any byte to write."""
         times = tuple(self.ps(start, phase) for phase in (0, LOW, DATA, READ))
         return None, times, (None if high is None else (0xFF, high), (0xFF, low), data, None)
 
     async def _read(self, start: int, low: int, high: int | None = None) -> int:
-        """Return the byte of a read cycle, without its select line."""
+        """Run a read cycle and return its byte; the select line is driven by the caller."""
         self._address(start, low, high, None)
         self._strobe("rd", start, READ)
         await self.chip.at_tick(start + self._at(READ))
@@ -195,13 +195,13 @@ class BusEnd(End, Protocol):
     by_address: bool  # its output depends only on the address in the latches
 
     def read(self) -> int | None:
-        """Return the byte at the address; None if there is none."""
+        """Return the byte at the latched address; None if there is none."""
 
 
 class MemoryRead(Leader[Exchange]):
     """The reader of memory bytes, which handles each read as one value.
 
-    It provides all bus levels of the read in progress, or of the last one.
+    It provides all bus levels of the read in progress or, between two reads, of the last one.
     """
 
     def __init__(self, bus: LocalBus) -> None:
@@ -213,7 +213,7 @@ class MemoryRead(Leader[Exchange]):
         self.sampled = 0xFF  # the byte sampled in the last read that was withdrawn
 
     def begin(self, start: int, address: int) -> bool:
-        """Begin a read as one value at a tick, if no other part watches the bus; otherwise return False."""
+        """Begin a read as one value at a tick, if this is possible; otherwise, return False."""
         if self.chip.bus_driver.pending:  # a pending bit of the bus, which the cycle cancels
             self.leave()
         exchange = self.possible()
@@ -233,16 +233,16 @@ class MemoryRead(Leader[Exchange]):
 
     @property
     def byte(self) -> int:
-        """The byte that has been read."""
+        """The byte that was read last."""
         if self.exchange is None or not self.exchange.by_value:
             return self.sampled
         return 0xFF if (byte := self.memory.read()) is None else byte
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return the reads that are possible with the parts on the bus; None if none are.
+        """Return the exchange that handles reads as values, for the parts that are on the bus; None if there is none.
 
-        They require one memory on the bus, which must have no other function.
+        This requires exactly one memory on the bus, whose output depends only on the latched address.
         """
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]
@@ -265,7 +265,10 @@ class MemoryRead(Leader[Exchange]):
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:
-        """Let the parts continue on their own with the latched addresses; the chip samples the bus in real time."""
+        """End a read as one value: the parts continue by themselves, with the addresses latched up to `seen` (ps).
+
+        The chip then samples the bus in real time.
+        """
         read, latch = (self.bus.ps(self.start, phase) for phase in (READ, LATCH))
         memory, (high, low) = self.memory, self.latched
         if self.chip.kernel.now >= read:  # the chip samples before any change in that instant

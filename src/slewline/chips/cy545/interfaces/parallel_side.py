@@ -43,7 +43,7 @@ class FlowReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that are merely stored as part of a command.
+        """Return the number of bytes, from index `at` on, that are merely stored as part of a command.
 
         Return -1 if no bytes may arrive as one value.
         """
@@ -93,7 +93,7 @@ class ParallelPort:
 
     @property
     def asked(self) -> bool:
-        """True while the host requests a handshake that has not begun."""
+        """True while the host requests a handshake that the chip has not begun."""
         if self.come or self.halfway:
             return True
         if self.exchange is not None:  # all bytes arrive as one value
@@ -102,7 +102,7 @@ class ParallelPort:
 
     # --------------------------------------------------------------------------------------------------------- bytes in
     async def byte(self, running: bool = False) -> int:
-        """Answer the active request, and return the byte; -1 if it was withdrawn before BUSY fell.
+        """Answer the active request, and return the byte; -1 if the request was withdrawn before BUSY fell.
 
         Args:
             running: a program runs, so this must be the empty handshake.
@@ -133,9 +133,9 @@ class ParallelPort:
         return byte
 
     async def done(self, tick: int = 0) -> None:
-        """End the handshake of the byte in progress, if there is one: BUSY rises at a tick or later.
+        """End the handshake of the byte in progress, if there is one: BUSY rises, at `tick` or later.
 
-        BUSY does not rise before IO_REQUEST.
+        BUSY never rises before IO_REQUEST does.
         """
         chip, request = self.chip, self.request
         await chip.at_tick(tick)
@@ -191,7 +191,7 @@ class ParallelPort:
             self.exchange.taken()  # type: ignore[union-attr]
 
     def takes(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that the port accepts as one value without acting before the last one."""
+        """Return the number of bytes, from index `at` on, that the port accepts as one value, acting at the last."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.first is not self.at_letter or self.bits.shared == "CTS":
@@ -204,7 +204,7 @@ class ParallelPort:
         self.chip.idle = self.host_is_next = False
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Set the state to a handshake stage of a byte; all bytes before it have been received.
+        """Set the state to a stage of the handshake of byte `number`; all bytes before that one have been received.
 
         Returns the time at which the firmware continues (ps); None if it waits for IO_REQUEST.
         """
@@ -230,22 +230,25 @@ class ParallelPort:
         return self.kernel.now
 
     def counted(self, low: bool) -> None:
-        """Count the changes of IO_REQUEST up to the last byte; `low` is True if the request for it is still low."""
+        """Count the changes of IO_REQUEST up to the last byte's request; `low` is True if that is still active."""
         self.served = self.request.changes - (not low)
 
     def _take(self) -> int:
-        """Return the next of the bytes that have arrived as one value."""
+        """Return the next of the bytes that have arrived as one value and are not used yet."""
         byte = self.come.popleft()
         if not self.come:
             self.open = self.stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
         return byte
 
     def kept(self) -> bytes:
-        """Return those of the bytes received as one value that are merely stored as part of a command."""
+        """Remove and return the bytes received as one value that are merely stored in a command: all but the last."""
         return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:
-        """Process the bytes received up to now, before a query, and return them as text."""
+        """Return, as text, the bytes received up to now that the firmware has not used yet, without a leading FF.
+
+        The text that describes the progress of the handshake is brought up to date as well.
+        """
         coming, seen, before = self.coming, self.kernel.seen, bytes(self.come).removeprefix(b"\xff").decode("latin-1")
         if coming is None or coming.start > seen:
             return before
@@ -255,7 +258,7 @@ class ParallelPort:
         return coming.data[:taken].removeprefix(b"\xff").decode("latin-1")
 
     def _show_handshake(self, coming: HandshakenBytes, number: int, taken: bool) -> None:
-        """Set the text that describes the progress of a byte."""
+        """Set the text that describes the progress of the handshake of byte `number`."""
         if taken:
             self.chip.waits(RISE, coming.instant(number, self.byte_times.busy))
         elif number:
@@ -276,7 +279,7 @@ class ParallelPort:
                 pass
 
     async def _give(self, byte: int, last: bool) -> bool:
-        """Send a byte; return False if the host withdrew its request before BUSY fell and has not received the byte."""
+        """Send a byte; return False if the host did not receive it, having withdrawn its request before BUSY fell."""
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
         await next_round(self.kernel)  # a host with a request (a letter) already active releases the bus as FPL falls
@@ -312,7 +315,7 @@ class ParallelPort:
         return True
 
     async def until_request(self, active: bool) -> None:
-        """Wait until the host has lowered IO_REQUEST, or raised it."""
+        """Wait until the host has lowered IO_REQUEST or, if not `active`, raised it."""
         request, wanted = self.request.when_active if active else self.request.when_inactive
         self.host_is_next = request.level != wanted
         await level(request, wanted)

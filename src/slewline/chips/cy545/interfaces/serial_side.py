@@ -34,7 +34,7 @@ SKEW = 0.25  # tolerance of an edge, in bits
 
 
 class SerialSide:
-    """RXD, TXD and CTS; `buffer` contains the waiting characters, and `arrived` changes with each new one."""
+    """RXD, TXD and CTS; `buffer` contains the waiting characters, and `arrived` changes as each one arrives."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.bits = chip, chip.kernel, bits
@@ -92,11 +92,11 @@ class SerialSide:
         self.txd.drive(level)
 
     def listening(self, on: bool) -> None:
-        """Drive CTS low, so that the host may send, or drive it high."""
+        """Drive CTS low if `on`, so that the host may send; otherwise drive it high."""
         self.bits.clear_to_send(int(not on))
 
     def take(self) -> int:
-        """Return the oldest waiting character."""
+        """Remove and return the oldest character in the buffer."""
         return self.buffer.popleft()
 
     # ------------------------------------------------------------------------------------------------------- adaption
@@ -127,7 +127,7 @@ class SerialSide:
             self._adapt((first + bit) / 2)
 
     def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
-        """Return whether the edges so far match a character; `edges` are given in bits."""
+        """Return whether the recorded edges match a character, whose edges `edges` lists (in bits from the first)."""
         begin = self.edges[0]
         return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
 
@@ -147,7 +147,7 @@ class SerialSide:
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
 
     def _is_unreported(self) -> bool:
-        """Return whether this finding is the first of its kind since the reset."""
+        """Return True only for the first call since the reset, so that only one failure to adapt is reported."""
         reported, self.reported = self.reported, True
         return not reported
 

@@ -1,4 +1,4 @@
-"""User bits and data bus bits: latches with a weak high level, so a pin with a high latch is also an input (ch.6).
+"""User bits and data bus bits: latches with a weak high level, so a pin whose latch is high is also an input (ch.6).
 
 USRB6 is FPL while output goes to the parallel port, otherwise CTS if the mode register selects it, otherwise a user
 bit; USRB7 is HP_SEL while the display is written.
@@ -64,7 +64,7 @@ class UserBits:
         return "CTS" if has(sheet.MB_CTS) else ""
 
     def show(self) -> None:
-        """Drive the pins from the latches: low, or released, so that other outputs may pull a pin low."""
+        """Drive the pins from the latches: low for 0; released for 1, so that other outputs may pull the pin low."""
         levels = self.latch & FREE | self.sixth << 6 | (self.latch >> 7 & self.selected) << 7
         for n, driver in enumerate(self.drivers):
             level = None if levels >> n & 1 else 0
@@ -78,13 +78,13 @@ class UserBits:
         self.chip.bus_driver.drive((zeros, 0) if zeros else None)
 
     def bus_used(self) -> None:
-        """Set the bus latch to all ones again after a byte has been on the bus (quirk CY545-UND-BIT-BUS)."""
+        """Set the data bus latch to all ones, because a byte has been on the bus (quirk CY545-UND-BIT-BUS)."""
         self.bus_latch = 0xFF
 
     # ----------------------------------------------------------------------------------------------------- as read
     @property
     def user(self) -> int:
-        """The levels of USRB0 to USRB7."""
+        """The levels of USRB0 to USRB7, as bits 0 to 7; an open pin reads as 1."""
         return sum(1 << n for n, net in enumerate(self.pins) if net.level != 0)
 
     @property
@@ -93,7 +93,7 @@ class UserBits:
         return self.chip.bus.byte << 8 | self.user
 
     def act(self, argument: int) -> None:
-        """B: apply an argument to all latches at the same instant."""
+        """B: carry out the operation that an argument encodes; all pins change at the same instant."""
         operand = argument & FREE
         match sheet.OPCODES.get(argument & 0xC0):
             case "write":
@@ -107,7 +107,7 @@ class UserBits:
         self.show()
 
     def act_one(self, argument: int) -> None:
-        """B with an argument below 40 (hex): apply it to a single bit, either a user bit or a data bus bit."""
+        """B with an argument below 40 (hex): set or clear a single bit, either a user bit or a data bus bit."""
         bit, high = 1 << (argument & 7), not argument & sheet.CLEAR_BIT
         if argument & sheet.DATA_BUS:
             self.bus_latch = self.bus_latch | bit if high else self.bus_latch & ~bit
@@ -116,19 +116,19 @@ class UserBits:
             self.latch = self.latch | bit if high else self.latch & ~bit
 
     def nets(self, argument: int) -> tuple[Net, ...]:
-        """Return the nets that `matches` samples for an argument."""
+        """Return the nets that `matches` samples for the given argument."""
         if argument & 0xC0:
             return tuple(self.pins[:6])
         return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
 
     def single(self, argument: int, match: bool) -> tuple[str, int] | None:
-        """Return the pin and the level that match an argument, or do not match it; None if there are several pins."""
+        """Return the pin, and its level at which `matches` returns `match`; None if it is not a single user pin."""
         if argument & 0xC0 or argument & sheet.DATA_BUS:
             return None
         return f"usrb{argument & 7}", int(bool(argument & sheet.CLEAR_BIT) is not match)
 
     def matches(self, argument: int) -> bool:
-        """T, W and H: return whether the pins match an argument."""
+        """T, W and H: return whether the levels of the pins match an argument."""
         operand, group = argument & FREE, self.user & FREE
         match sheet.MATCHES.get(argument & 0xC0):
             case "equal":

@@ -30,8 +30,8 @@ class Home(Stepping):
     """The homing run of H.
 
     Args:
-        shown: shows the position, if the mode register selects it.
-        bits: the sensor pins.
+        shown: a function that shows the position, if the mode register selects this.
+        bits: the user bits, to which the sensor is connected.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Home(Stepping):
     async def seek(self, argument: int) -> None:
         """Seek the edge at which the pins begin to match an argument; return when STOPPED is high again.
 
-        The position there is 0; if a limit ends the seek, it is the former position plus the steps made.
+        The position there is 0; if a limit ends the seek, the position is the former one plus the steps made.
         """
         try:
             await self._seek(argument)
@@ -58,7 +58,10 @@ class Home(Stepping):
             self._step_toward(0)
 
     def _step_toward(self, direction: int) -> None:
-        """Report the direction of the seek: up until the pins match, or down until they do not; 0 when it ends."""
+        """Record the direction of the seek: 1 until the pins match, -1 until they do not, 0 at its end.
+
+        The pin and the level that are sought are recorded as well.
+        """
         self.axis.homing = direction
         self.axis.sought = self.bits.single(self.argument, direction > 0) if direction else None
 
@@ -92,7 +95,7 @@ class Home(Stepping):
 
     @property
     def matches(self) -> bool:
-        """True if the pins match."""
+        """True if the pins match the argument of H."""
         return self.bits.matches(self.argument)
 
     @property
@@ -101,11 +104,11 @@ class Home(Stepping):
         return self.registers.has(sheet.MB_SHOW)
 
     def watched(self) -> list[tuple[Net, int | None]]:  # type: ignore[override]
-        """Return the inputs whose changes matter now, including the pattern's pins."""
+        """Return the inputs whose changes matter now, including the sensor pins."""
         return [*super().watched(), *((net, None) for net in self.bits.nets(self.argument))]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Show the position; sample the pattern, then the limit, before the next step begins."""
+        """Show the position; sample sensor and limit before a step; return the rest of the plan (empty to stop)."""
         await self.shown()
         if self.matches is not self.inside:
             return STOP

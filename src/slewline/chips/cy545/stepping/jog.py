@@ -28,7 +28,7 @@ class Jog:
     """The generator of jog steps, one by one.
 
     Args:
-        shown: shows the position, if the mode register selects it.
+        shown: a function that shows the position, if the mode register selects this.
     """
 
     def __init__(
@@ -48,14 +48,14 @@ class Jog:
 
     @property
     def watched(self) -> tuple[tuple[Net, None], ...]:
-        """The inputs that an idle chip must watch, because they may change `direction`."""
+        """The inputs that an idle chip must watch, as they may change `direction`; each with None, for any change."""
         return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
 
     @property
     def direction(self) -> int | None:
-        """The direction selected by JOG (+1 is clockwise); None if the line is open, or the limit is low.
+        """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open, or the limit in the way is low.
 
-        The limit is the one in the direction of the step, which an external level on CCW may force.
+        The limit that counts is that of the direction of the step, which an external level on CCW may force.
         """
         level = self.net.level
         if level is None:
@@ -64,7 +64,7 @@ class Jog:
         return direction if self.limits[self.outputs.expected(direction)].is_inactive else None
 
     async def step(self, direction: int) -> None:
-        """Output a step in a direction; return when the line is due to be sampled again, a period later."""
+        """Output a step in a direction; return a period later, when JOG is due to be sampled again."""
         chip, outputs = self.chip, self.outputs
         single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         begin, period = chip.tick + self.lead, single.period

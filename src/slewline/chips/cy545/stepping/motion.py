@@ -51,14 +51,14 @@ class Stepping(motion.Motion):
         self.sign = 1
 
     def shows(self, moving: bool) -> None:
-        """Drive STOPPED."""
+        """Drive STOPPED: low while the motor moves, otherwise high."""
         self.outputs.moving(moving)
 
     def watched(self) -> list[tuple[Net, int]]:
         return [self.limits[self.sign].when_active, (self.ccw, 1 if self.sign > 0 else 0)]
 
     def refused(self) -> bool:
-        """Return whether the limit in the present direction is low; if it is, end the motion."""
+        """Return whether the limit in the present direction is low; if it is, record that it ends the motion."""
         sign = self.outputs.sign
         if sign != self.sign:
             self.sign, self.fresh = sign, True
@@ -69,14 +69,14 @@ class Stepping(motion.Motion):
         return True
 
     async def set_out(self) -> None:
-        """Lower STOPPED, a little before the first step."""
+        """Lower STOPPED, and wait for the short time until the first step."""
         self.done = 0
         self.shows(True)
         await self.chip.ticks(self.lead)
         self.sign = self.outputs.sign
 
     async def come_to_rest(self, why: Why | None = None) -> None:
-        """End the motion after its last step; STOPPED rises later."""
+        """End the motion after its last step; STOPPED rises after the hold time."""
         self.settle()
         self.outputs.pulse.deactivate()
         self.outputs.slew.deactivate()
@@ -86,12 +86,12 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion; if no reason is given, it is complete or was stopped by a command."""
+        """End the motion; without a reason and without a limit, the motion is complete or was stopped by a command."""
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 
     def stretched(self, leg: str) -> int:
-        """Record that a step of a leg begins."""
+        """Record the leg of the step that begins; return 0, the number of clocks by which the step becomes longer."""
         self.leg = leg
         return 0
 
@@ -133,7 +133,7 @@ class Motion(Stepping):
         self.registers.continuous = False
 
     async def released(self) -> None:
-        """Wait while INHIBIT_ABORT is low, however long."""
+        """Wait for as long as INHIBIT_ABORT is low."""
         chip = self.chip
         while self.inhibit_abort.is_active:
             chip.waits(f"{self.text} held by inhibit_abort=0")
@@ -151,7 +151,7 @@ class Motion(Stepping):
         return self.endless or self.number > 0
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters for this motion."""
+        """Load the parameters of this motion; return a function that computes them for pictures."""
         values = self.registers.values
         first, rate, slope = (values[name] for name in ("firstrate", "rate", "slope"))
         self.at_start = RegistersAtStart(self.chip.crystal_hz, first, rate, slope, number, self.law)
@@ -170,7 +170,7 @@ class Motion(Stepping):
 
     # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose changes matter now.
+        """Return the inputs whose changes matter now, each with the level that matters.
 
         INHIBIT_ABORT is left out during the ramp down that it has caused.
         """

@@ -23,13 +23,13 @@ NO_PHASES = ((),)
 
 
 class Weak:
-    """An output whose high level is a pull-up."""
+    """An output whose high level comes only from a pull-up, so that other outputs may pull it low."""
 
     def __init__(self, driver: Driver) -> None:
         self.driver = driver
 
     def drive(self, level: int | None) -> None:
-        """Pull the pin low, or release it."""
+        """Pull the pin low if the level is 0; otherwise release it."""
         self.driver.drive(0 if level == 0 else None)
 
     def activate(self, active: bool = True) -> None:
@@ -68,7 +68,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.point(clockwise)
 
     def point(self, clockwise: bool) -> None:
-        """Output a direction, which may differ from the one that was set."""
+        """Drive CCW for a direction, without changing the direction that the host has set."""
         self.ccw.drive(0 if clockwise else 1)
 
     @property
@@ -88,18 +88,18 @@ class StepOutputs(phase_outputs.StepOutputs):
 
     # ------------------------------------------------------------------------------------------------------- a motion
     def begin(self, text: str, parameters: Callable[[], MotionParameters], sign: int) -> int:
-        """Begin a motion; return its number."""
+        """Begin a motion, and return its number: 1 for the first motion."""
         self.axis.log.begin(text, parameters, self.expected(sign))
         self.motions += 1
         return self.motions
 
     def moving(self, on: bool) -> None:
-        """Drive STOPPED now, and cancel its pending change."""
+        """Drive STOPPED now, low if `on`, otherwise high; cancel a pending change of STOPPED."""
         self.stopped_changes += 1
         self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
-        """End a step at a tick; unless another step follows, STOPPED rises some time later, and the motion is over."""
+        """End a step at a tick; unless another follows, STOPPED rises `hold` ticks later and the motion ends."""
         self.stopped_changes += 1
         changes = self.stopped_changes
 

@@ -37,11 +37,11 @@ class BusReader(Protocol):
         """Count the bytes from index `at` that are merely stored as part of a command."""
 
     def keep(self, data: bytes) -> None:
-        """Add bytes that `kept` has counted to the command."""
+        """Add to the command the bytes that `kept` has counted."""
 
 
 class BusPort:
-    """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, which follows them."""
+    """The lines READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, MOTION COMPLETE, and the data bus."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], readout: ReadOut) -> None:
         self.chip, self.kernel, self.clock, self.readout = chip, chip.kernel, chip.clock, readout
@@ -92,7 +92,7 @@ class BusPort:
         self.ready.activate()
 
     async def finish(self, tick: int) -> None:
-        """End the handshake: READY returns at a tick, but not before I/O REQUEST has been high (s.7)."""
+        """End the handshake: READY rises at a tick, but not before I/O REQUEST has been high (s.7)."""
         chip, request = self.chip, self.request
         if tick > chip.tick:
             chip.tick = tick
@@ -111,7 +111,7 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, idle: bool, live: bool) -> int:
-        """Return the next byte from the bus, and output verify bytes meanwhile; -1 if one of `others` changes first.
+        """Return the next byte; -1 if an input in `others` changes first.  Verify bytes are output meanwhile.
 
         Args:
             idle: the chip has nothing to do until the byte arrives.
@@ -172,7 +172,7 @@ class BusPort:
             self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
 
     def accept(self, letter: bool) -> int:
-        """Read the byte on the bus and, for a command letter, the mode pin; READY is due to fall at `busy_ps`."""
+        """Read the byte on the bus and, for a command letter, the mode pin; set `busy_ps`, when READY is to fall."""
         chip = self.chip
         self.accepted = self.request.changes
         if letter:
@@ -210,7 +210,7 @@ class BusPort:
         return self.stage
 
     def takes(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that the port can accept now without acting before the last one."""
+        """Count the bytes from index `at` that can be received now as one value; all but the last are only stored."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
@@ -227,7 +227,7 @@ class BusPort:
             self.ascii = self.mode.level == 1
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Set the state to a handshake stage of a byte; all bytes before it have been received.
+        """Set the port's state to `stage` of the handshake of byte `number`; all earlier bytes have been received.
 
         Returns the time at which the firmware continues (ps); None if it waits for I/O REQUEST.
         """
@@ -250,11 +250,11 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """Count the changes of I/O REQUEST up to the last byte; `low` is True if the request for it is still low."""
+        """Record the changes of I/O REQUEST up to the last byte; `low` is True if the request for it is still low."""
         self.accepted = self.request.changes - (not low)
 
     def catch_up(self) -> None:
-        """Process the bytes received up to now, before a query."""
+        """Process the bytes received up to now, so that a query includes them."""
         coming, seen = self.coming, self.kernel.seen
         if coming is not None and coming.start <= seen:
             number, last = coming.current(seen), len(coming.data) - 1
@@ -262,13 +262,13 @@ class BusPort:
             self._show_handshake(coming, number, coming.instant(number, self.sample) <= seen)
 
     def _keep(self, coming: HandshakenBytes, number: int) -> None:
-        """Pass the bytes before this one to the reader."""
+        """Pass the bytes before byte `number` to the reader, except any that it already has."""
         if number > self.read:
             self.reader.keep(coming.data[self.read : number])
             self.read = number
 
     def _show_handshake(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
-        """Set the text that describes the progress of a byte."""
+        """Set the text that describes the progress of the handshake of byte `number`."""
         if accepted:
             self.chip.waits("handling a byte", coming.instant(number, self.sample))
         elif number:
@@ -303,7 +303,7 @@ class BusPort:
 
     # ---------------------------------------------------------------------------------------- requests without a byte
     def ignore(self) -> None:
-        """Ignore this request, made while a program runs; it may still be active when the program ends."""
+        """Ignore the present request, made while a program runs; it may still be active when the program ends."""
         self.unanswered = self.request.changes
 
     def spend(self, handshake: bool) -> None:

@@ -1,6 +1,7 @@
-r"""The plan player: it promises the whole plan, samples inputs where the manual requires it, and withdraws promises.
+r"""The plan player: it promises all edges of a plan in advance, samples inputs where the manual requires it,
+and withdraws promises.
 
-Sampling points of a step, from its start b to the start of the next:
+Sampling points of a step, from its start b to the start b' of the next step; PULSE rises at r:
 
     b                                   r    b'
     |___________________________________|‾‾‾‾|      PULSE
@@ -76,14 +77,14 @@ class Motion:
         raise NotImplementedError
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """Return a function that computes the ideal of this motion, whose first step begins now."""
+        """Return a function that computes the ideal course of this motion, whose first step begins now."""
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait, with the motion's lines already set, for the conditions of its first step except STEP INHIBIT."""
+        """Wait until the first step's conditions, except STEP INHIBIT, are met; the motion's lines are already set."""
 
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose changes matter now, each with the level to which it would change."""
+        """Return the inputs whose changes matter now, each with the level to which a change would matter."""
         return [self.inhibit.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
@@ -105,7 +106,7 @@ class Motion:
 
     @property
     def progress(self) -> str:
-        """The condition that a running motion waits for, as text."""
+        """The text that describes a running motion in the chip's `waiting`."""
         return f"{self.text} in motion, {self.number} steps"
 
     # ------------------------------------------------------------------------------------------------- a whole motion
@@ -133,7 +134,7 @@ class Motion:
         await self.end()
 
     def begin(self, number: int, sign: int, text: str) -> None:
-        """Load the parameters for this motion."""
+        """Begin a motion: record it with its parameters, and show that it is in progress."""
         self.moving = True
         self.number, self.sign, self.text = number, sign, text
         self.done = 0  # completed steps of this motion
@@ -167,7 +168,7 @@ class Motion:
         await self.chip.ticks(self.ticks["ready_after_motion"])
 
     def killed(self) -> None:
-        """Handle a reset in mid-motion: count the steps of this instant and drop later ones."""
+        """Handle a reset in mid-motion: count the steps up to and including this instant, and drop later ones."""
         if self.playing is not None and self.moving:
             bound = self.kernel.now + 1
             if self.playing.until is None or bound < self.playing.until:
@@ -204,7 +205,7 @@ class Motion:
             self.done += step - over
 
     def schedule(self, plan: Plan, step: int, stretch: int = 0) -> None:
-        """Promise a train whose first step, one of `plan`, begins now and is `stretch` clocks longer than planned."""
+        """Promise a train that begins now with step `step` of a plan, made `stretch` clocks longer than planned."""
         runs: Runs = tail(plan.runs, step)
         self.settle()
         if stretch:
@@ -215,7 +216,7 @@ class Motion:
         self.outputs.promise(self.playing, self.sign)
 
     def settle(self) -> None:
-        """End the train at the steps made so far, and keep the pattern that it has reached."""
+        """End the train after the steps made so far; the phases keep the pattern that they have reached."""
         if self.playing is not None:
             steps = self.playing.count(self.kernel.seen)
             if steps:
@@ -269,7 +270,7 @@ class Motion:
         return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """At the end of a step, hold PULSE while STEP INHIBIT is high; then end the step.
+        """Hold PULSE at the end of a step while STEP INHIBIT is high; then end the step.
 
         Returns whether the step has become longer.
         """

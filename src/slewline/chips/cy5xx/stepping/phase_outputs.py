@@ -53,7 +53,7 @@ class StepOutputs:
             driver.deactivate()
 
     def step(self, steps: int) -> None:
-        """Move the pattern pointer by steps, positive clockwise, and show the pattern."""
+        """Move the pattern pointer by a number of steps, positive clockwise, and show the pattern."""
         registers = self.registers
         registers.phase = (registers.phase + steps) % len(self.patterns)
         self.show(self.patterns[registers.phase])

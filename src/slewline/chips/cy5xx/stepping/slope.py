@@ -53,7 +53,7 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rate for R, and the values of S, F and N."""
+        """Return the parameters to show in a picture of the motion: the rate for R, and the values of S, F and N."""
         return MotionParameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
 
     def rates(self) -> Mapping[str, float]:
@@ -61,12 +61,12 @@ class RegistersAtStart(NamedTuple):
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal of a plan: its own rates, because the law changes the rate only from step to step.
+        """Return the ideal course of a plan: its own rates, as the law changes the rate only from step to step.
 
         Args:
             runs: the runs of the plan.
             start: the time of the first step, ps.
-            position: the position before it.
+            position: the position before the first step.
             sign: 1 clockwise, -1 counter-clockwise.
         """
         lasting = ((interval / self.crystal_hz, n) for interval, n in runs)

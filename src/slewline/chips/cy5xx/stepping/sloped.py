@@ -79,12 +79,12 @@ class Instructions(instructions.ParameterHandlers):
         self.program.begin(0)
 
     def do_til(self) -> None:
-        """T: run the program from its start while DOWHILE is low."""
+        """T: branch to the start of the program if DOWHILE is low."""
         if self.dowhile.is_active:
             self.do_doitnow()
 
     def do_factor(self, factor: int) -> None:
-        """F: load the rate divisor, 1 to 255; with a slope, report a finding."""
+        """F: load the rate divisor, 1 to 255; if a slope is in effect, report a finding."""
         if self.registers.slope:
             self.chip.finding("factor-in-slope", f"F {factor} after S: {self.in_slope}")
         self.registers.load("factor", factor)
@@ -98,13 +98,13 @@ class Instructions(instructions.ParameterHandlers):
 
 
 class Motion(motion.Motion):
-    """Motions whose ideal is the sequence of the law's rates."""
+    """Motions whose ideal course is the sequence of the law's rates."""
 
     registers: Registers
     law: Law
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters for this motion."""
+        """Load the parameters of a motion that begins now, and return a function that returns them for a picture."""
         self.at_start = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.at_start.parameters
 

@@ -1,8 +1,8 @@
 r"""Motion step by step: the slow and obvious reference for the fast path.
 
-The fast path plans whole moves and promises step trains.  A twin plans only a list of single steps, drives every edge
-when it is due, and samples the pins when the chip does, as a second opinion without common code.  Findings of a motion
-are reported by the part's own twin, or not at all.
+The fast path plans whole moves and promises step trains.  A twin plans a list of single steps, drives
+every edge when it is due, and samples the pins when the chip does; it is a second opinion that shares no
+such code with the fast path.  Findings of a motion are reported by the part's own twin, or not at all.
 
     move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> samples] ... -> over
 
@@ -85,26 +85,26 @@ class Stepwise:
         raise NotImplementedError
 
     def prepare(self) -> None:
-        """List the steps of an undisturbed motion in `plan`."""
+        """Fill `plan` with the steps of an undisturbed motion."""
         raise NotImplementedError
 
     def expected(self) -> Callable[[], Ideal]:
-        """Return a function that computes the ideal of this motion, whose first step begins now."""
+        """Return a function that computes the ideal course of this motion, whose first step begins now."""
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait for the conditions of the first step, except STEP INHIBIT."""
+        """Wait until the first step's conditions, except STEP INHIBIT, are met."""
 
     def coming(self) -> TwinStep | None:
         """Return the next step; None when the target is reached."""
         return self.plan[0] if self.plan else None
 
     def stretched(self, step: TwinStep) -> int:
-        """Return the clocks by which the step that begins now becomes longer."""
+        """Return the clocks by which the step that begins now becomes longer than planned."""
         return 0
 
     async def time_out(self, end: int) -> None:
-        """Wait within a step until PULSE may rise: at a tick, unless an event ends the step earlier."""
+        """Wait within a step until PULSE may rise: at tick `end`, unless an event ends the step earlier."""
         await self.chip.at_tick(end)
 
     async def should_continue(self, just: TwinStep) -> bool:
@@ -147,7 +147,7 @@ class Stepwise:
         await chip.ticks(self.ticks["ready_after_motion"])
 
     def over(self) -> None:
-        """End the motion."""
+        """Perform any actions that a part adds at the end of a motion."""
 
     async def play(self) -> None:
         """Output step after step, until a sample between two steps ends the motion."""

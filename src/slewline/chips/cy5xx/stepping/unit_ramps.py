@@ -38,12 +38,12 @@ def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bo
 
 
 def pieces(rates: Sequence[float], unit: float, number: int, slews: bool, endless: bool) -> list[IdealPiece]:
-    """Return the ideal of a motion: one rate every `unit` seconds, joined by straight lines.
+    """Return the ideal course of a motion: one rate every `unit` seconds, joined by straight lines.
 
     Args:
         rates: steps/s, from the first rate to the target rate.
         number: steps of the motion.
-        slews: the motion reaches its slew rate; otherwise the steps left after the ramps are made at the first rate.
+        slews: the motion reaches its slew rate; otherwise steps left after the ramps are at the first rate.
         endless: the motion slews until an event ends it.
     """
     up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]

@@ -181,7 +181,7 @@ class HostDialogue:
         return "Y" if self.options.early_y else ""
 
     def _written(self, good: bool) -> None:
-        """Answer M after the EEPROM has been written, or after the write has failed."""
+        """Answer M after the EEPROM has been written or has failed; after an early Y, keep a failure for F."""
         if self.options.early_y:
             self.registers.failed = not good
         else:

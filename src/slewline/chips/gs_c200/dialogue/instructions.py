@@ -28,13 +28,13 @@ class Moves(Protocol):
         """Make a move of `number` steps."""
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until a command stops the motion, until an input is low, or until `limit` steps have been made."""
+        """Run until a command stops the motion, until the input `watched` is low, or until `limit` steps are made."""
 
     async def home(self, sign: int, text: str) -> None:
-        """Find the end of travel, in the direction of `sign`, then the home position."""
+        """Find the end of travel in the direction of `sign`, then the home position in the opposite direction."""
 
     def come_to_rest(self) -> None:
-        """End the motion with its ramp."""
+        """End the motion with a ramp down."""
 
     async def kill(self) -> None:
         """End the motion without a ramp; the pulse in progress is completed."""
@@ -44,7 +44,7 @@ class Moves(Protocol):
 
 
 class Instructions:
-    """The handlers of all commands that act within a program, and of I and f outside a program."""
+    """The handlers of all commands that act within a program; those of I and f also act outside a program."""
 
     def __init__(
         self,
@@ -66,11 +66,11 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------- outputs, inputs, time
     async def do_activate(self, output: int) -> None:
-        """A: drive a user output high, 1 to 3."""
+        """A: drive a user output, 1 to 3, high."""
         self.user.outputs[output - 1].drive(1)
 
     async def do_clear(self, output: int) -> None:
-        """C: drive a user output low, 1 to 3."""
+        """C: drive a user output, 1 to 3, low."""
         self.user.outputs[output - 1].drive(0)
 
     async def do_delay(self, tenths: int) -> None:
@@ -126,7 +126,7 @@ class Instructions:
         self.program.pc = target
 
     async def do_jump_on(self, inputs: int, target: int) -> None:
-        """jc: continue at a location if the user inputs have these levels, one bit each."""
+        """jc: continue at a location if the levels of the user inputs equal `inputs`, one bit per input."""
         if self.user.read_inputs() == inputs:
             self.program.pc = target
 
@@ -166,7 +166,7 @@ class Instructions:
         await self._run_endless(direction, None)
 
     async def do_controlled_velocity(self, direction: int, number: int) -> None:
-        """Run in a direction, 1 or -1, until a user input, 1 to 3, is low: command g with an input."""
+        """g with a user input: run in a direction, 1 or -1, until this input, 1 to 3, is low."""
         await self._run_endless(direction, number)
 
     async def _run_endless(self, direction: int, number: int | None) -> None:
@@ -189,7 +189,7 @@ class Instructions:
         self.registers.overflow = self.program.ending = True
 
     def _speeds_missing(self) -> bool:
-        """Return whether S, T or R is not set; then the program ends, with a finding."""
+        """Return whether S, T or R is not set; if so, end the program, with a finding."""
         if all(self.registers.speeds):
             return False
         self.chip.finding("no-speed", "a jump leads to a motion before S, T and R are set: the program ends")

@@ -1,7 +1,7 @@
 """Work other than the host's lines: the stored program, a homing run, an instruction outside a program.
 
-An instruction acts at the end of its execution time, so that a pulse between two instructions is
-visible.
+An instruction acts at the end of its execution time, so that an output which one instruction activates
+and the next one clears is active for a visible time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Handler = Callable[..., Awaitable[str | None]]
 
 
 class Interpreter:
-    """The executor of one piece of work at a time; `refresh_idle` is called whenever a piece begins or ends."""
+    """The executor of one piece of work at a time; it calls `refresh_idle` when a piece of work begins or ends."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Interpreter:
 
     @property
     def running(self) -> bool:
-        """True while a program or a homing run is in progress."""
+        """True while a program, a homing run or an instruction outside a program is in progress."""
         return self.task is not None
 
     @property
@@ -134,7 +134,7 @@ class Interpreter:
         await until(self.kernel, self.kernel.now + self.instruction_ps)
 
     async def perform(self, command: Command) -> None:
-        """Execute one instruction outside a program (option direct)."""
+        """Execute one instruction outside a program (option `direct`)."""
         self.program.begin()
         self.activity.works_on(command.text)
         await self.handlers[command.row.form](*command.values)

@@ -51,7 +51,7 @@ class Program:
         return fits
 
     def load(self, data: bytes) -> None:
-        """Load another program into the memory."""
+        """Replace the program in the memory by another one."""
         self.memory[:] = data
 
     def accepts(self, data: bytes) -> bool:
@@ -89,7 +89,7 @@ class Program:
         return self.registers.start_stop
 
     def unset_before_motion(self) -> str:
-        """Return those of S, T and R that a motion of the program would lack, in the order of the listing."""
+        """Return the letters among S, T and R that are not set before the program's first motion; "" if all are."""
         known = {letter for letter, name in SPEEDS.items() if getattr(self.registers, name)}
         for _, row, _ in self.fetched():
             if row.motion and len(known) < len(SPEEDS):

@@ -1,4 +1,5 @@
-"""The plan player of a GS-C module: it promises a whole plan, samples just before each step, and withdraws promises.
+"""The plan player of a GS-C module: it promises all pulses of a plan in advance, samples just before each
+step, and withdraws promises.
 
     CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
                 b               b'             ENABLE, Z and the homing switches: levels from before b
@@ -68,7 +69,7 @@ class Motion:
             self.lines.rest()
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until the stop net is active, until an input is low, or until `limit` steps have been made."""
+        """Run until the stop net is active, until the input `watched` is low, or until `limit` steps are made."""
         kernel, every = self.kernel, self.instruction
         self.number, self.limit = None, limit
         plan = profile.endless(*self.counter.made, limit)
@@ -89,7 +90,7 @@ class Motion:
             watcher.kill()
 
     async def home(self, sign: int, text: str) -> None:
-        """Find the end of travel, in the direction of `sign`, then the home position, at one rate."""
+        """Find the end of travel in the direction of `sign`, then the home position in the other, at one rate."""
         lines = self.lines
         self.begin(text)
         self.counter.axis.homing = sign
@@ -117,7 +118,7 @@ class Motion:
             self.lines.rest()
 
     def come_to_rest(self) -> None:
-        """Z: end the motion with its ramp."""
+        """Z: end the motion with a ramp down."""
         self.stop.activate()
 
     async def kill(self) -> None:
@@ -141,14 +142,14 @@ class Motion:
         self.moving = False
 
     def end_by(self, ps: int) -> None:
-        """Limit the promise to a time, unless it ends earlier."""
+        """End the promised pulses at a time (ps), unless they end earlier."""
         if self.playing is not None and (self.playing.until is None or ps < self.playing.until):
             self.playing.until = ps
             self.lines.clock.renew()
 
     # ------------------------------------------------------------------------------------------------ playing a plan
     async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
-        """Play a plan, and its replacements, until its last pulse is over; return the end of its last interval.
+        """Play a plan, and any replacement, until the last pulse is over; return the end of the last interval (ps).
 
         Args:
             switch: an input that ends the motion if it is low just before a step.
@@ -184,7 +185,7 @@ class Motion:
         return cast("Playing", self.playing).train.end(plan.steps)  # its steps have been played
 
     def schedule(self, plan: Plan, step: int, sign: int) -> None:
-        """Promise a train whose first step begins now."""
+        """Promise a train that begins now, with step `step` of a plan."""
         counter = self.counter
         if self.fresh:
             counter.first_step(sign, self.number, self.limit)

@@ -32,11 +32,11 @@ class PositionCounter:
 
     @property
     def position(self) -> int:
-        """The position now."""
+        """The present position."""
         return self.axis.position
 
     def load(self, position: int, text: str) -> None:
-        """Set the counter, for the command `text`."""
+        """Set the counter, and mark this with the command `text`."""
         self.axis.load(position)
         self.log.mark("command", text)
 
@@ -45,7 +45,7 @@ class PositionCounter:
         self.axis.load(0)
 
     def room(self, steps: int) -> int:
-        """Return the number of steps to the end of the counter in a direction; OPEN if the counter wraps."""
+        """Return the number of steps from here to the counter's end in the direction of `steps`; OPEN if it wraps."""
         if self.wraps:
             return OPEN
         return self.axis.positions[-1] - self.position if steps > 0 else self.position
@@ -77,7 +77,7 @@ class PositionCounter:
             self.log.expect(partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit))
 
     def mark_deviation(self, kind: str = "", text: str = "") -> None:
-        """Record that the motion departs from its plan; with a kind, mark the cause."""
+        """Record that the motion departs from its plan; if `kind` is given, also mark the cause."""
         self.log.depart()
         if kind:
             self.log.mark(kind, text)
@@ -87,7 +87,7 @@ class PositionCounter:
         self.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def homed(self) -> None:
-        """Record that a homing run has found the home position."""
+        """End a homing run that has found the home position, and set the counter to 0."""
         self.axis.load(0)
         self.log.end()
 

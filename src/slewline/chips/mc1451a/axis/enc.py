@@ -173,7 +173,7 @@ class QuadratureDecoder:
         return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
 
     def _count(self, a: Sequence[int], b: Sequence[int]) -> tuple[list[int], list[int]]:
-        """Process changes of A and B, one by one."""
+        """Process changes of A and B, one by one, with the result of `count`."""
         differ = self._differed_before(a, b)
         of_a = set(a)
         both = of_a.intersection(b)
@@ -193,7 +193,7 @@ class QuadratureDecoder:
         return ticks, counts
 
     def _count_many(self, a: Any, b: Any) -> tuple[Any, Any]:
-        """Process changes of A and B, in arrays."""
+        """Process changes of A and B, in arrays, with the result of `count`."""
         import numpy as np
 
         ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
@@ -227,7 +227,7 @@ class QuadratureDecoder:
 
 
 class CountWindow(NamedTuple):
-    """The promises of A and B up to a tick, already counted: ticks, the counts starting there, and the final state."""
+    """The promises of A and B up to a tick, already counted: ticks, the count starting at each, the final state."""
 
     stop: int
     before: int  # counts at the start of the window
@@ -237,12 +237,12 @@ class CountWindow(NamedTuple):
     levels: tuple[Any, Any]  # at the inputs of the filters
 
     def counts_before(self, tick: int) -> int:
-        """Return the counts before a tick."""
+        """Return the count just before a tick."""
         i = bisect_left(self.ticks, tick)
         return int(self.counts[i - 1]) if i else self.before
 
     def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts before each of many ticks: (n,) int64."""
+        """Return the count just before each of many ticks: (n,) int64."""
         import numpy as np
 
         return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
@@ -270,7 +270,7 @@ class QuadratureCounter:
         self.begin()
 
     def begin(self) -> None:
-        """Count from 0; the first quadrature state is that at the end of this instant."""
+        """Count from 0; the first quadrature state is the state at the end of this instant."""
         self._work_off()
         self.a.begin()
         self.b.begin()
@@ -281,13 +281,13 @@ class QuadratureCounter:
         self._drop()
 
     def watch(self, callback: Callable[[], object]) -> None:
-        """Call a function when a driver of A or B changes, to wake a sleeping axis."""
+        """Arrange that a function is called whenever a driver of A or B changes, to wake a sleeping axis."""
         self.a.reading.on_change.add(callback)
         self.b.reading.on_change.add(callback)
 
     @property
     def quiet(self) -> bool:
-        """True if no count will follow the last query, unless a driver of A or B changes."""
+        """True if the count will not change after the last query, unless a driver of A or B changes."""
         window = self.window
         if window is None:
             return self.a.quiet and self.b.quiet
@@ -298,7 +298,7 @@ class QuadratureCounter:
         return ends and not (window.decoder.a.late[0] or window.decoder.b.late[0])
 
     def counts_before(self, tick: int) -> int:
-        """Return the counts before a tick, which must not be earlier than the tick of the last query."""
+        """Return the count just before a tick, which must not be earlier than the tick of the last query."""
         if tick == self._asked:
             return self.counts
         self._asked, window = tick, self.window
@@ -360,7 +360,7 @@ class QuadratureCounter:
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read the changes, up to the last query, that only a window has processed so far."""
+        """Read the changes up to the last query that so far have only been processed in a window."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

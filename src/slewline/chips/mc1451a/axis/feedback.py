@@ -53,7 +53,7 @@ class Feedback:
         state.error = self.error8 >> 8
 
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
-        """Return the position errors in the cycles after `n` within a window, as `read` will compute them: (n,) int64.
+        """Return the position errors that `read` will compute in the cycles after `n` within a window: (n,) int64.
 
         `n` is the last cycle read.  The end of the run is due separately, so the run is assumed to continue past it.
         """
@@ -69,7 +69,7 @@ class Feedback:
         return found
 
     def declare(self, n: int, value: int) -> None:
-        """Set the actual position, like the target, to a whole number of steps, from now on; the error is 0."""
+        """Set the actual position to `value` from now on, like the target; the position error becomes 0."""
         state = self.state
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:

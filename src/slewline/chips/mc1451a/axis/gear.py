@@ -60,7 +60,7 @@ class ElectronicGear:
             self.generator.log.end("limit" if self.switches.flagged else "cut")
 
     def follow(self, n: int) -> None:
-        """Displace the axis in a cycle; a displacement beyond the pulse range is deferred."""
+        """Displace the axis in a cycle; the part of the displacement beyond the pulse range is deferred."""
         state, pulses, counts = self.state, self.pulses, self.feedback.counts
         new, self.followed = counts - self.followed, counts
         if self.suspended or self.feedback.encoder is None:

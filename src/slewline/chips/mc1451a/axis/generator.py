@@ -20,7 +20,7 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
 class ProfileGenerator:
-    """The motion of an axis.  `aim` is empty at rest; `fresh` requires a new decision, even during a run."""
+    """The motion of an axis.  `aim` is empty at rest; if `fresh`, a new decision is needed, even during a run."""
 
     def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
@@ -39,7 +39,7 @@ class ProfileGenerator:
 
     @property
     def pulse_range(self) -> int:
-        """The maximum speed of the pulse range."""
+        """The maximum speed that the selected pulse range allows."""
         return self.ranges[self.state.high_speed]
 
     @property
@@ -89,13 +89,13 @@ class ProfileGenerator:
             self.phases, self.fresh = stopped, True
 
     def cut(self, n: int) -> None:
-        """End the run at the start of a cycle; another run will continue from there."""
+        """End the run at the start of a cycle; another run will continue the motion from there."""
         if self.aim == "curve" and self.pulses.law is not None:
             self.done += n - self.pulses.since
         self.pulses.cut(n)
 
     def halt(self, n: int, complete: bool = True) -> None:
-        """Stop immediately, at the axis position in a cycle."""
+        """Stop immediately, at the axis position in a cycle; if `complete`, report the motion as complete."""
         self.pulses.cut(n)
         if complete and self.mode != GEAR:
             self.complete()
@@ -103,12 +103,12 @@ class ProfileGenerator:
             self.rest()
 
     def complete(self) -> None:
-        """End a motion at its planned end."""
+        """End a motion, and set the motion-complete event."""
         self.rest()
         self.state.events |= MOTION_COMPLETE
 
     def rest(self) -> None:
-        """Set the speed to zero, beginning now."""
+        """End a motion: the axis is at rest from now on."""
         self.log.end()
         self.state.velocity = self.state.phase = 0
         self.state.in_motion = False

@@ -32,7 +32,7 @@ class Horizon:
         self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # no more edges leave the filter
 
     def after(self, n: int) -> int:
-        """Return the next cycle that needs a decision, after cycle `n` has been processed."""
+        """Return the next cycle that needs a decision; cycle `n` has been processed."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         if state.update or state.was_off:
             return n + 1
@@ -45,7 +45,7 @@ class Horizon:
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
-        """Return the cycle at which a run passes a distance from zero, in the direction of the run.
+        """Return the cycle at which a run passes a distance from zero, in its own direction; NEVER if it does not.
 
         The distance is increased by `turns` times the range of the target.
         """
@@ -60,7 +60,7 @@ class Horizon:
         return pulses.since + bisect_left(range(pulses.cycles + 1), missing, key=law.travel)
 
     def breakpoint_due(self, n: int) -> int:
-        """Return the cycle in which the breakpoint may be met."""
+        """Return the first cycle after `n` in which the breakpoint may be met; NEVER if there is none."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         value = signed(state.comparison, 32)
         match state.breakpoint:
@@ -79,7 +79,7 @@ class Horizon:
         return NEVER
 
     def error_due(self, n: int) -> int:
-        """Return the cycle in which the position error may first pass its limit, in either direction."""
+        """Return the first cycle after `n` in which the position error may pass its limit, in either direction."""
         state, feedback, encoder = self.state, self.feedback, self.feedback.encoder
         if encoder is None or not state.step_ratio:
             return NEVER

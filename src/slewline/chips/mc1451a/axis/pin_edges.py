@@ -26,7 +26,7 @@ from ....core.wires.pin import Terminal
 class PinEdges:
     """The edges of the wire on a pin after this instant; changes at this instant itself only set the first level.
 
-    `on_change` is called when a driver of the wire changes; its new edges can be read in the next round.
+    `on_change` is called when a driver of the wire changes; the new edges can be read in the next round.
     """
 
     def __init__(self, pin: Terminal) -> None:

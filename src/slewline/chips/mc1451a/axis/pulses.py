@@ -30,7 +30,7 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 
 
 class TargetLaw(NamedTuple):
-    """The law of the target from cycle `first`; `x0` is the target in cycle `since`.  Without a law it is at rest.
+    """The target's law from cycle `first` on; `x0` is the target in cycle `since`.  At rest, `law` is None.
 
     The law of an S-curve comes from its phases; under any other law, the speed changes by at most
     `acceleration` per cycle, except in jumps.
@@ -48,8 +48,8 @@ class TargetLaw(NamedTuple):
 class Pulses:
     """One axis's run, and its promised pulses.
 
-    `law` is the law of its displacements, None at rest; `sign` is its direction.  `acceleration` is the maximum change
-    of speed in a cycle under that law, for later queries.
+    `law` is the law of the run's displacements, None at rest; `sign` is the run's direction.  `acceleration`
+    is the maximum change of speed in a cycle under that law, for later queries.
     """
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
@@ -134,7 +134,7 @@ class Pulses:
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def end(self) -> None:
-        """Handle a reset: end the promised pulses at this instant, after loading any position declared at it."""
+        """Handle a reset: load any position declared at this instant, then end the promised pulses at this instant."""
         self.law = None
         self._do()
         self._withdraw()

@@ -7,7 +7,7 @@ from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 
 
 class LimitSwitches:
-    """Both switches, each identified by its event bit.  The levels are those sampled by the present cycle."""
+    """Both switches, each identified by its event bit.  `levels` are the levels sampled by the present cycle."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.registers, self.state = registers, state
@@ -35,7 +35,10 @@ class LimitSwitches:
         return self.registers.limits_on and bool(self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def tripped(self) -> int:
-        """Return the event of the switch that becomes active and stops the axis, or 0; one over-travel at a time."""
+        """Return the event bit of a switch that has become active and stops the axis; 0 for none.
+
+        A switch cannot trip while the axis is in over-travel at the other switch.
+        """
         if not self.registers.limits_on:
             self.armed = {POSITIVE_LIMIT: True, NEGATIVE_LIMIT: True}
             return 0

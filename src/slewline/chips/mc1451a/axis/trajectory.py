@@ -5,9 +5,10 @@
                  | 3 choose the displacement up to T_n+1        |      position    x(T_n)  ____----  x(T_n+1)
                  | 4 pulses    5 encoder   6 breakpoint         |      moves evenly from T_n to T_n+1
 
-A displacement, once chosen, often follows a law for thousands of cycles: a run.  While a run lasts and no input
-changes, there is no decision to make, so no cycle is processed: `due` is the next cycle that must be.  `sync` sets the
-registers in between.  The twin processes every cycle, and its results must be the same.
+A displacement, once chosen, often follows a law for thousands of cycles: a run.  While a run lasts and
+no input changes, there is no decision to make, so no cycle is processed; `due` is the next cycle that
+must be processed.  `sync` sets the registers in between.  The twin processes every cycle; its results must
+be the same.
 
 Each object knows only those above it in this picture:
 
@@ -62,7 +63,7 @@ class Trajectory:
         self.due = 0
 
     def sync(self, n: int) -> None:
-        """Set the registers to cycle n, which needs no decision."""
+        """Set the registers to their values in cycle n, which needs no decision."""
         if self.pulses.move(n):
             self.generator.wrapped()
         self.feedback.read(n)
@@ -80,7 +81,7 @@ class Trajectory:
         self.due = self.horizon.after(n)
 
     def arrive(self, n: int) -> None:
-        """Complete the run up to this cycle."""
+        """Move the axis to the start of cycle n, and end its run if the run is over."""
         if n:
             self.feedback.read(n - 1)  # level in the previous cycle, if it was read then
         pulses = self.pulses
@@ -105,7 +106,7 @@ class Trajectory:
             self.gear.suspended = True
 
     def choose(self, n: int) -> None:
-        """Choose the displacement of this cycle, unless the run continues."""
+        """Choose the displacement of cycle n, unless the present run continues."""
         generator, pulses = self.generator, self.pulses
         if generator.mode == GEAR:
             self.gear.follow(n)
@@ -119,7 +120,7 @@ class Trajectory:
             self.at_rest.drive(rest)
 
     def look_at_encoder(self, n: int) -> None:
-        """Detect a stall."""
+        """Read the encoder, and report a stall: a position error beyond its limit."""
         state, feedback = self.state, self.feedback
         if feedback.encoder is None:
             return
@@ -136,7 +137,7 @@ class Trajectory:
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:
-        """Update the axis in the next cycle if the condition of its breakpoint is met."""
+        """If the breakpoint's condition is met, set its event; with auto update, the next cycle updates the axis."""
         state = self.state
         if state.breakpoint and self.met(n):
             command, state.breakpoint = state.breakpoint_command, ""

@@ -86,7 +86,7 @@ class Updates:
             generator.aim, generator.fresh = "contour", True
 
     def update(self, n: int, taken: Profile) -> None:
-        """Apply the values that an update has taken from the buffer, in this order."""
+        """Apply the values that an update took from the buffer: synchronise, copy registers, then stop or start."""
         state, generator = self.state, self.generator
         state.update, generator.clamped = None, False
         if taken.synch_prfl:
@@ -117,7 +117,7 @@ class Updates:
             self.generator.fresh = self.state.in_motion
 
     def declare(self, n: int, position: int) -> None:
-        """Set both positions to a number of steps, from now on, and the error to 0; the pulses of cycle n continue."""
+        """Set target and actual position to a value, from now on, and the error to 0; cycle n's pulses continue."""
         self.generator.fresh |= self.pulses.law is not None
         self.pulses.declare(n, position)
         self.feedback.declare(n, position)
@@ -125,8 +125,8 @@ class Updates:
     def copy(self, new: Profile) -> None:
         """Copy the buffer to the active registers; changing a register that is fixed in motion is a command error.
 
-        Even then the destination is copied.  Refused values wait in the buffer for an update at rest, without
-        a second error (manual, command errors).
+        Even after that error the destination is copied.  Refused values wait in the buffer for an update at
+        rest, without a second error (manual, command errors).
         """
         state = self.state
         old = state.active
@@ -184,7 +184,7 @@ class Updates:
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
 
     def omit(self, cause: str) -> None:
-        """Report the registers that the host must set before a motion; report them once, until they change."""
+        """Report the registers that the host must set before a motion, but not the same registers twice in a row."""
         names, reported = missing_of(self.generator.mode, self.state), self.omitted
         if names and names != reported:
             zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)
@@ -193,7 +193,7 @@ class Updates:
             self.omitted = names
 
     def refused(self, distance: int) -> bool:
-        """Return whether a limit switch prevents the move; in the point-to-point modes that is a command error."""
+        """Return whether a limit switch prevents the move; a refusal is a command error in point-to-point modes."""
         switches = self.switches
         if not switches.flagged and not switches.active(POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT):
             return False

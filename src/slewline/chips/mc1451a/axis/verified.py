@@ -23,7 +23,7 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
     Args:
         before: the speed of the previous cycle, 1/65536 step per cycle, in the direction of the run.
-        remaining: the distance from here to the destination, for a run that lands.
+        remaining: the distance from the start of the run to the destination, for a run that lands.
     """
     first, change, cycles = run.speed, run.change, run.cycles
     last = first + (cycles - 1) * change if change else first
@@ -41,7 +41,10 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
 
 def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
-    """Return the fault of the rest of an S-curve; "" for none.  The arguments are those of `fault_of_run`."""
+    """Return the fault of the rest of an S-curve; "" for none.
+
+    `curve` is the whole S-curve; the other arguments are those of `fault_of_run`.
+    """
     if run.cycles < 1:
         return f"{run.cycles} cycles"
     one, too_fast = 1 << PLACES, curve.velocity + 1 << PLACES

@@ -1,1 +1,1 @@
-"""The laws of motion in cycles, their ideals, and the record of an axis's cycles."""
+"""The laws of motion in cycles, the ideal motions that these approximate, the record of an axis's cycles."""

@@ -89,10 +89,10 @@ class Law(Protocol):
         """True if the displacement rises or falls by the same amount from each cycle to the next."""
 
     def travel(self, i: int) -> int:
-        """Return the distance before cycle i, in 1/65536 step."""
+        """Return the distance covered before cycle i, in 1/65536 step."""
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the distances before many cycles, in any order, in 1/65536 step: int64, in the shape of `i`."""
+        """Return the distances covered before many cycles, in any order, in 1/65536 step: int64, shaped like `i`."""
 
     def velocity(self, i: int) -> int:
         """Return the velocity in cycle i, in 1/65536 step per cycle.
@@ -115,7 +115,7 @@ class Linear:
         self.steady = 0 if change else speed
 
     def travel(self, i: Any) -> Any:
-        """Return the distance before cycle i, or before each cycle of an array, in 1/65536 step."""
+        """Return the distance covered before cycle i, or before each cycle of an array, in 1/65536 step."""
         return i * self.speed + i * (i - 1) // 2 * self.change
 
     travels = travel
@@ -241,7 +241,7 @@ class CycleTrain(Train):
         return bisect_left(range(self.cycles), distance, key=law.travel) - 1
 
     def _enter(self, i: int) -> tuple[int, int, int]:
-        """Return a cycle, and the distances before and after it."""
+        """Return cycle `i`, the distance covered before it, and the distance covered by its end."""
         if self._near[0] != i:
             self._near = (i, self.law.travel(i), self.law.travel(i + 1))
         return self._near
@@ -329,7 +329,7 @@ def _counting() -> NDArray[np.float64]:
 class SquareView(TrainView):
     """PULSE of a played cycle train: it is high in the second half of each step.
 
-    `high`: the movement begins with PULSE high, from an unfinished half step, until the first step.
+    If `high`, the movement begins with PULSE high, from an unfinished half step, until the first step.
     """
 
     __slots__ = ("halves", "high")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ChipsetAxis(AxisOfChip):
-    """An axis of a chipset, whose cycles can be queried.  `motion` is None if the twin processes them."""
+    """An axis of a chipset, whose cycles can be queried.  `motion` is None if the twin processes the cycles."""
 
     def __init__(self, chip: Chip, number: int, motion: Motion | None) -> None:
         super().__init__(chip, number)

@@ -5,7 +5,8 @@
             .'         '.                            2.'   |     |   '. 6
       s __.'             '.__                   1_.-'                    '-._7
 
-An update in motion begins a new ideal, at the present target and velocity.  A gear has no ideal, because it follows.
+An update in motion begins a new ideal motion, at the present target and velocity.  The electronic gear
+has no ideal motion, because it follows an encoder.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class RegistersAtStart(NamedTuple):
         return MotionParameters(rates, {"MAX_ACC": self.max_acceleration, "JERK": self.jerk, "POS": self.position})
 
     def ideal(self) -> Ideal | None:
-        """Return the ideal of the motion."""
+        """Return the ideal motion; None for the electronic gear."""
         if self.mode == GEAR:
             return None
         per_s = self.per_s
@@ -120,7 +121,7 @@ def change(before: float, after: float, acceleration: float) -> list[IdealPiece]
 def trapezoid(distance: float, speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
     """Return a point-to-point move with linear ramps, starting at the present speed; distance and speed are signed.
 
-    If the axis is too fast for its destination, or moves away from it, it first decelerates to rest.
+    If the axis is too fast for its destination, or moves away from it, the axis first decelerates to rest.
     """
     direction = speed or distance
     d, v, s = (-distance, -speed, start) if direction < 0 else (distance, speed, start)
@@ -144,7 +145,7 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
 
 
 def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return the ramp to the maximum velocity in the direction of an acceleration, then that velocity forever."""
+    """Return the ramp to the maximum velocity, in the direction of `acceleration`, then that velocity forever."""
     if not acceleration:
         return [IdealPiece(FOREVER, speed)]
     a = abs(acceleration)

@@ -32,7 +32,7 @@ SIX = 6 << 16 + 2 * PLACES  # six positions, with 16 + 3 * PLACES binary places 
 
 
 class CycleRun(NamedTuple):
-    """Cycles whose displacements are speed, speed + change, speed + 2 change ...; `landing`: they end a move."""
+    """Cycles with displacements of speed, speed + change, speed + 2 change ...; if `landing`, they end a move."""
 
     cycles: int
     speed: int
@@ -49,7 +49,7 @@ class MoveLimits:
     start: int
 
     def braking(self, speed: int) -> int:
-        """Return B: the distance of a cycle at this speed and the deceleration after it, including a cycle at s."""
+        """Return B: the distance of a cycle at a speed and of the deceleration after it, including a cycle at s."""
         a, s = self.acceleration, self.start
         cycles = -(-(speed - s) // a) if speed > s else 0
         return cycles * speed - a * cycles * (cycles - 1) // 2 + s
@@ -111,7 +111,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
 
 
 def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int:
-    """Return an estimate of the length of a run, which only shortens the search."""
+    """Return an estimate of the length of a run in cycles, from which the search for the exact length starts."""
     if change > 0:
         return (limits.velocity - first) // change
     if change < 0:
@@ -122,7 +122,7 @@ def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int
 def holds(same: Callable[[int], bool], guess: int) -> int:
     """Return the smallest i for which same(i) is False, by exponential search from a guess.
 
-    `same` must be monotonic.
+    `same` must be monotonic: once False, it remains False.
     """
     if guess > 0 and not same(guess - 1):
         low, high = 0, guess - 1
@@ -141,7 +141,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run in a deceleration to `floor` (for 0: to s first); a run at speed 0 ends it."""
+    """Return the next run of a deceleration to `floor` (for 0: to s first); speed 0 means that it is over."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -187,7 +187,7 @@ class Phases(NamedTuple):
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """The times of phases 1 to 7."""
+        """The times of phases 1 to 7, in 2^-PLACES cycle."""
         t1, t2, t4 = self.jerked, self.steady, self.coasting
         return t1, t2, t1, t4, t1, t2, t1
 

@@ -41,7 +41,7 @@ class JerkSegment(NamedTuple):
 
 
 class Forces:
-    """The acceleration of one axis in the past, up to now."""
+    """The acceleration and the jerk of one axis in the past, up to now."""
 
     def __init__(self, motion: Motion, number: int) -> None:
         self.motion, self.pulses = motion, motion.trajectories[number - 1].pulses
@@ -86,7 +86,10 @@ class Forces:
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
-        """Yield segments of constant acceleration; the first starts from the previous speed, unless that is a jump."""
+        """Yield a run's segments of constant acceleration; that of the first is the change from the previous speed.
+
+        If that change exceeds the law's acceleration, it is a jump, which counts as 0.
+        """
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
         if not entry.acceleration:
@@ -132,11 +135,11 @@ class Acceleration(Quantity):
         self.forces = forces
 
     def value(self, stretch: JerkSegment, ps: int) -> float:
-        """Return the value at an instant of a segment."""
+        """Return the value of the quantity at an instant (ps) within a segment."""
         return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants, (n,) int64 ps: (n,) float64."""
+        """Return the values of the quantity at instants, (n,) int64 ps: (n,) float64."""
         import numpy as np
 
         times = np.asarray(times_ps, np.int64)
@@ -150,11 +153,11 @@ class Acceleration(Quantity):
         return np.asarray(values + slopes * (times - begins[which]) / PS_PER_S, np.float64)
 
     def slope(self, stretch: JerkSegment) -> float:
-        """Return the rate at which the value grows in a segment, per second."""
+        """Return the rate at which the quantity grows in a segment, per second."""
         return stretch.jerk
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return the outline between two instants (ps)."""
+        """Return the outline of the quantity between two instants (ps)."""
         import numpy as np
 
         points = [(start, float(self.values_at(np.array([start]))[0]))]
@@ -176,7 +179,7 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the outline; where the value changes linearly, it has a point at the start of every cycle."""
+        """Return the outline between two instants (ps); where the value changes linearly, it has a point per cycle."""
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)

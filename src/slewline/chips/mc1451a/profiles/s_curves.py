@@ -23,9 +23,10 @@ HALF_WORD = 1 << 63
 
 
 class JerkPiece(NamedTuple):
-    """Cycles of an S-curve with constant jerk; `position` is the position at their start.
+    """Cycles of an S-curve with constant jerk; `position` is the position at the start of the first one.
 
-    From cycle to cycle position += speed, then speed += change, then change += jerk.  All have PLACES binary places.
+    From cycle to cycle position += speed, then speed += change, then change += jerk.  All four numbers have
+    PLACES binary places.
     """
 
     cycle: int  # the first one
@@ -48,10 +49,10 @@ class JerkPiece(NamedTuple):
 
 
 class SCurve:
-    """The cycles of an S-curve, starting with its cycle `first`; the last piece is its end, at rest.
+    """The cycles of an S-curve, starting with its cycle `first`; the last piece is the curve's end, at rest.
 
-    Positions, at most 2^47, and velocities are each rounded down independently.  A piece with jerk has fewer than
-    2^21 cycles.
+    Positions, at most 2^47, and velocities are each rounded down independently.  A piece with jerk has fewer
+    than 2^21 cycles.
     """
 
     __slots__ = ("_tables", "cycles", "first", "pieces", "start")
@@ -64,7 +65,7 @@ class SCurve:
         self.start = self._piece(first).covered(first) >> PLACES
 
     def _piece(self, k: int) -> JerkPiece:
-        """Return the piece of a cycle of the curve."""
+        """Return the piece that contains a cycle of the curve."""
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
@@ -99,8 +100,8 @@ class SCurve:
     def _sums(self, i: NDArray[np.int64], of: int) -> NDArray[np.int64]:
         """Return the positions (`of` 0) or displacements (`of` 1) of many cycles, in 1/65536 step.
 
-        They are computed twice: as floats, with an error below 1, and as integers with PLACES binary places whose upper
-        bits are lost, so they are right modulo 64.
+        Each is computed twice: as a float, with an error below 1, and as an integer with PLACES binary places
+        whose upper bits are lost, so that the integer is right modulo 64.
         """
         import numpy as np
 

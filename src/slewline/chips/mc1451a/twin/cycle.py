@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 class OneCycle(Train):
-    """The steps of a cycle that begins at a tick, each step at its own tick, and the displacement of the position."""
+    """The steps of one cycle, which begins at tick `origin`; each step begins at its own tick.
+
+    The velocity of the cycle follows from `displaced`, the displacement of the target in 1/65536 step.
+    """
 
     def __init__(self, clock: Clock, origin: int, steps: list[int], displaced: int) -> None:
         super().__init__(clock, origin)
@@ -27,21 +30,21 @@ class OneCycle(Train):
         return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
     def step_at(self, tick: int) -> int:
-        """Return the number of steps that have begun by a tick."""
+        """Return the number of steps that have begun by a tick, including that tick."""
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of steps that have begun by each of many ticks: (n,) int64."""
+        """Return `step_at` for many ticks, counted from the start of the cycle: (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the ticks at which steps begin, counted from the start of the cycle: (n,) int64."""
+        """Return the ticks at which steps first+1 ... last begin, counted from the start of the cycle: (n,) int64."""
         import numpy as np
 
         return np.array(self.ticks[first:last], np.int64)
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the start of the window and the velocity of the cycle: (1,) int64, (1,) float64 steps/s."""
+        """Return `since` and the velocity of the cycle, as arrays of one element: (1,) int64, (1,) float64 steps/s."""
         import numpy as np
 
         return np.array([since]), np.array([self.speed])

@@ -47,7 +47,7 @@ class Stepwise:
 
     @property
     def cycle(self) -> int:
-        """The present cycle; 0 before the first one."""
+        """The number of the present cycle; 0 before the first cycle begins."""
         return max(self.begun - 1, 0)
 
     async def run(self) -> None:
@@ -57,7 +57,7 @@ class Stepwise:
             self.catch_up()
 
     def begins(self, cycle: int) -> int:
-        """Return the instant at which a cycle begins."""
+        """Return the instant (ps) at which a cycle begins."""
         return self.chip.clock.ps(self.origin + sheet.CYCLE_TICKS * cycle)
 
     def catch_up(self) -> None:
@@ -70,12 +70,12 @@ class Stepwise:
             self.activity.worked()
 
     def attend(self) -> None:
-        """React to a write by a command: a motion ends if its motor is switched off, even if only briefly."""
+        """Note which motors are off after a command: switching a motor off, even briefly, ends its motion."""
         for course in self.courses:
             course.was_off |= not course.state.motor_on
 
     def declare(self, state: AxisState, value: int) -> None:
-        """Set the position without a step; an axis moving to a destination continues from there."""
+        """Set the position of an axis without a step; a move to a destination continues from that position."""
         self.courses[state.number - 1].relocate(value)
         if self.chip.sheet.encoder:
             state.actual = value

@@ -2,8 +2,8 @@
 
     T_n               T_n+1             T_n+2
      |<-- 8192 clocks->|                 |
-    _|_________________|_________________|_      target: x at T_n; it moves by `velocity` from T_n to T_n+1,
-     x                 x + velocity              which is chosen at T_n and spread evenly over the cycle
+    _|_________________|_________________|_      target: x at T_n; the `velocity` chosen at T_n is
+     x                 x + velocity              its movement until T_n+1, spread evenly over the cycle
 
 PULSE follows the target: it rises when the target is half a step past the last step made, and falls when
 the target is a whole step past it; the falling edge is the next step.  `lead` is the distance from the
@@ -43,7 +43,7 @@ REPORTED = range(-32768, 32768)  # position errors
 
 
 def signed(number: int, bits: int) -> int:
-    """Return a number wrapped into the range of two's complement."""
+    """Return a number wrapped into the range of `bits`-bit two's complement."""
     half = 1 << (bits - 1)
     return (number + half) % (2 * half) - half
 
@@ -81,7 +81,7 @@ class TwinAxis:
         self.error = self.gone = 0
 
     def cycle(self, number: int, tick: int) -> None:
-        """Make all decisions at the start of a cycle, which begins at a tick."""
+        """Make all decisions of cycle `number` at its start, which is `tick`."""
         self.arrive()
         self.see_settings()
         if self.state.update is not None:
@@ -94,18 +94,18 @@ class TwinAxis:
         self.show()
 
     def event(self, bit: int) -> None:
-        """Set an event in the status word; the gear has no motion complete event."""
+        """Set an event in the status word; in gear mode there is no motion complete event."""
         if bit != MOTION_COMPLETE or self.mode != GEAR:
             self.state.events |= bit
 
     def defer(self, what: Callable[[], object]) -> None:
-        """Call a function in the next round, in which a step due at this instant counts as made."""
+        """Call a function later within this instant, when a step due at this instant counts as made."""
         if not self.deferred:
             self.chip.kernel.call_at(self.chip.kernel.now, self.apply_deferred)
         self.deferred.append(what)
 
     def apply_deferred(self) -> None:
-        """Call the functions that are due, in order."""
+        """Call the deferred functions, in order."""
         deferred, self.deferred = self.deferred, []
         for what in deferred:
             what()
@@ -129,7 +129,7 @@ class TwinAxis:
             self.rest(complete=True)
 
     def rest(self, complete: bool) -> None:
-        """End the motion."""
+        """End the motion; if it is `complete`, set the motion complete event."""
         self.axis.log.end()
         state = self.state
         self.displacement = state.velocity = state.phase = 0
@@ -155,7 +155,10 @@ class TwinAxis:
             self.change_mode()
 
     def change_mode(self) -> None:
-        """Change the profile mode: velocity contouring continues the motion, a gear follows from the present counts."""
+        """Change the profile mode.
+
+        Velocity contouring continues a motion; a gear follows from the present encoder counts.
+        """
         state = self.state
         if state.in_motion:
             mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
@@ -213,13 +216,16 @@ class TwinAxis:
         self.defer(self.load)
 
     def load(self) -> None:
-        """Load the declared position, if any."""
+        """Load the declared position, if any, into the axis."""
         if self.declared is not None:
             self.axis.load(self.declared)
             self.declared = None
 
     def copy_registers(self, new: Profile) -> None:
-        """Activate the new registers, except the ones fixed during a motion."""
+        """Activate the new registers, except those that are fixed during a motion.
+
+        An attempt to change a fixed register is a command error; then only the new destination becomes active.
+        """
         active = self.state.active
         fixed: tuple[str, ...] = ()
         if self.state.in_motion:
@@ -236,13 +242,13 @@ class TwinAxis:
                 setattr(active, name, getattr(new, name))
 
     def gear_begins(self, cause: str) -> None:
-        """Switch on the gear; if it is suspended, end the motion immediately."""
+        """Switch on the gear; if the gear is suspended, end the motion immediately."""
         begins(self.chip, self.state, cause, 0, self.pulse_range())
         if self.suspended:
             self.axis.log.end("limit" if self.switches.flagged else "cut")
 
     def engage(self) -> None:
-        """Let the gear follow, or follow again, from the present counts."""
+        """Let a suspended gear follow from the present encoder counts, if motor and limit switches allow it."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.counts_used = self.count
@@ -293,7 +299,7 @@ class TwinAxis:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
     def does_not_start(self, zero: set[str]) -> None:
-        """Report registers whose value of 0 keeps the axis at rest after an update; once, until they change."""
+        """Report that no motion starts because the registers `zero` are 0; once, until these registers change."""
         if zero != self.why:
             self.finding("no-start", f"no motion starts while {', '.join(sorted(zero))} is 0")
         self.why = zero
@@ -307,14 +313,14 @@ class TwinAxis:
         return ONE * (sheet.HIGH_RANGE if self.high_speed else sheet.STANDARD_RANGE)
 
     def clamp(self) -> None:
-        """Report a velocity above the pulse range, once per update."""
+        """Report that the maximum velocity is above the pulse range; report this once per update."""
         if self.state.active.velocity > self.pulse_range() and not self.clamped:
             self.finding("clamped", "the velocity is above the pulse range")
             self.clamped = True
 
     # ------------------------------------------------------------------------------------------------------ 2: limits
     def look_at_limits(self) -> None:
-        """Stop the axis if a switch becomes active."""
+        """Stop the axis if a limit switch becomes active."""
         for direction in self.switches.tripped():
             self.event(LIMITS[direction])
             mark_deviation(self.chip, self.state, "limit", "PosLimit" if direction > 0 else "NegLimit")
@@ -324,7 +330,7 @@ class TwinAxis:
 
     # -------------------------------------------------------------------------------------------------- 3: trajectory
     def choose_velocity(self) -> None:
-        """Choose the displacement from here to the start of the next cycle."""
+        """Choose the displacement of this cycle, from its start to the start of the next cycle."""
         state = self.state
         if self.mode == GEAR:
             state.velocity = self.geared()
@@ -340,7 +346,7 @@ class TwinAxis:
         self.displacement = state.velocity
 
     def trapezoidal(self) -> int:
-        """Return the velocity towards the destination."""
+        """Return the velocity of this cycle on the way to the destination."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         distance = state.active.position * ONE - state.target
@@ -352,7 +358,7 @@ class TwinAxis:
         return direction * speed
 
     def contoured(self) -> int:
-        """Return the next velocity on the way to the maximum, in the direction of the acceleration."""
+        """Return the velocity of this cycle on the way to the maximum, in the direction of the acceleration."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         direction, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
@@ -370,7 +376,11 @@ class TwinAxis:
         return speed
 
     def geared(self) -> int:
-        """Return the encoder movement since the last cycle times the ratio, limited by the pulse range."""
+        """Return the velocity of the gear, limited by the pulse range.
+
+        It is the encoder movement since the last cycle times the ratio, plus the movement owed from earlier
+        cycles.
+        """
         active = self.state.active
         moved, self.counts_used = self.count - self.counts_used, self.count
         self.owed += moved * active.ratio
@@ -386,7 +396,7 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------ 4: pulses
     def make_pulses(self, tick: int) -> None:
-        """Promise the edges of this cycle: PULSE follows the target from half step to half step."""
+        """Promise the edges of PULSE in this cycle: it follows the target from half step to half step."""
         velocity, drivers, number = self.displacement, self.chip.drivers, self.state.number
         self.steps = []
         curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
@@ -413,7 +423,7 @@ class TwinAxis:
         self.defer(lambda: self.follow(tick, heading, abs(velocity)))
 
     def follow(self, tick: int, direction: int, displaced: int) -> None:
-        """Update the position with the steps of this cycle."""
+        """Make the position of the axis follow the steps of this cycle."""
         self.playing = Playing(OneCycle(self.chip.clock, tick, self.steps, displaced))
         self.axis.follow(self.playing, direction)
 
@@ -440,7 +450,7 @@ class TwinAxis:
                 self.was_off = True
 
     def read_encoder(self, encoder: TwinEncoder, tick: int) -> None:
-        """Count the encoder's edges before a tick."""
+        """Count the encoder's edges since the last call, up to but excluding a tick."""
         moved = encoder.counts(tick)
         self.count += moved
         self.state.actual = signed(self.state.actual + moved, 31)
@@ -448,7 +458,7 @@ class TwinAxis:
 
     # -------------------------------------------------------------------------------------------------- 6: breakpoint
     def test_breakpoint(self, number: int, tick: int) -> None:
-        """Clear a breakpoint whose condition is met, and request an update in the next cycle."""
+        """Clear a breakpoint whose condition is met; with automatic update, request an update in the next cycle."""
         state = self.state
         value = signed(state.comparison, 32)
         self.home.look(tick)

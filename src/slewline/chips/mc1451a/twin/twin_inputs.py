@@ -1,8 +1,10 @@
-r"""The inputs of the slow twin: HOME and the encoder, filtered and watched edge by edge, and the limit switches.
+r"""The inputs of the slow twin: HOME, the encoder and the limit switches.
+
+HOME and the encoder are filtered, and watched edge by edge:
 
         |<- 12 ->|           clocks
 pin   __/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_____________
-seen  ___________/‾‾‾‾‾‾‾‾‾‾‾‾\_______    a sample reads the level before it
+seen  ___________/‾‾‾‾‾‾‾‾‾‾‾‾\_______    a sample at an edge reads the level before the edge
 """
 
 from __future__ import annotations
@@ -73,7 +75,7 @@ class TwinEncoder:
         self.fast = False  # until a state lasts twice the minimum
 
     def counts(self, tick: int) -> int:
-        """Return the number of counts since the last call, up to but excluding a tick."""
+        """Return the net number of counts, with its sign, since the last call, up to but excluding a tick."""
         if self.state is None:
             if self.chip.kernel.now == self.a.begun:
                 return 0
@@ -82,7 +84,7 @@ class TwinEncoder:
         return sum(self.count(at, (a.get(at, self.state[0]), b.get(at, self.state[1]))) for at in sorted({*a, *b}))
 
     def count(self, tick: int, state: tuple[int, int]) -> int:
-        """Count one change of the state."""
+        """Return the count for a change to `state`: 1 or -1; 0 if A and B have changed together."""
         lasted, self.since = tick - self.since, tick
         if lasted < DWELL and not self.fast:
             self.chip.finding("encoder-fast", f"axis {self.number}: encoder faster than 1.25 Mcounts/s")
@@ -104,18 +106,18 @@ class Switches:
 
     @property
     def flagged(self) -> bool:
-        """True if a switch's event keeps the axis from moving."""
+        """True if the event of a limit switch keeps the axis from moving."""
         return bool(self.registers.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def active(self, direction: int) -> bool:
-        """Return whether a switch is enabled, and active."""
+        """Return whether the limit switch of a direction is enabled and active."""
         number = self.state.number
         level = int(self.chip.pins[f"{'pos' if direction > 0 else 'neg'}limit{number}"].net.level or 0)
         low = self.registers.limit_sense >> (2 * (number - 1) + (direction < 0)) & 1
         return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
-        """Yield the switch that becomes active; while one switch has tripped, the other is not sampled."""
+        """Yield the direction of a switch that becomes active; while one has tripped, the other is not sampled."""
         for direction in (1, -1):
             self.armed[direction] |= not self.active(direction)
         for direction in (1, -1):

@@ -17,7 +17,7 @@ def sign(number: int) -> int:
 
 
 def least(holds: Callable[[int], bool]) -> int:
-    """Return the smallest number, from 0, that meets a condition which also holds for all larger numbers."""
+    """Return the smallest number from 0 up for which `holds` is true; it must be true for all larger ones."""
     high = 1
     while not holds(high):
         high *= 2
@@ -29,7 +29,7 @@ def least(holds: Callable[[int], bool]) -> int:
 
 
 def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
-    """Return whether a cycle at a speed, and the deceleration to `start` after it, fit into the remaining distance."""
+    """Return whether the distance `room` is enough for a cycle at a speed and a deceleration to `start`."""
     if speed <= start:
         return start <= room
     if acceleration == 0:
@@ -44,9 +44,9 @@ def braked(speed: int, acceleration: int, start: int) -> int:
 
 
 def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -> tuple[int, bool]:
-    """Return the next speed of a move to a destination, and whether the axis reaches the destination with it.
+    """Return the speed of the next cycle of a move, and whether the axis reaches the destination in that cycle.
 
-    It is the highest speed from which the axis can stop in time; an axis that is too fast decelerates.
+    The speed is the highest from which the axis can stop in time; an axis that is too fast decelerates.
     """
     step = max(acceleration, start)
     if 0 <= room <= min(max(most, speed - acceleration), step) and speed <= room + step:
@@ -76,16 +76,16 @@ def fine(number: Fraction) -> Fraction:
 
 
 def finest(holds: Callable[[Fraction], bool]) -> Fraction:
-    """Return the smallest multiple of 1/FINE that meets a condition which also holds for all larger numbers."""
+    """Return the smallest multiple of 1/FINE for which `holds` is true; it must be true for all larger ones."""
     return Fraction(least(lambda parts: holds(Fraction(parts, FINE))), FINE)
 
 
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
-    """Return the durations of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to cycle parts.
+    """Return the durations of an S-curve's phases 1, 2 and 4, in cycles, rounded up to a multiple of 1/FINE.
 
-    Phase 1 lasts A/J, and phases 1 and 2 together last V/A; if A is not reached, phase 1 lasts sqrt(V/J),
-    and phase 2 is omitted.  Phase 4 covers the rest of D at V; if V is not reached, phase 4 is omitted, and
-    D limits the velocity.
+    In the continuous curve, phase 1 lasts A/J, and phases 1 and 2 together last V/A; if A is not reached,
+    phase 1 lasts sqrt(V/J), and phase 2 is omitted.  Phase 4 covers the rest of D at V; if V is not reached,
+    phase 4 is omitted, and D limits the velocity.
     """
     if v * j >= a * a:
         t1, gaining = fine(a / j), fine(Fraction(v, a))
@@ -101,11 +101,12 @@ def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction
 
 
 class TwinSCurve:
-    """An S-curve in progress: +J, 0, -J, 0, -J, 0, +J.
+    """An S-curve in progress; the jerk in its seven phases is +J, 0, -J, 0, -J, 0, +J.
 
-    A cycle moves the axis from its position to the curve's position at the end of the cycle.  Registers with
-    58 binary places contain position, speed and the changes of speed; in every cycle, each is added to the
-    one before it.  They are loaded at the first cycle that begins in a new phase.
+    A cycle moves the axis from its position to the curve's position at the end of the cycle.  Four registers
+    with 58 binary places contain the position and its first, second and third difference; in every cycle,
+    each difference is added to the register before it.  All are loaded at the first cycle that begins in a
+    new phase.
     """
 
     def __init__(self, distance: int, velocity: int, acceleration: int, jerk: int) -> None:
@@ -124,7 +125,7 @@ class TwinSCurve:
 
     @property
     def over(self) -> bool:
-        """True when all cycles are done."""
+        """True when all cycles of the curve are done."""
         return self.cycle >= self.ends[-1]
 
     @property
@@ -134,7 +135,7 @@ class TwinSCurve:
         return min(Fraction(self.velocity), steepest * (self.t1 + self.t2))
 
     def place(self, phase: int, t: Fraction) -> Fraction:
-        """Return the axis position at a time under the law of a phase."""
+        """Return the position at time `t` (cycles) by the formula of a phase."""
         ends = self.ends
         coasting = self.peak * (t - ends[2] / 2)
         if phase == 1:
