@@ -178,7 +178,7 @@ class Instructions(instructions.ParameterHandlers):
 
     def branch_as_command(self, letter: str, away: bool, target: int) -> None:
         """Report a branch command that was sent by the host, although it belongs in a program."""
-        became = "the program starts at its target" if away else "it has no effect"
+        became = f"the program starts at the target of {letter}" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a host command: {became}")
         if away:
