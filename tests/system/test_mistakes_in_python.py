@@ -544,7 +544,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.write_image("a.bin", "text")',
         "UsageError",
-        "a.bin: image 'text'; expected bytes, such as those that read_image() returns",
+        "a.bin: image 'text'; expected bytes, such as the result of read_image()",
     ),
     (
         'slewline.Bench(journal="no/such/j.jsonl")',
