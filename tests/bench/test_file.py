@@ -195,7 +195,7 @@ BAD = [
     (X + 'options = { crystal = "5 MHz" }', "line 4: [[chip]] 1, options: crystal is a key of the [[chip]] table"),
     (X + "options = { self = 1 }", "line 1: [[chip]] 1: x: no option 'self'; its options: stepwise"),
     (X + '[[part]]\nkind = "inverter"\nself = 5', "line 4: [[part]] 1: inverter: no option 'self'; its options: none"),
-    (X + X, "line 4: [[chip]] 2: the bench has a 'x' already; names are unique"),
+    (X + X, "line 4: [[chip]] 2: the bench has a 'x' already; give another name"),
     ('[[chip]]\npart = "cy999"', "line 1: [[chip]] 1: no chip 'cy999'; there are: cy525"),
     ('[bench]\nseed = "a"', "line 2: [bench] seed: found 'a'; allowed a whole number"),
     ("[bench]\nuntil = 0.5", 'line 2: [bench] until: found 0.5; allowed a time such as "25 us"; text, because'),

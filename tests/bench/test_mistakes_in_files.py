@@ -83,7 +83,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[chip]]\npart = "cy525"\nname = "x"\n',
-        ", line 4: [[chip]] 2: the bench has a 'x' already; names are unique",
+        ", line 4: [[chip]] 2: the bench has a 'x' already; give another name",
     ),
     (
         '[[chip]]\npart = "my_lab.mx10:Mx10"\n',
@@ -141,7 +141,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slew"\nto = "x.slew"\n',
-        ", line 4: [[wire]] 1: wire x.slew to x.slew: both are the same pin or bus; give two different ones",
+        ", line 4: [[wire]] 1: wire x.slew to x.slew: both ends are the same pin or bus; give two different ones",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slow"\nto = "x.wait"\n',

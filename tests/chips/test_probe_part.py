@@ -221,7 +221,7 @@ def test_a_script_uses_the_channel_of_its_host():
         (bus, "@ask W", "a directive for a module on a serial line; x (probe) has a bus"),
         (line, "@rate 5", "a directive for a chip on a bus; x (probe) is on a serial line"),
         (bus, "@expect 3", "for a chipset that takes packets; x (probe) takes none"),
-        (line, "@until ready", "x (probe) has no command that queries whether it is busy"),
+        (line, "@until ready", "x (probe) has no command to query its busy state"),
     ):
         with pytest.raises(ProgramError) as error:
             run_script(bench, host, text)

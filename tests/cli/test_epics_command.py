@@ -101,7 +101,7 @@ def test_another_program_is_not_replaced_unasked(capsys, module):
             port.write(line + b"\r")
             assert port.read_until(b"\r") == b"Y\r"
     said = refused(capsys, module.url, *OPTIONS, *RAMP)
-    assert "a program of 4 lines is in its RAM, which moves would replace; save it with slewline pull" in said
+    assert "its RAM contains a program of 4 lines, which moves would replace; save it with slewline pull" in said
     assert module.ask("Q").count("\r") == 4
 
 

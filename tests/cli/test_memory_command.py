@@ -81,11 +81,11 @@ def test_a_replay_has_the_memory(call, write) -> None:
 
 def test_a_memory_that_is_not_there_is_missed_before_the_run(call, five) -> None:
     ran = call("run", five, "--save-memory", "q.hex")
-    assert ran.status == 2 and not ran.out and "which has none; leave it out" in ran.err
+    assert ran.status == 2 and not ran.out and "which has none; leave out --save-memory" in ran.err
 
 
 CANNOT_BE = [
-    (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has no external memory; leave it out"),
+    (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has no external memory; leave out this file"),
     (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory needs exactly one memory on the bench, which has"),
     (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
     (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
@@ -96,7 +96,7 @@ CANNOT_BE = [
     (("run", "b.toml", "--memory", "p.hex"), "a bench file names its chips; leave out"),
     (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run unchanged; leave out --memory"),
     (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has no external memory"),
-    (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file sets all of this itself; leave out"),
+    (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file sets its own ports and options; leave out"),
 ]
 
 

@@ -75,7 +75,10 @@ def test_a_fact_without_a_test_and_a_test_without_a_fact_are_found(call):
 
 
 # ---------------------------------------------------------------------------------------------------------- refusals
-SHAPE = "expected lower-case letters, digits and single hyphens, a letter first, 30 characters at most, such as mx10"
+SHAPE = (
+    "expected lower-case letters, digits and single hyphens, beginning with a letter, at most 30 characters, such as "
+    "mx10"
+)
 
 
 REFUSED = [

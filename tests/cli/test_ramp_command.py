@@ -155,7 +155,10 @@ WRONG = [
     ((*CY, "--crystal", "40 MHz"), "CY525 takes 1 to 11 MHz"),
     ((*GSC, "--crystal", "4 MHz"), "the gs-c200 has no selectable crystal"),
     ((*CY, "--plot", "x.txt"), "x.txt: give a name that ends in .svg, .png or .pdf"),
-    (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move reaches 9675 steps/s; give --distance"),
+    (
+        ("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"),
+        "no move reaches 9675 steps/s; give a move with --distance",
+    ),
     ((*MC, "--distance", "5000001", "--plot", "x.svg"), "x.svg: 5000001 steps; allowed up to 5000000"),
     (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be searched"),
 ]

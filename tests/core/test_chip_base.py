@@ -102,9 +102,9 @@ def test_a_firmware_that_runs_is_not_started_a_second_time():
 
 
 def test_a_missing_channel_or_pin_in_a_sheet_is_named():
-    with pytest.raises(SheetError, match=r"^toy: needs a FlowBus among its channels; it has none: give it one"):
+    with pytest.raises(SheetError, match=r"^toy: needs a FlowBus among its channels; it has none: add one"):
         SHEET.through(FlowBus)
-    with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready', which none of its pins has"):
+    with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready', but none has this role"):
         SHEET.in_role("ready")
 
 
@@ -535,5 +535,5 @@ def test_axes_count_from_one():
     x = slewline.Bench().add("cy525", name="x")
     assert x.axis(1) is x
     for number in (0, 2, -1):
-        with pytest.raises(UnknownName, match="one axis, number 1"):
+        with pytest.raises(UnknownName, match="its only axis is 1"):
             x.axis(number)

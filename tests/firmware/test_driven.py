@@ -118,7 +118,7 @@ def goes_on(board, folder, count):
     """Check that another host finds the count of the board, and moves its motor."""
     before = len(board.steps())
     with driven(board, folder, "--no-black-box") as (drive, where), ModuleHost(where) as host:
-        drive.hears(rf"board-went-on: .* is at rest at count {count}, which the model does not know: home it")
+        drive.hears(rf"board-went-on: .* is at rest at count {count}; the model does not know this count: home")
         host.program(*FAST, "-25")
         host.until_ready()
         assert host.position() == -25

@@ -398,7 +398,7 @@ def test_the_control_port_knows_axes(stand):
     steps = ask("steps", chip="x", axis=2)
     assert steps["positions"] == list(range(1, 1001))
     assert ask("steps", chip="x", axis=1)["positions"] == ask("steps", chip="x")["positions"] == []
-    assert "has axes 1 to 4, but not 5" in ask.refused("steps", chip="x", axis=5)
+    assert "has no axis 5; its axes are 1 to 4" in ask.refused("steps", chip="x", axis=5)
     assert ask.refused("fault", line="x", to="chip", kind="lost") == "no serial line 'x'; allowed: none"
 
 
@@ -483,7 +483,7 @@ def test_a_bench_file_serves_chipsets_next_to_modules(serve, client, folder):
         (["--rfc2217", "127.0.0.1:0"], "mc1451a: has no serial line for --rfc2217; use --tcp"),
         (["--serial", "/dev/null"], "mc1451a: has no serial line for --serial; use --tcp"),
         (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a: has registers of its own; leave out the framing"),
-        (["--tcp", "127.0.0.1:0", "--state", "d"], "--state stores EEPROMs, but a mc1451a has none; leave it out"),
+        (["--tcp", "127.0.0.1:0", "--state", "d"], "--state stores EEPROMs, but a mc1451a has none; leave out --state"),
         (["--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["--tcp", "127.0.0.1:0", "--strap", "br0=0"], "no pin 'br0'"),

@@ -468,7 +468,7 @@ def test_a_bench_file_without_serve_is_reported(capfd, folder):
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere needs --bench"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "no/where"], "give a file that can be written"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a writable directory"),
-        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file sets all of this itself"),
+        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file sets its own ports and options"),
         (["cy525", "--rfc2217", "127.0.0.1:0", "--framing"], "has no serial line"),
     ],
 )

@@ -96,7 +96,7 @@ def test_a_module_is_served(run, tmp_path, kind):
                     pass
     assert run(*arguments).ended()[0::2] == (
         2,
-        f"slewline: --state {tmp_path}: another server uses it; stop that one, or give another directory\n",
+        f"slewline: --state {tmp_path}: used by another server; stop that server, or give another directory\n",
     )
     server.process.terminate()  # heard by way of the wake-up
     status, _, err = server.ended()

@@ -66,7 +66,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "expected a whole number, or a slice such as [:10]; arrays are",
     ),
-    ("x.axis(1.0)", "UnknownName", "x (cy525) has one axis, number 1, but not 1.0"),
+    ("x.axis(1.0)", "UnknownName", "x (cy525) has no axis 1.0; its only axis is 1"),
     ("x.deviation(3)", "UsageError", "x: deviation(3): expected a motion, such as x.motions()[0]"),
     # -------------------------------------------------------------------------------------------------------- ramps
     *(
@@ -199,8 +199,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('b.wire("x.run")', "UsageError", "its arguments: a, b, invert; two pins, such as bench.wire('x.run', 'y.wait')"),
     ('b.record(["x.slew"])', "UnknownName", "pass the names as separate arguments: bench.record(*names)"),
-    ('b.add("encoder")', "UnknownName", "encoder is a part: bench.part('encoder')"),
-    ('b.part("cy525")', "UnknownName", "cy525 is a chip: bench.add('cy525')"),
+    ('b.add("encoder")', "UnknownName", "encoder is a part: use bench.part('encoder')"),
+    ('b.part("cy525")', "UnknownName", "cy525 is a chip: use bench.add('cy525')"),
     ('b.part("ram", to=x)', "WiringError", "x (cy525) has none; cy545, cy545b have one"),
     ('b.host("x")', "UsageError", "host: 'x'; expected chips of this bench: bench.host(bench['x'])"),
     (
@@ -449,7 +449,7 @@ def test_a_command_that_needs_an_encoder_is_reported_once_for_a_part_without(com
     bench.host(bench.add("mc1151a")).send(command)
     bench.run("5 ms")
     assert told(bench, "no-encoder") == [
-        f"{name} needs an encoder: the mc1151a accepts it without effect; use the mc1151a-e"
+        f"{name} needs an encoder: the mc1151a accepts the command without effect; use the mc1151a-e"
     ]
 
 

@@ -94,7 +94,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Bench("cy525")',
         "UsageError",
-        "expected a random seed, a whole number; add() puts a chip on a bench",
+        "expected a whole number, the random seed; add() puts a chip on a bench",
     ),
     ('b.on_finding.add("print")', "UsageError", "expected a function, which is called at each event"),
     ('x.write("A 0\\r")', "NoSuchAttribute", "x has no 'write'; bench.host(x).send(...)"),
@@ -126,8 +126,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "UnknownName",
         "direction, programmable_output, pulse, ascii_binary, motion_complete, wait, io_select",
     ),
-    ("x.axis(2)", "UnknownName", "x (cy525) has one axis, number 1, but not 2"),
-    ('x.axis("x")', "UnknownName", "x (cy525) has one axis, number 1, but not 'x'"),
+    ("x.axis(2)", "UnknownName", "x (cy525) has no axis 2; its only axis is 1"),
+    ('x.axis("x")', "UnknownName", "x (cy525) has no axis 'x'; its only axis is 1"),
     ('x.pin("slew").set(0)', "NoSuchAttribute", "x.slew has no 'set'; pin.drive(0) or pin.drive(1)"),
     (
         'x.pin("slew").level = 0',
@@ -190,7 +190,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or no address for any instruction",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
@@ -251,7 +251,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "cy525: strap wait='high'; a strap sets an input to 0 or 1",
     ),
-    ('b.add("cy525", name="x")', "UsageError", "the bench has a 'x' already; names are unique"),
+    ('b.add("cy525", name="x")', "UsageError", "the bench has a 'x' already; give another name"),
     ('b.add("cy525", name="my chip")', "UsageError", "name 'my chip': allowed letters, digits and underscores"),
     ("b.host()", "UsageError", "host: no chip given; name one: bench.host(x)"),
     ('b.host("x")', "UsageError", "host: 'x'; expected chips of this bench"),
@@ -295,7 +295,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "a part of kind inverter has no standard wiring; connect in1, out with bench.wire",
     ),
-    ('b.wire("x.slew", "x.slew")', "WiringError", "x.slew to x.slew: both are the same pin or bus; give two different"),
+    ('b.wire("x.slew", "x.slew")', "WiringError", "x.slew to x.slew: both ends are the same pin or bus; give"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
     (
@@ -307,7 +307,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.connect("x.slew", "x.wait")',
         "UsageError",
-        "a part and a list of chips, [x, y]; pins are joined by bench.wire('x.slew', 'x.wait')",
+        "a part and a list of chips, such as [x, y]; pins are joined by bench.wire('x.slew', 'x.wait')",
     ),
     ('b.pin("slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ("b.pin(3)", "UnknownName", "pin 3: give owner and pin, such as 'x.io_request'"),
@@ -544,7 +544,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.write_image("a.bin", "text")',
         "UsageError",
-        "a.bin: image 'text'; expected bytes, such as those of read_image",
+        "a.bin: image 'text'; expected bytes, such as the result of read_image()",
     ),
     (
         'slewline.Bench(journal="no/such/j.jsonl")',

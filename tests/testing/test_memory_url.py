@@ -58,7 +58,7 @@ def test_the_fixtures_take_both(on, tmp_path):
 
 def test_a_module_without_such_a_memory_refuses_an_image(tmp_path):
     write_image(tmp_path / "p.bin", PROGRAM)
-    with pytest.raises(UsageError, match="a gs-c200s has no external memory; leave it out"):
+    with pytest.raises(UsageError, match="a gs-c200s has no external memory; leave out this file"):
         opened(f"slewline://gs-c200s?memory={tmp_path}/p.bin")
     with pytest.raises(BenchFileError, match="cannot be read: No such file"):
         opened(f"slewline://cy545b?memory={tmp_path}/none.bin")

@@ -29,7 +29,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.pin('ui1').level = 0", "write pin.drive(0)"),
     ("gs_c200s", "gs_c200s.assert_steps('200')", "expected a number, instants, or the steps of another run"),
     ("gs_c200s", "gs_c200s.assert_steps(0, since=0.5)", "a float would be rounded"),
-    ("gs_c200s", "gs_c200s.assert_steps(0, axis=2)", "has one axis, number 1, but not 2"),
+    ("gs_c200s", "gs_c200s.assert_steps(0, axis=2)", "has no axis 2; its only axis is 1"),
     ("gs_c200s", "gs_c200s.assert_steps(0, direction='cw')", "allowed +1 (clockwise), -1, or None for either"),
     ("gs_c200s", "gs_c200s.assert_edges('slew', [])", "has no pin 'slew'"),
     ("gs_c200s", "gs_c200s.assert_edges('mov', ['10 ms'])", 'then the level from that instant on: ("10 ms", 1)'),

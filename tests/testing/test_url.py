@@ -572,7 +572,7 @@ NOT_OPENED = [
     ("slewline://gs-c200s?store=", {}, "store : expected a file in a directory that exists"),
     ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum may be XON or XOFF"),
     ("slewline://gs-c200s", {"parity": "M"}, "parity 'M'; allowed N, O, E"),
-    ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected 9600"),
+    ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected a rate such as 9600"),
 ]
 
 

@@ -142,7 +142,7 @@ class Bench:
         self._circuit = Circuit(kernel, stores, None if keep is None else picoseconds(keep))
         number = whole(seed)
         if number is None:
-            raise UsageError(f"Bench({seed!r}): expected a random seed, a whole number; add() puts a chip on a bench")
+            raise UsageError(f"Bench({seed!r}): expected a whole number, the random seed; add() puts a chip on a bench")
         self.seed, self.chips, self.parts = number, self._circuit.chips, self._circuit.parts
         self._runner = Runner(self._circuit)
         self._signals = Signals(self._circuit)

@@ -82,7 +82,7 @@ class Circuit:
         except UnknownName as error:
             if str(part) not in PARTS.ours:
                 raise
-            raise UnknownName(f"{error}; {part} is a part: bench.part({part!r})") from None
+            raise UnknownName(f"{error}; {part} is a part: use bench.part({part!r})") from None
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
         sheet_of(cls)  # the neighbour is required
@@ -144,7 +144,7 @@ class Circuit:
         except UnknownName as error:
             if str(kind) not in CHIPS.ours:
                 raise
-            raise UnknownName(f"{error}; {kind} is a chip: bench.add({kind!r})") from None
+            raise UnknownName(f"{error}; {kind} is a chip: use bench.add({kind!r})") from None
         if not issubclass(cls, Part):
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
         kind = kind if isinstance(kind, str) and kind in KINDS else PARTS.name_of(cls)
@@ -267,7 +267,7 @@ class Circuit:
             meant = f"; a neighbour is to={name.name}" if isinstance(name, Chip | Part) else ""
             raise UsageError(f"name {name!r}: allowed letters, digits and underscores{meant}")
         if name in taken:
-            raise UsageError(f"the bench has a {name!r} already; names are unique")
+            raise UsageError(f"the bench has a {name!r} already; give another name")
         return name
 
     def __getitem__(self, name: str) -> Chip | Part:
@@ -308,7 +308,7 @@ class Circuit:
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         first, second = self.net(a), self.net(b)
         if first is second:
-            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two different ones")
+            raise WiringError(f"wire {a} to {b}: both ends are the same pin or bus; give two different ones")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.record("wire", a=a, b=b, invert=invert)

@@ -69,7 +69,7 @@ class HostRequest(NamedTuple):
         """Refuse a host for several chips, or a second host, on a channel that allows one host per chip."""
         if len(self.chips) > 1:
             names = ", ".join(chip.name for chip in self.chips)
-            raise UsageError(f"host: {names} over one {kind.__name__}; give each chip a host of its own")
+            raise UsageError(f"host: {names} cannot share one {kind.__name__}; give each chip a host of its own")
         self.refuse_second(kind)
 
     def record_host(self, name: str, **what: Any) -> None:
@@ -241,7 +241,9 @@ def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
     """
     if not isinstance(connector, Part) or not all(isinstance(chip, Chip) for chip in chips):
         pins = f"; pins are joined by bench.wire({connector!r}, {chips!r})" if isinstance(connector, str) else ""
-        raise UsageError(f"connect({connector!r}, {chips!r}): expected a part and a list of chips, [x, y]{pins}")
+        raise UsageError(
+            f"connect({connector!r}, {chips!r}): expected a part and a list of chips, such as [x, y]{pins}"
+        )
     circuit.outside.record("connect", part=connector.name, chips=[chip.name for chip in chips])
     _connect(circuit, connector, [chip for chip in chips if chip.sheet.channel(SerialLine) is not None])
 

@@ -40,7 +40,7 @@ def put_memory(
     """
     if not is_outside(chip.sheet):
         if image is not None:
-            raise UsageError(f"memory {image}: a {chip.sheet.part} has no external memory; leave it out")
+            raise UsageError(f"memory {image}: a {chip.sheet.part} has no external memory; leave out this file")
         return None
     data = b"" if image is None else read_image(image)
     kept = store is not None or bench.stores is not None

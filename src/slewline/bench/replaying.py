@@ -294,7 +294,8 @@ def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None
     made = f"journal {path}: made by slewline {known.maker}, this is {__version__}: {different}"
     if not allowed:
         raise BenchFileError(
-            f"{made}; the run would differ: replay it with that version, or pass other_laws=True (--other-laws)"
+            f"{made}; the run would differ: replay the journal with the version that made it, or pass "
+            "other_laws=True (--other-laws)"
         )
     warnings.warn(f"{made}; the run may differ", OtherLaws, stacklevel=level_of_caller())
 

@@ -79,7 +79,7 @@ def made(output: str) -> Path:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         message = f"{output}: cannot create this folder ({error.strerror})"
-        raise UsageError(f"{message}; give another one with --output") from None
+        raise UsageError(f"{message}; give another folder with --output") from None
     return Path(output)
 
 

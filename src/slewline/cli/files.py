@@ -78,8 +78,8 @@ def read_program(path: str, source: bool = False) -> str:
     """
     if source and is_named_hex(path):
         raise BenchFileError(
-            f"{path}: contains bytes, judging by its extension; slewline dis {path} --chip CHIP converts them to "
-            "commands"
+            f"{path}: contains program bytes, judging by its extension; slewline dis {path} --chip CHIP converts them "
+            "to commands"
         )
     text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for pattern, what in ((VCD, "vcd"), (LISTING, "listing"), (NOTEBOOK, "ipynb")):
@@ -124,7 +124,8 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
         raise UsageError(f"{path}: is not a program but {NO_PROGRAMS[part]}")
     if is_bench(path):
         raise UsageError(
-            f"{path}: is a bench file, judging by its extension; slewline run, lint, serve, panel and debug read one"
+            f"{path}: is a bench file, judging by its extension; slewline run, lint, serve, panel and debug read "
+            "bench files"
         )
     if fits is not None:
         names = [name for name in names if _fits(name, fits)]

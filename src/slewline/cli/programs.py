@@ -58,7 +58,7 @@ def asm(
     if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
-        raise UsageError(f"{file}: has no program: without {enter} these are commands that a host sends; {remedy}")
+        raise UsageError(f"{file}: has no program: without {enter}, its commands are host commands; {remedy}")
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
@@ -222,7 +222,7 @@ def lint(
     from ..language.problems import picture
 
     if allow_code and not any(is_bench(file) for file in files):
-        raise click.UsageError("--allow-code needs a bench file; --chip may name a module without --allow-code")
+        raise click.UsageError("--allow-code needs a bench file; a chip given as module:Class needs no --allow-code")
     if options is not None and any(is_bench(file) for file in files):
         raise click.UsageError("a bench file has the options of its chips; leave out --options")
     found = [each for file in files for each in texts_of(file, chip, allow_code, options)]

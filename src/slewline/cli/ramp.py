@@ -321,10 +321,10 @@ def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
     if move is None:
         reached = ramp.reached_from
         if reached is None:
-            raise UsageError(f"{path}: no move reaches {number(ramp.top)} steps/s; give --distance")
+            raise UsageError(f"{path}: no move reaches {number(ramp.top)} steps/s; give a move with --distance")
         move = ramp.move(reached)
     if move.steps > MAX_DRAWN:
-        raise UsageError(f"{path}: {move.steps} steps; allowed up to {MAX_DRAWN}; give --distance")
+        raise UsageError(f"{path}: {move.steps} steps; allowed up to {MAX_DRAWN}; give a shorter --distance")
     return move
 
 

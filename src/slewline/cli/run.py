@@ -129,7 +129,7 @@ class RunCommand(BenchOptions):
             raise click.UsageError("--anywhere needs a bench file")
         if self.allow_code and not (self.is_bench or self.replay):
             raise click.UsageError(
-                "--allow-code needs a bench file or --replay; --chip may name a module without --allow-code"
+                "--allow-code needs a bench file or --replay; a chip given as module:Class needs no --allow-code"
             )
         if self.is_bench and {"chip", "crystal", "over", "strap", "options", "memory"} & set(given):
             raise click.UsageError(
@@ -346,7 +346,9 @@ def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
     found = [part for part in bench.parts.values() if isinstance(part, Eeprom | Ram)]
     if len(found) != 1:
         what = f"{len(found)} of them" if found else "none"
-        raise Refused(f"{path}: --save-memory needs exactly one memory on the bench, which has {what}; leave it out")
+        raise Refused(
+            f"{path}: --save-memory needs exactly one memory on the bench, which has {what}; leave out --save-memory"
+        )
     return found[0]
 
 

@@ -282,8 +282,8 @@ class Chip(Component, OneAxis):
         """
         axis = whole(number)
         if axis is None or not 1 <= axis <= len(self.axes):
-            has = "one axis, number 1" if len(self.axes) == 1 else f"axes 1 to {len(self.axes)}"
-            raise UnknownName(f"{self._of_part} has {has}, but not {number!r}")
+            has = "its only axis is 1" if len(self.axes) == 1 else f"its axes are 1 to {len(self.axes)}"
+            raise UnknownName(f"{self._of_part} has no axis {number!r}; {has}")
         return self if len(self.axes) == 1 else AxisOfChip(self, axis)
 
     def registers_of(self, number: int) -> dict[str, int]:

@@ -156,8 +156,8 @@ class Talk:
         if self.state.keep_count and found.unsure:
             raise UsageError(
                 f"the count of the board, {found.counted}, cannot be kept (--keep-count): there were steps without "
-                "current, or the board has switched the driver off by itself, so the position is uncertain; home it, "
-                "or confirm the count with --homed"
+                "current, or the board has switched the driver off by itself, so the position is uncertain; home "
+                "the motor, or confirm the count with --homed"
             )
         # A new board counts from 0, as its chip does; another one continues: its count is that of the motor.
         travel = self.state.axis.travel if position is None else position

@@ -196,4 +196,4 @@ def test_the_exits_from_the_zero_rate_are_reported(mover: Make, rate: int, abort
     x.request(x.now - x.origin + 1000, 5)
     x.till(look + 200_000)
     told = [found.text for found in x.x.findings if found.code == "fly-zero-low"]
-    assert told == [f"rate 5 has no effect at rate 0; required: {ways}"]
+    assert told == [f"a request for rate 5 has no effect at rate 0; required: {ways}"]

@@ -81,7 +81,7 @@ def test_the_laws_differ_between_the_ends_of_a_ramp() -> None:
     [
         (lambda start, top, ramp, k: top + 1, r"1001 steps/s at step 1 of 10; allowed 100\.\.1000"),
         (lambda start, top, ramp, k: start - 1, r"99 steps/s at step 1 of 10; allowed 100\.\.1000"),
-        (lambda start, top, ramp, k: 200 + 50 * (k % 5), "step 5 of 10 is slower than the one before"),
+        (lambda start, top, ramp, k: 200 + 50 * (k % 5), "step 5 of 10 is slower than the step before"),
     ],
 )
 def test_a_law_that_leaves_its_range_or_turns_back_is_refused(law: profile.Law, says: str) -> None:

@@ -70,7 +70,7 @@ def write_image(path: str | PathLike[str], image: bytes) -> None:
     from ...record.whole_file import WholeFile
 
     if not isinstance(image, (bytes, bytearray)):
-        raise UsageError(f"{path}: image {image!r}; expected bytes, such as those of read_image")
+        raise UsageError(f"{path}: image {image!r}; expected bytes, such as the result of read_image()")
     if len(image) > LARGEST:
         raise UsageError(f"{path}: an image of {len(image)} bytes; allowed up to {LARGEST} (sixteen address lines)")
     with WholeFile(str(path)) as file:

@@ -97,7 +97,7 @@ class Window:
             known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
             pair = '; two edges are a pair in the list: [("x.slew falls", "x.slew rises")]' if " " in symbol else ""
             raise UsageError(
-                f"between {symbol!r}: the data sheet has no such time; its symbols: {known or 'none'}{pair}"
+                f"between {symbol!r}: the data sheet has no time with this symbol; its symbols: {known or 'none'}{pair}"
             )
         seen = False
         for chip, limit in named:
@@ -109,7 +109,7 @@ class Window:
                 bound = Bound.of(limit, chip.crystal_hz)
                 yield Interval(f"{chip.name}.{limit.start}", f"{chip.name}.{limit.end}", begin, end, (bound,))
         if not seen:
-            raise UsageError(f"between {symbol!r}: it does not occur in the window, or its pins are not recorded")
+            raise UsageError(f"between {symbol!r}: this time is not in the window, or its pins are not recorded")
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:

@@ -42,7 +42,7 @@ class DirectiveKind(NamedTuple):
 MEANT = {  # the chips that a directive is for, by the channel
     BusHandshake: "a directive for a chip on a bus",
     SerialLine: "a directive for a module on a serial line",
-    HostPort: "for a chipset that takes packets",
+    HostPort: "a directive for a chipset that takes packets",
 }
 LETTERS = "a directive for a chip that takes letters"  # where packets are used instead
 
@@ -73,7 +73,7 @@ _on_bus, _on_line, _with_packets = _over(BusHandshake), _over(SerialLine), _over
 def _has_state(runner: ScriptRunner, chip: Chip) -> None:
     _on_line(runner, chip)
     if not chip.sheet.acting("state"):
-        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command that queries whether it is busy")
+        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command to query its busy state")
 
 
 def _resettable(runner: ScriptRunner, chip: Chip) -> None:
@@ -363,7 +363,7 @@ def _not_started(chip: Chip, axis: int) -> str:
 
 def _expect(rest: str) -> DirectiveKind:
     if packets.number(rest, ANY) is None:
-        raise UsageError(f"{rest!r}: expected a number, decimal, or hexadecimal after 0x or $")
+        raise UsageError(f"{rest!r}: expected a decimal number, or a hexadecimal number after 0x or $")
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         results = runner.packet_host.results

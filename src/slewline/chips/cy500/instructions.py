@@ -54,7 +54,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     registers: Registers
     motion: SlopedMoves
     tested = "xss"
-    in_slope = "slopes force the factor to 1; it takes effect after them"
+    in_slope = "slopes force the factor to 1; F takes effect after the slopes"
 
     def do_athome(self) -> None:
         """A: set the position to 0; report a finding for a second A, or an A directly after a change of direction."""

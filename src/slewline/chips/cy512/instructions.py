@@ -12,7 +12,7 @@ from . import sheet
 class Instructions(sloped.Instructions, instructions.Instructions):
     """Handlers of the CY512's own commands."""
 
-    in_slope = "it divides the rates of the ramps, too"
+    in_slope = "the factor divides the rates of the ramps, too"
 
     async def do_expend(self, delay: int) -> None:
         """X: pause for a number of milliseconds (at 11 MHz)."""

@@ -52,7 +52,7 @@ class Instructions(instructions.Instructions):
             if program.running:
                 program.pc = target
             else:
-                self.chip.finding("til-command", "T as a host command starts the program at its target")
+                self.chip.finding("til-command", "T as a host command starts the program at the target of T")
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:

@@ -186,7 +186,7 @@ class Motion(motion.Motion):
                 self.hold_reported = True
                 chip.finding(
                     "request-held",
-                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has gone high",
+                    "I/O REQUEST is still low after SLEW went high: it is ignored; raise it before the next request",
                 )
             return plan
         return await self.change_rate(profile.rate(plan, step))
@@ -244,7 +244,7 @@ class Motion(motion.Motion):
             self.request_changes = self.request.changes
             if rate > old:
                 break
-            chip.finding("fly-zero-low", f"rate {rate} has no effect at rate 0; required: {commands}")
+            chip.finding("fly-zero-low", f"a request for rate {rate} has no effect at rate 0; required: {commands}")
         slew.deactivate()
         await self.uninhibited()
         chip.waits(self.progress)
@@ -264,7 +264,7 @@ class Motion(motion.Motion):
         if self.request.is_active:
             self.chip.finding(
                 "request-and-select",
-                "I/O REQUEST and I/O SELECT are active together: the rate request has priority, without a read-out",
+                "I/O REQUEST and I/O SELECT are active together: the rate request has priority; no read-out follows",
             )
             return 0
         position = (self.axis.position + self.sign) % WRAP

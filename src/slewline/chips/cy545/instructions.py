@@ -181,7 +181,7 @@ class Instructions(instructions.ParameterHandlers):
 
         It then starts the program at its target.
         """
-        became = "the program starts at its target" if away else "it has no effect"
+        became = f"the program starts at the target of {letter}" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a host command: {became}")
         if away:

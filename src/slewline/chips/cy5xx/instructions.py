@@ -220,7 +220,7 @@ class Instructions(ParameterHandlers):
         target = program.resolved(target)
         if not program.running:
             if count != 1:
-                finding("loop-command", "L as a host command starts the program at its target")
+                finding("loop-command", "L as a host command starts the program at the target of L")
                 program.begin(target)
             return
         if program.loop is None:

@@ -136,9 +136,9 @@ class GsC(InLines, Chip):
             self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
         pull_downs = [driver for driver in self.pins["txd"].net.drivers if driver.name == PULL_DOWN]
         if not pull_downs:
-            self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats; connect one")
+            self.finding("no-pull-down", "no txpd is connected to this txd: the idle line floats; connect one txpd")
         elif len(pull_downs) > 1:
-            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; connect only one")
+            self.finding("pull-downs", f"{len(pull_downs)} txpd pins are connected to this txd; connect only one")
         self._supply.check()
 
     # --------------------------------------------------------------------------------------------- power and the start

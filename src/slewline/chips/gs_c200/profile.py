@@ -71,7 +71,7 @@ def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) ->
             raise UsageError(f"ramp law: {rate:g} steps/s at step {k} of {length}; allowed {low}..{high}")
         intervals.append(round(PS_PER_S / rate))
         if intervals[-1] > intervals[-2]:
-            raise UsageError(f"ramp law: step {k} of {length} is slower than the one before; rates must not decrease")
+            raise UsageError(f"ramp law: step {k} of {length} is slower than the step before; rates must not decrease")
     return tuple((interval, 1) for interval in intervals)
 
 

@@ -150,7 +150,10 @@ class KnownChipset:
         self.begun = b""
         if row.encoder and not self.source.sheet.encoder:
             self.warn(
-                statement, "no-encoder", f"{name} needs an encoder: this part accepts it without effect", note=True
+                statement,
+                "no-encoder",
+                f"{name} needs an encoder: this part accepts the command without effect",
+                note=True,
             )
         if row.acts == "set":
             self.current = self.axes[row.code - 1]

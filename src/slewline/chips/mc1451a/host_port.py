@@ -336,7 +336,7 @@ class Port:
         if not self.wanted:
             if not self.silent:
                 self.chip.finding(
-                    "extra-word", f"{word:04x} after {self._name}, which needs no more words: it is dropped"
+                    "extra-word", f"word {word:04x} after {self._name}, which needs no more words, is dropped"
                 )
             return
         self.words.append(word)
@@ -355,7 +355,8 @@ class Port:
             self.reported.add(row.name)
             part = chip.sheet.part
             chip.finding(
-                "no-encoder", f"{row.name} needs an encoder: the {part} accepts it without effect; use the {part}-e"
+                "no-encoder",
+                f"{row.name} needs an encoder: the {part} accepts the command without effect; use the {part}-e",
             )
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
         found = self.instructions.perform(row, int.from_bytes(data, "big"))

@@ -30,7 +30,7 @@ REST = {  # by profile mode: its name, and the registers that an update may not 
 }
 IN_MOTION = {
     mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only a new "
-    "destination is applied; wait for motion complete before it"
+    "destination is applied; wait for motion complete before the update"
     for mode, (name, names) in REST.items()
 }
 AT_LIMIT = (

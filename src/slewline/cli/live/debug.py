@@ -73,7 +73,7 @@ class DebugCommand(BenchOptions):
             raise click.UsageError("give exactly one of these: a program, a chip, a bench file, --attach HOST:PORT")
         own = (self.chip, self.crystal, self.options, self.memory, self.control)
         if self.attach is not None and (any(own) or self.strap or self.anywhere or self.allow_code):
-            raise click.UsageError("--attach debugs a running server; only --rate and --token may go with it")
+            raise click.UsageError("--attach debugs a running server; combine it only with --rate and --token")
         if not SLOWEST <= self.rate <= FASTEST:
             raise click.UsageError(f"--rate {self.rate:g}: allowed {SLOWEST} to {FASTEST}")
         if self.target is not None and is_bench(self.target) and (any(own[:-1]) or self.strap):
@@ -181,7 +181,7 @@ def run(app: Debugger) -> int:
     if not (is_terminal(sys.stdin) and is_terminal(sys.__stderr__)):  # the screen is drawn there
         raise UsageError(
             "debug needs a terminal for its screen, but standard input or error is not one; `slewline run` runs a "
-            "program without one"
+            "program without a terminal"
         )
     columns, lines = get_terminal_size()
     if columns < LEAST[0] or lines < LEAST[1]:

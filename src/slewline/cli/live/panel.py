@@ -59,7 +59,9 @@ class PanelCommand(BenchOptions):
         if self.anywhere and not self.is_bench:
             raise click.UsageError("--anywhere needs a bench file")
         if self.allow_code and not self.is_bench:
-            raise click.UsageError("--allow-code needs a bench file; CHIP may name a module without --allow-code")
+            raise click.UsageError(
+                "--allow-code needs a bench file; a chip given as module:Class needs no --allow-code"
+            )
 
     @property
     def is_bench(self) -> bool:

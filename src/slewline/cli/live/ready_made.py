@@ -78,7 +78,7 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
         UsageError: there is no such firmware, or it is for another board.
     """
     if name not in FIRMWARE:
-        raise UsageError(f"firmware {name!r}: allowed: {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
+        raise UsageError(f"firmware {name!r}; allowed {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
     about = FIRMWARE[name]
     if board not in (None, about.board):
         raise UsageError(f"--board {board}: the firmware {name} is only for the board {about.board}")
@@ -100,7 +100,7 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
     found = next((place / about.file for place in searched if (place / about.file).is_file()), None)
     if found is None:
         raise UsageError(
-            f"{about.file} was not found.  A release includes it, next to the wheel; in a checkout, make boards "
+            f"{about.file} was not found.  A release includes it, next to the wheel; in a checkout, `make boards` "
             "builds it; give its folder with --from"
         )
     data, target = found.read_bytes(), Path(output or about.file)

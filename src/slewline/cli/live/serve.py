@@ -109,14 +109,14 @@ class ServeCommand(BenchOptions):
             raise click.UsageError("give either a chip, such as gs-c200s, or --bench FILE")
         if self.baud is not None:
             message = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
-            raise click.UsageError(f"--baud {self.baud}: {message or 'this part has no rate of its own; leave it out'}")
+            raise click.UsageError(f"--baud {self.baud}: {message or 'this part has no baud rate; leave out --baud'}")
         if self.rate in BAUD_RATES and self.chip is not None:
             message = sheet_of(self.chip).elsewhere("baud", self.rate) or "this part has none of its own"
             remark(f"--rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {message}")
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
         if self.bench is not None and any((*own, self.card)):
             raise click.UsageError(
-                "a bench file sets all of this itself; leave out ports, --strap, --option, --options, --memory, "
+                "a bench file sets its own ports and options; leave out ports, --strap, --option, --options, --memory, "
                 "--framing, --prologix, --card"
             )
         if self.registers is not None and (self.chip is None or bus_of(self.chip) is None):
@@ -139,10 +139,12 @@ class ServeCommand(BenchOptions):
         if self.anywhere and self.bench is None:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:
-            raise click.UsageError("--allow-code needs --bench; CHIP may name a module without --allow-code")
+            raise click.UsageError("--allow-code needs --bench; a chip given as module:Class needs no --allow-code")
         ctx = click.get_current_context(silent=True)
         if ctx and ctx.get_parameter_source("token") is ParameterSource.COMMANDLINE and not self.control:
-            raise click.UsageError("--token: belongs to a control port; give --control HOST:PORT, too, or leave it out")
+            raise click.UsageError(
+                "--token: belongs to a control port; give --control HOST:PORT, too, or leave out --token"
+            )
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
             raise click.UsageError(
                 f"--log {self.log}: is a program, judging by its extension; give the transcript another name"
@@ -150,7 +152,7 @@ class ServeCommand(BenchOptions):
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
-            raise click.UsageError(f"--state stores EEPROMs, but a {self.chip} has none; leave it out")
+            raise click.UsageError(f"--state stores EEPROMs, but a {self.chip} has none; leave out --state")
         return ports
 
     # ---------------------------------------------------------------------------------------------------- the bench
@@ -285,7 +287,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
         raise UsageError(f"--state {path}: {error.strerror}; give a writable directory") from None
     if not lock(lock_file):
         os.close(lock_file)
-        raise UsageError(f"--state {path}: another server uses it; stop that one, or give another directory")
+        raise UsageError(f"--state {path}: used by another server; stop that server, or give another directory")
     stores: list[BackgroundStore] = []
 
     def stored(name: str) -> BackgroundStore:

@@ -52,7 +52,7 @@ class EpicsCommand(SettingOptions):
         if remote and not self.allow_remote:
             raise UsageError(
                 f"EPICS_CAS_INTF_ADDR_LIST {' '.join(remote)}: other machines could move the motor; add --allow-remote "
-                "if they may, or set it to 127.0.0.1"
+                "if they may, or set the variable to 127.0.0.1"
             )
         every_s = self.every / PS_PER_S
         if not 0.05 <= every_s <= 3600:
@@ -109,8 +109,8 @@ class EpicsCommand(SettingOptions):
         if lines:
             record.close()
             raise UsageError(
-                f"{record.motor.module.name}: a program of {counted(lines, 'line')} is in its RAM, which moves would "
-                "replace; save it with slewline pull, then give --replace"
+                f"{record.motor.module.name}: its RAM contains a program of {counted(lines, 'line')}, which moves "
+                "would replace; save it with slewline pull, then give --replace"
             )
 
     async def serve(self, record: MotorRecord, every_s: float) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from ...bench.files.toml import read_toml
 from ...errors import BenchFileError
 from ...gate import read_text
-from ...parts.motors.motors import EXAMPLE, read_motor
+from ...parts.motors.motors import read_motor
 
 OPTION = "--motor"
 
@@ -32,7 +32,7 @@ def motor_value(text: str) -> Any:
     if {"chip", "part"} & found.keys():
         raise BenchFileError(
             f"{text}: is a bench file; allowed: the figures of one motor, one per line, such as "
-            f'{", ".join(EXAMPLE.split(", ")[:2])} written current = "2 A" and resistance = "1.4 ohm"'
+            'current = "2 A" and resistance = "1.4 ohm"'
         )
     table = found["motor"] if found.keys() == {"motor"} else found
     if isinstance(table, dict) and "like" not in table:

@@ -78,7 +78,7 @@ class HintingCommand(click.Command):
             return super().parse_args(ctx, self.completed(ctx, args) if is_checked else args)
         except click.MissingParameter as error:
             if getattr(error.param, "name", "") == "chip":
-                raise click.UsageError("Missing argument 'CHIP': slewline chips lists them", ctx) from None
+                raise click.UsageError("Missing argument 'CHIP': slewline chips lists the chips", ctx) from None
             example = EXAMPLES.get(self.name or "")
             if example is None:
                 raise

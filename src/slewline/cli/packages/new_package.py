@@ -74,8 +74,8 @@ def check_shape(kind: Kind, name: str) -> None:
     near = re.sub(r"^[^a-z]+", "", re.sub(r"[^a-z0-9]+", "-", name.lower()))[:LONGEST].strip("-")
     remedy = f"; did you mean {near}?" if SHAPE.fullmatch(near) else ""
     raise UsageError(
-        f"new-{kind} {name!r}: expected lower-case letters, digits and single hyphens, a letter first, {LONGEST} "
-        f"characters at most, such as mx10{remedy}"
+        f"new-{kind} {name!r}: expected lower-case letters, digits and single hyphens, beginning with a letter, at "
+        f"most {LONGEST} characters, such as mx10{remedy}"
     )
 
 

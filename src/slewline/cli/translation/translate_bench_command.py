@@ -44,7 +44,9 @@ def translate_bench_file(
         if value is not None:
             raise UsageError(f"{name}: is for a single program; a bench file sets it for each chip")
     if output is None or Path(output).is_file():
-        raise UsageError(f"{file}: is a bench, which becomes several files; give a folder for them: --output FOLDER")
+        raise UsageError(
+            f"{file}: is a bench file, which is translated to several files; give a folder for them: --output FOLDER"
+        )
     done = translate_bench(
         file, to, options=writer_options(steps_per_mm, axis, unroll, settings), target_crystal=target_crystal
     )

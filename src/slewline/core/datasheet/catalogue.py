@@ -68,7 +68,7 @@ class Catalogue(Generic[T]):
             if not allow_code:
                 raise UsageError(
                     f"{self.what} {key!r}: names a module, and importing it would run its code; if you trust it, allow "
-                    f"that (allow_code=True, --allow-code), or install it with an entry point {self.group}"
+                    f"the import (allow_code=True, --allow-code), or install it with an entry point {self.group}"
                 )
             return self._imported(key, f"{self.what} {key!r}")
         brought = self.brought_as(key)

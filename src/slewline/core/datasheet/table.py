@@ -630,7 +630,7 @@ class Sheet:
         channel = self.channel(kind)
         if channel is None:
             has = ", ".join(type(other).__name__ for other in self.channels) or "none"
-            raise SheetError(f"{self.part}: needs a {kind.__name__} among its channels; it has {has}: give it one")
+            raise SheetError(f"{self.part}: needs a {kind.__name__} among its channels; it has {has}: add one")
         return channel
 
     def rows(self, kind: type[R]) -> Table[R]:
@@ -658,7 +658,7 @@ class Sheet:
         pin = self.role(role)
         if pin is None:
             raise SheetError(
-                f"{self.part}: needs a pin with the role {role!r}, which none of its pins has; set it for one of them"
+                f"{self.part}: needs a pin with the role {role!r}, but none has this role; set it for one pin"
             )
         return pin
 

@@ -63,7 +63,7 @@ def from_file(data: bytes, where: str) -> bytes:
     if is_hex(data):
         return from_hex(data.decode("latin-1"), where)
     if len(data) > LARGEST:
-        raise BenchFileError(f"{where}: an image of {len(data)} bytes; allowed up to {LARGEST}, sixteen address lines")
+        raise BenchFileError(f"{where}: an image of {len(data)} bytes; allowed up to {LARGEST} (sixteen address lines)")
     return data
 
 
@@ -91,7 +91,7 @@ def from_hex(text: str, where: str) -> bytes:
             _put(image, given, base + address, data, at)
         elif kind not in (START_SEGMENT, START_LINEAR):  # start address of a processor: not used by a controller
             raise BenchFileError(f"{at}: a record of type {kind:02X}; allowed 00 to 05")
-    raise BenchFileError(f"{where}: it has no end record (type 01); the file is truncated: read the part again")
+    raise BenchFileError(f"{where}: no end record (type 01); the file is truncated: read the memory chip again")
 
 
 def _record(line: str, at: str) -> tuple[int, int, bytes]:
@@ -120,7 +120,7 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
     """Copy the data of a record into an image; `given` marks the bytes that records have set so far."""
     end = address + len(data)
     if end > LARGEST:
-        raise BenchFileError(f"{at}: the data end at address {end - 1:X}; allowed up to FFFF, sixteen address lines")
+        raise BenchFileError(f"{at}: the data end at address {end - 1:X}; allowed up to FFFF (sixteen address lines)")
     if end > len(image):
         given.extend(bytes(end - len(image)))
         image.extend(bytes([ERASED]) * (end - len(image)))

@@ -401,10 +401,8 @@ class Axis:
 
         at = np.asarray(times)
         if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
-            raise UsageError(
-                f"expected past instants, int64 picoseconds up to {self.kernel.now}; found {at.dtype}, or an "
-                "instant in the future"
-            )
+            found = int(at.max()) if at.dtype.kind in "iu" else at.dtype
+            raise UsageError(f"expected past instants, whole picoseconds up to {self.kernel.now}; found {found}")
         if self.since and at.size:
             self.check_kept(int(at.min()))
         return at

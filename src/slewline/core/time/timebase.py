@@ -73,7 +73,7 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     decimals = match[3] or ""
     value, rest = divmod(int(match[2] + decimals) * unit, int(10 ** len(decimals)))
     if rest:
-        raise TimeError(f"{what} {text!r}: finer than 1 {next(iter(units))}; give a multiple of it")
+        raise TimeError(f"{what} {text!r}: finer than 1 {next(iter(units))}; give a multiple of 1 {next(iter(units))}")
     return -value if match[1] == "-" else value
 
 
@@ -243,7 +243,7 @@ class Clock:
         base, late = divmod(origin * self.n, self.d)  # the origin's exact instant is late/d ps after `base`
         last = int(ticks[-1]) if len(ticks) else 0
         if self.ps(origin + last) >= 1 << 63:
-            raise TimeError("the largest time in an array is 106 days (2^63 ps); request an earlier window")
+            raise TimeError("arrays can contain times up to 106 days (2^63 ps); request an earlier window")
         if last * self.n + late < 1 << 63:
             out = np.multiply(ticks, self.n, out=out)
             if self.d > 1:

@@ -66,7 +66,7 @@ class Condition:
 
     def _no_truth(self) -> UsageError:
         return UsageError(
-            f"{self}: a condition has no truth value; bench.run_until waits for it, a | b is met by either of two, and "
+            f"{self}: a condition has no truth value; bench.run_until waits for it, a | b is met when either is, and "
             "lambda: x.position > 40 is a condition of your own"
         )
 

@@ -49,7 +49,7 @@ class CharacterFormat:
         ):
             raise UsageError(
                 f"{owner}: {self.bits} bits, parity {self.parity!r}, {self.stop} stop bits; "
-                f"allowed 5 to 8, {' or '.join(PARITIES.values())}, and 1, '1.5' or 2"
+                f"allowed 5 to 8 bits, parity {' or '.join(PARITIES.values())}, and 1, '1.5' or 2 stop bits"
             )
         return self
 
@@ -160,7 +160,8 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
         rate = Fraction(0)
     if rate < 1 or rate.denominator != 1:
         raise UsageError(
-            f"{owner}: baud {baud!r}; expected 9600, '37.5' ...: sixteen times the rate must be a whole number of hertz"
+            f"{owner}: baud {baud!r}; expected a rate such as 9600 or '37.5': sixteen times the rate must be a whole "
+            "number of hertz"
         )
     return Clock(rate.numerator)
 

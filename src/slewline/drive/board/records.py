@@ -176,7 +176,7 @@ def fit(
         count, first, add = _longest(offsets, tolerance, shortest << 16, 0 if even else STEEPEST)
         if not count:
             raise UsageError(
-                f"step {at} of {len(instants)}: {offsets[0] / PER_TICK:g} ticks after the one before; expected "
+                f"step {at} of {len(instants)}: {offsets[0] / PER_TICK:g} ticks after the previous step; expected "
                 f"{shortest} or more; choose a lower rate, or a faster board"
             )
         record = Record(flags, count, first >> 16, first & 0xFFFF, add)

@@ -162,8 +162,8 @@ class Troubles:
         why = f"; the register has {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
         self.report(
             "board-went-on",
-            f"{has}, which the model does not know{why}: home the motor; or start again with --keep-count "
-            "(keep_count=True), which sets the position register to that count",
+            f"{has}; the model does not know this count{why}: home the motor, or start again with --keep-count "
+            "(keep_count=True), which sets the position register to the count",
         )
 
     def port_lost(self, error: OSError) -> None:
@@ -234,7 +234,7 @@ class Troubles:
         if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             self.feeder.restart(self.clock.unwrap(answer.tick) + state.horizon // 2)
             self.report(
-                "late-start", "the host was too late to start a motion: the motor makes the whole motion, but later"
+                "late-start", "the host was too late to start a motion: the motor completes the whole motion, but late"
             )
             return
         energised = answer.flags & PowerFlag.ENERGISED

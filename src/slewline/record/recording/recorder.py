@@ -200,7 +200,7 @@ class Recorder:
         log = self._log(probe, start)
         stop = min(stop, net_of(probe).kernel.seen)
         if stop >= 1 << 63:
-            raise TimeError("the largest time in an array is 106 days (2^63 ps); request an earlier window")
+            raise TimeError("arrays can contain times up to 106 days (2^63 ps); request an earlier window")
         return log, stop
 
     def _log(self, probe: Probe, start: int) -> EdgeLog:
