@@ -50,7 +50,7 @@
 #define STATE_HALT 3
 #define STATE_BOOT 4
 
-/* Causes of an event. */
+/* Kinds of events on a board. */
 #define EVENT_REST 1
 #define EVENT_UNDERRUN 2
 #define EVENT_HALTED 3
@@ -64,7 +64,7 @@
 #define EVENT_BOOT 11
 #define EVENT_CHECKED 12
 
-/* Immediate reactions of a board when an input becomes active; the last two are modifiers of STOP and BRAKE. */
+/* Immediate reactions of a board to an active input; UPWARDS and DOWNWARDS restrict STOP and BRAKE. */
 #define REFLEX_NONE 0
 #define REFLEX_STOP 1
 #define REFLEX_BRAKE 2

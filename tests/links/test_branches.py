@@ -187,7 +187,7 @@ def test_a_branch_that_works_for_long_is_kept(module):
 
 def test_refusals_change_nothing(module):
     x = module()
-    assert "has not come" in x.ask("back", time="1000 s")["error"]
+    assert "is in the future" in x.ask("back", time="1000 s")["error"]
     assert not x.ask("view")["view"]["pace"]["paused"]
     x.ask("pause")
     x.ask("back", time="1 ms")
@@ -197,9 +197,9 @@ def test_refusals_change_nothing(module):
         assert x.ask("branch", number=wrong)["error"].startswith("branch: number: ")
     assert x.ask("back", time="1 ms", branch=7)["error"] == "no branch 7; allowed: 0, 1"
     assert x.ask("branch", number=7)["error"].startswith("no branch 7; allowed: 0, ")
-    assert "has not come" in x.ask("back", time="1000 s", branch=0)["error"]
+    assert "is in the future" in x.ask("back", time="1000 s", branch=0)["error"]
     x.ask("go")
-    assert "has not come" in x.ask("back", time="1000 s")["error"]
+    assert "is in the future" in x.ask("back", time="1000 s")["error"]
     before = x.ask("branches")
     assert not x.ask("view")["view"]["pace"]["paused"]  # neither of them lets a branch stand
     assert x.ask("view")["time_ps"] > before["time_ps"]

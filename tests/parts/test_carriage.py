@@ -186,7 +186,7 @@ def test_unsuitable_parts_are_refused_with_the_reason():
     motor = bench.part("translator", "motor", to=x)
     gate = bench.part("and", "gate")
     for kind, given, says in (
-        ("switch", {"low": 1}, "needs a shaft; name the part that has it"),
+        ("switch", {"low": 1}, "needs a shaft; name its owner"),
         ("uart", {"on": motor}, "is not mounted on a shaft"),
         ("switch", {"on": gate, "low": 1}, r"gate has no shaft; parts with a shaft: motor"),
         ("switch", {"on": motor}, "low must be below high; one of them may be None"),

@@ -266,7 +266,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: this switch needs a shaft; name the part that has it: on=motor or on='its name'",
+        "switch: this switch needs a shaft; name its owner: on=motor, on='name of the motor'",
     ),
     ('b.part("inverter", on=x)', "UsageError", "inverter: this inverter is not mounted on a shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),

@@ -203,9 +203,7 @@ class Circuit:
         """Return {"on": shaft}, the constructor argument for a new part on the shaft of `on`; {} if `on` is None."""
         if on is None:
             if sits == "must":
-                raise UsageError(
-                    f"{name}: this {kind} needs a shaft; name the part that has it: on=motor or on='its name'"
-                )
+                raise UsageError(f"{name}: this {kind} needs a shaft; name its owner: on=motor, on='name of the motor'")
             return {}
         if not sits:
             raise UsageError(f"{name}: this {kind} is not mounted on a shaft; leave out on=")
@@ -360,8 +358,7 @@ class Circuit:
     def forget(self) -> None:
         """Drop the past that is older than the length to be kept.
 
-        A moving axis drops its past by itself; an axis at rest whose encoder is turned or whose register is loaded
-        needs this call.
+        A moving axis drops its past by itself; at rest, an axis with a turned encoder or a loaded register needs this.
         """
         if self.keep_ps is None:
             return

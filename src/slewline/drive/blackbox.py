@@ -103,8 +103,8 @@ class BlackBox:
     Args:
         port: the port of the board.
         folder: an existing folder, for this session only.
-        clock: returns the wall-clock time in nanoseconds.
-        tick: returns the board tick at a time of that clock.
+        clock: a function that returns the wall-clock time in nanoseconds.
+        tick: a function that returns the board tick at a time of that clock.
         most: the size limit of each of the two files, in bytes.
     """
 
@@ -127,12 +127,12 @@ class BlackBox:
 
     @property
     def name(self) -> str:
-        """Name of the port."""
+        """The name of the port."""
         return getattr(self.port, "name", "board")
 
     @property
     def received(self) -> bytes:
-        """Last bytes received, as far as the port stores them."""
+        """The last bytes received, as far as the port stores them."""
         return bytes(getattr(self.port, "received", b""))
 
     def _begin(self, mode: str = "w") -> None:
@@ -182,16 +182,16 @@ class BlackBox:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes."""
+        """Send bytes; return the number that the port has accepted."""
         self._note(">", data)
         return self.port.write(data)
 
     def fileno(self) -> int | None:
-        """Return a descriptor that a loop can wait for; None if there is none."""
+        """Return a descriptor that a loop can wait for; None if the port has none."""
         return self.port.fileno()
 
     def reopen(self) -> None:
-        """Reopen the port, if its kind allows that; the record continues."""
+        """Reopen the port, if it is of a kind that can be reopened; the record continues."""
         reopen(self.port)
         if self._file is None and not self.failure:
             self._begin("a")
@@ -205,7 +205,11 @@ class BlackBox:
 def recorded(
     port: BoardPort, folder: str | PathLike[str] | bool, clock: Callable[[], int], tick: Callable[[int], int]
 ) -> BoardPort:
-    """Return a port that records the bytes of another port in a folder (True: a new folder; False: no record)."""
+    """Return a port that passes on to `port`, and records all bytes in a folder.
+
+    Args:
+        folder: the folder; True: a new folder; False: `port` itself is returned, without a record.
+    """
     if folder is False:
         return port
     place = new_folder() if folder is True else Path(folder)
@@ -214,10 +218,10 @@ def recorded(
 
 
 def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
-    """Return the record of the line: ns, tick, direction (">" to the board) and bytes, in chronological order.
+    """Return the recorded transfers: ns, tick, direction (">" to the board) and bytes, in chronological order.
 
     Raises:
-        UsageError: there is no black box, or one of its lines is damaged.
+        UsageError: there is no black box, or a line of one of its files is damaged.
         BenchFileError: one of its files cannot be read.
     """
     found: list[tuple[int, int, str, bytes]] = []
@@ -234,7 +238,7 @@ def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
 
 
 def _exchanged(path: Path, number: int, line: bytes) -> tuple[int, int, str, bytes]:
-    """Return one entry of the record: ns, tick, direction and bytes."""
+    """Return one recorded transfer: ns, tick, direction and bytes."""
     try:
         entry = from_json(line)
         ns, tick, direction, data = (entry[name] for name in ("ns", "tick", "way", "data"))

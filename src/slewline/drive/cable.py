@@ -3,8 +3,9 @@
     model  ---- steps ----> feeder --> board     every step at its instant + horizon
            ---- calls ----> cable  --> outside   bytes for a host, levels of pins: immediate at rest, else delayed too
 
-So messages to a host are true: "motion complete" arrives when the motor has stopped, not one horizon
-earlier.  Calls never overtake each other, because the delay only grows while output is pending.
+The horizon is a fixed time.  So messages to a host are true: "motion complete" arrives when the motor
+has stopped, not one horizon earlier.  Calls never overtake each other, because the delay only grows
+while output is pending.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ class Cable:
 
     Args:
         horizon: the delay, in board ticks.
-        present: returns the tick that corresponds to the current time of the model.
-        moving: returns whether there are steps, queued or made by the model, after which the board has not
-            yet come to rest.
+        present: a function that returns the tick that corresponds to the current time of the model.
+        moving: a function that returns whether there are steps, queued or made by the model, after which the
+            board has not yet come to rest.
     """
 
     def __init__(self, horizon: int, present: Callable[[], int], moving: Callable[[], bool]) -> None:
@@ -43,7 +44,7 @@ class Cable:
             call()
 
     def send_at(self, tick: int, call: Callable[[], object]) -> None:
-        """Make a call that was due at a tick, in order; immediately if nothing is pending."""
+        """Make a call when the board reaches a tick, in order of ticks; immediately if nothing is pending."""
         if not self.in_progress:
             call()
             return
@@ -59,12 +60,12 @@ class Cable:
             self._calls.popleft()[1]()
 
     def flush(self) -> None:
-        """Make all calls now."""
+        """Make all pending calls now."""
         while self._calls:
             self._calls.popleft()[1]()
 
     def due(self) -> int | None:
-        """Return the tick of the next call; None if there is none."""
+        """Return the tick of the next pending call; None if no call is pending."""
         return self._calls[0][0] if self._calls else None
 
     def withdraw(self, tick: int) -> int:

@@ -37,7 +37,7 @@ class WakingDelays(NamedTuple):
 
 
 def of_many(late_ms: Sequence[float]) -> WakingDelays:
-    """Return the statistics of one or more delays, ms."""
+    """Return the statistics of at least one delay, ms."""
     ordered = sorted(late_ms)
     last = len(ordered) - 1
     return WakingDelays(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
@@ -82,9 +82,10 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 class Checkup(NamedTuple):
     """The results of a check (None: no answer): round trips and delays in ms, crystal error in ppm, pulses.
 
-    `load_ms`: the worst transfer time of all frames before the first step of a motion; `horizon_ms`: the horizon
-    needed; None: no horizon is long enough.  `counted`: pulses; None: no answer, or the driver is on.  `jogged`:
-    whether ten steps in each direction were made; `estop`: whether the emergency-stop contact opened; None: not tried.
+    `load_ms`: the worst transfer time of all frames before the first step of a motion; `horizon_ms`: the
+    horizon needed; None: no horizon is long enough.  `counted`: pulses that came back; None: no answer, or
+    the driver is on. `jogged`: whether ten steps in each direction were made; `estop`: whether the
+    emergency-stop contact opened; None for either: not tried.
     """
 
     board: BoardModel
@@ -107,7 +108,7 @@ class Checkup(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """Return the report for the user, one line per result."""
+        """The report for the user, one line per result."""
         late, (median, worst) = self.late, self.round_trip_ms
         board, step, loop = self.board, self.board.step.printed, self.board.loop.printed
         if self.counted == PULSES:
@@ -150,11 +151,11 @@ class Checkup(NamedTuple):
 
 
 class Check:
-    """The check of an open board.
+    """The check of a board whose link is open.
 
     Args:
-        turn: runs one turn of the drive.
-        estop: whether an input of the board is an emergency stop.
+        turn: a function that runs one turn of the drive.
+        estop: True if an input of the board is an emergency stop.
     """
 
     def __init__(
@@ -207,7 +208,7 @@ class Check:
         )
 
     def _awaited(self, kind: Happening, seconds: float) -> BoardEvent | None:
-        """Return the next event of a kind, once the board has answered after that event; None after a timeout."""
+        """Return the next event of a kind, after all commands have been taken; None if it does not come in time."""
         found: list[BoardEvent] = []
 
         def note(event: BoardEvent) -> None:

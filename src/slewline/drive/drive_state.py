@@ -1,10 +1,10 @@
-"""The state of a drive: one value that all pieces read, and that only its own methods change.
+"""The state of a drive: one value that all pieces of the drive read, and that only its own methods change.
 
     DriveState              the present run of the model, the configuration of the board, the phase, the counts
     DrivePath               clock, line, ticks, feeder and cable: the path between model and board
     Stopping                interface of the replaceable pieces
 
-No piece has access to the drive: each has only these, and the pieces that it works with.
+No piece has access to the drive: each has only these objects, and the pieces that it works with.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class DriveState:
         self.axis = self.chip.axis(self.number).motor
 
     def nets(self) -> list[tuple[Net, int]]:
-        """Return the nets that set board outputs, and the number of each output."""
+        """Return the pairs of a net that sets a board output, and the number of this output."""
         return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
 
     def half_steps(self) -> bool:
@@ -84,11 +84,11 @@ class DriveState:
         self.config = config
 
     def begin(self) -> None:
-        """Begin or resume following: the board follows the model."""
+        """Begin or resume: from now on, the board follows the model."""
         self.phase = "ok"
 
     def halt(self, *, final: bool = False) -> None:
-        """Stop following the model; `final`: the board's count is known."""
+        """Stop following the model; `final`: the board is at rest, and its count is known."""
         self.phase, self.final = "halted", final
 
     def finish(self) -> None:
@@ -112,11 +112,11 @@ class DriveState:
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Relate a board count to a travel of the model, of which `net` steps have been fed."""
+        """Relate the board count `counted` to a travel of the model, at which `net` steps have been fed."""
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:
-        """Accept as correct a board count that differs by `steps`."""
+        """Accept a board count that differs by `steps` from the expected count."""
         self.counted_from += steps
 
 
@@ -124,7 +124,7 @@ class DrivePath:
     """The path between the model and its board: clock, line, ticks, feeder and cable.
 
     Args:
-        wall: returns the wall-clock time, ns.
+        wall: a function that returns the wall-clock time, ns.
     """
 
     def __init__(self, state: DriveState, wall: Callable[[], int]) -> None:
@@ -142,15 +142,15 @@ class DrivePath:
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that belongs to an instant of the model (ps), one horizon later while output is pending."""
+        """Make a call one horizon after an instant of the model (ps); immediately if no output is pending."""
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
     def _put(self, output: PlannedOutput) -> None:
-        """Change outputs by sending a frame: immediately while the motor is at rest and nothing is pending."""
+        """Send a frame that changes outputs: at their tick, or immediately if no output is pending."""
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 
     def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
-        """Send the stop ramp of a motion that begins at an instant (ps), after the end of the previous motion."""
+        """Send the stop ramp of a motion that begins at an instant (ps), once the previous motion has ended."""
         if self.feeder.running:
             self.gate(lambda: self.link.tail(entries), ps)
         else:
@@ -164,12 +164,12 @@ class DrivePath:
 class Stopping(Protocol):
     """The actions of a drive when its board stops by itself.
 
-    `stopped` is called first, once; `halted` when the board is at rest and its count is final; `turn` repeatedly in the
-    meantime; `clear` when the user continues.
+    `stopped` is called first, once; `turn` is called repeatedly; `halted` is called when the board is at
+    rest and its count is final; `clear` is called when the user continues.
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself also stops the motor there, in which case nothing is wrong."""
+        """Return whether the chip itself also stops the motor at this event, so that nothing is wrong."""
 
     def stopped(self, event: BoardEvent) -> None:
         """Record that the board makes no further steps of the model; a stop ramp may follow."""
@@ -185,14 +185,14 @@ class Stopping(Protocol):
         """True while the chip is at rest at the position of the motor."""
 
     def clear(self) -> None:
-        """Release the chip."""
+        """Release the chip if it was stopped, so that it can move again."""
 
 
 class Movable(Protocol):
     """A motor that can stop, and then continue along another run of the model."""
 
     def stop(self, at_once: bool = False) -> None:
-        """Stop the motor, by ramping down or immediately."""
+        """Stop the motor, by ramping down or, with `at_once`, immediately."""
 
     def move(self, bench: Bench) -> None:
         """Continue with another bench, which is at the same instant and has a chip of the same name."""

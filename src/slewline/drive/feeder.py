@@ -39,7 +39,7 @@ LONGEST_PRODUCT = 1 << 62
 
 
 class RecordSink(Protocol):
-    """A receiver of records, in order (`Link`)."""
+    """A receiver of records, such as `Link`, which keeps them in order."""
 
     def push(self, records: list[Record]) -> object:
         """Queue records."""
@@ -48,11 +48,11 @@ class RecordSink(Protocol):
         """Start the queued records: the first interval begins at a tick."""
 
     def restart(self, tick: int) -> object:
-        """Start the queued records, ahead of the records that wait for slots."""
+        """Start the records on the board at a tick, before the records that wait for free slots are sent."""
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction, in 1/65536 tick; length (-1: unknown) and slope of the stop ramp from the first."""
+    """Steps in one direction (1/65536 tick); length (-1: unknown) and slope of a stop ramp from the first step."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -61,7 +61,7 @@ class PlannedSteps(NamedTuple):
 
 
 class PlannedOutput(NamedTuple):
-    """Outputs that change at a tick, in 1/65536 tick: a mask, and the new levels."""
+    """Outputs that change at a tick, in 1/65536 tick: a mask of these outputs, and their new levels."""
 
     tick16: int
     mask: int
@@ -73,14 +73,14 @@ class Feeder:
 
     Args:
         axis: the axis of the chip.
-        kernel: the kernel of its bench, which is idle during a turn.
-        link: takes the records.
-        ticks: converts instants into ticks.
+        kernel: the kernel of the chip's bench, which is idle during a turn.
+        link: the receiver of the records.
+        ticks: the conversion of instants into ticks.
         horizon: ticks from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
-        half: returns whether the chip makes half steps now.
-        ramps: yields the steps of a stretch in pieces (`RampPiece`): first, end, stop ramp, its change per step.
+        put: called with outputs that change at rest, or between steps that are too close for a pause.
+        half: a function that returns whether the chip makes half steps now.
+        ramps: yields a stretch in pieces (`RampPiece`): first step, end, stop ramp, its change per step.
         wake: called before a motion is started.
     """
 
@@ -136,12 +136,12 @@ class Feeder:
 
     @property
     def interval16(self) -> int:
-        """Last interval queued, in 1/65536 tick; 0 if none was queued since a pause."""
+        """The last interval queued, in 1/65536 tick; 0 if none was queued since a pause."""
         return self._record.last if len(self._open) else self._interval16
 
     @property
     def shortest(self) -> int:
-        """Minimum interval between two steps, in ticks."""
+        """The minimum interval between two steps, in ticks."""
         return self._shortest16 >> 16
 
     @shortest.setter
@@ -150,7 +150,7 @@ class Feeder:
         self._margin16 = (max(ticks, SOONEST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
-        """Change outputs of the board at the current instant of the model: those in `mask`, to the bits of `value`."""
+        """Change the outputs in `mask` to the bits of `value`, at the current instant of the model."""
         self._changes.append((self.kernel.now, mask, value))
 
     def turn(self, tick: int) -> None:
@@ -191,7 +191,7 @@ class Feeder:
         )
 
     def restart(self, tick: int) -> None:
-        """Start the records queued on the board at a later tick, because START came late; delay all further output."""
+        """Start the records on the board at a later tick, because START came late, and delay all further output."""
         if self.started is not None:
             self.delay(tick - self.started)
             self.started = tick
@@ -213,13 +213,13 @@ class Feeder:
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the steps that the model makes after an instant (ps), a past one if another run took over."""
+        """Queue the steps that the model makes after an instant (ps), which is past if another run has taken over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
     # ------------------------------------------------------------------------------------------------ from the model
     def _take(self) -> None:
-        """Take the steps and outputs of the model since the last call: those before its current time are final."""
+        """Take the steps and outputs of the model up to its current time; everything before that time is final."""
         start, now = self.taken_ps, self.kernel.now
         if now <= start:
             return
@@ -246,7 +246,7 @@ class Feeder:
     # -------------------------------------------------------------------------------------------------- to the board
     @property
     def _present16(self) -> int:
-        """Tick up to which all output is final, in 1/65536 tick; any further step is far enough after it."""
+        """The tick, in 1/65536 tick, up to which all output is final; any further step is far enough after it."""
         return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
 
     def _lay(self) -> None:
@@ -276,7 +276,7 @@ class Feeder:
                 self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
-        """Start the board, or continue after a rest; the interval before the first step equals the one after it."""
+        """Start the board, or continue after a rest; the intervals before and after the first step are equal."""
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
@@ -326,7 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause; return False if its place is not known yet."""
+        """Queue an output change in a pause; return False if its place among the steps is not known yet."""
         if not self.running:
             self._put(output)
             return True
@@ -360,7 +360,7 @@ class Feeder:
                 self._pause(self._present16)
 
     def _low(self, tick: int) -> bool:
-        """Return whether the queue of the board is shorter than three quarters of the horizon."""
+        """Return whether the queue of the board lasts less than three quarters of the horizon."""
         return (self.base16 >> 16) - tick < 3 * self.horizon // 4
 
     def _close(self) -> None:
@@ -377,7 +377,7 @@ class Feeder:
         self._interval16, self._rested = 0, False
 
     def _push(self, record: Record) -> None:
-        """Push a record that fits steps."""
+        """Push a record of steps, with the length of its stop ramp if that is known."""
         if self._ramp_left < 0:
             self._batch.append(record)
         else:  # at fast steps a brake makes one more step, so the ramp is one step shorter

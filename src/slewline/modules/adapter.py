@@ -63,7 +63,7 @@ class FramedSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Values that can be read, each with the query for its group and the pattern of its bytes."""
+        """Values that can be read, by name, each with the query for its group and the pattern of its bytes."""
         sizes = self.bus.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
@@ -78,7 +78,7 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, reply: str) -> str:
-        """Return a value as text: bytes as a number, the direction as the command that sets it."""
+        """Return the value `what` as text: bytes as a number, the direction as the command that sets it."""
         if what == "adapter":
             return reply
         data = bytes.fromhex(reply)
@@ -99,17 +99,17 @@ class FramedSpeech(Speech):
         return bytes.fromhex(answer[2:])
 
     def framed(self, command: str) -> bytes:
-        """Return a line with its carriage return."""
+        """Return a command as a line of bytes, with a carriage return."""
         if not command.isascii() or not command or set(command) & set("\r\n") or len(command) > LONGEST:
             raise UsageError(f"command {command[:60]!r}; expected one line of ASCII, up to {LONGEST} characters")
         return command.encode("ascii") + b"\r"
 
     def answers(self, command: str) -> bool:
-        """Return whether a command is answered: queries are, and so is "!", which discards all other commands."""
+        """Return whether a command is answered: queries are, and so is "!", which discards all pending commands."""
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
-        """Return whether a line is only a query: an adapter does not pass such a line on."""
+        """Return whether a line is only a query: an adapter does not pass such a line on to the part."""
         return command.startswith(READY)
 
     def moves(self, command: str) -> bool:
@@ -129,11 +129,11 @@ class FramedSpeech(Speech):
         return found[0] if len(found) == 1 else None
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters of an answer, which is the length of the largest verify group."""
+        """Return the maximum number of characters of an answer, with room for the largest verify group."""
         return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the answer line is complete."""
+        """Return whether the received line, an answer, is complete."""
         return received.endswith(END)
 
     def lines(self, received: bytes) -> list[str]:
@@ -150,12 +150,12 @@ class FramedSpeech(Speech):
         return line[2:] if self.is_garbled(line) else ""
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an answer is the adapter's refusal of a line; a refused query arrived damaged."""
+        """Return whether an answer is the adapter's refusal of a line, as of a query that arrived damaged."""
         return line.startswith("! ")
 
 
 def _bytes(number: int, byte: str = BYTE) -> str:
-    """Return the pattern of bytes in an answer."""
+    """Return the pattern for a number of bytes in an answer."""
     return " ".join([byte] * number)
 
 

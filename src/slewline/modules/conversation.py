@@ -79,7 +79,7 @@ class ShadowModel:
         self.began_s, self.began_ps = self.clock(), self.line.kernel.now
 
     def take(self, data: bytes) -> tuple[list[str], list[str]]:
-        """Pass data sent to the module to the model; return findings since the previous line, and about this one."""
+        """Pass data sent to the module to the model; return findings since the previous data, and about this data."""
         self.catch_up()
         since = self._found()
         line_ps = round((len(data) + 4) * self.line.speech.character_s * PS_PER_S)
@@ -94,7 +94,7 @@ class ShadowModel:
         return list(dict.fromkeys(found))
 
     def catch_up(self) -> None:
-        """Let as much time pass as on the wall clock, up to a limit."""
+        """Let the model's time follow the wall clock, by `LONGEST_S` at most."""
         due_ps = self.began_ps + round((self.clock() - self.began_s) * PS_PER_S)
         now_ps = self.line.kernel.now
         self.line.run(min(due_ps, now_ps + LONGEST_S * PS_PER_S))
@@ -117,7 +117,7 @@ class Conversation:
 
     # ---------------------------------------------------------------------------------------------------------- a line
     def say(self, line: str) -> Reply:
-        """Send a line, or execute a verb; return the result.
+        """Send a line, or execute a verb such as `:help`; return the result.
 
         Raises:
             PortLost: the port is gone.
@@ -149,7 +149,7 @@ class Conversation:
         return dialect_of(self.sheet).answers.get(lines[-1], "") if lines else ""
 
     def unasked(self) -> str:
-        """Return unsolicited characters from the module."""
+        """Return unsolicited characters from the module; empty if there are none."""
         data, came_ns = self.module.port.waiting(), time.monotonic_ns()
         if not data:
             return ""
@@ -157,7 +157,7 @@ class Conversation:
         return (data + self._until_silence(TIDY_S)).decode("latin-1")
 
     def _until_silence(self, silence: float) -> bytes:
-        """Return the characters received until `silence` seconds pass without any, or `SHOWN_S` is over."""
+        """Return the characters received until none comes for `silence` seconds, or `SHOWN_S` has passed."""
         try:
             return b"".join(chunk.data for chunk in self.module.chunks(silence, SHOWN_S))
         except EndlessInput as endless:
@@ -197,7 +197,7 @@ class Conversation:
 
     # ---------------------------------------------------------------------------------------------- text of the manual
     def manual(self, command: str = "") -> str:
-        """Return the manual's text for a command; without a command, a row for each command and each verb."""
+        """Return the manual's text for a command; if none is given, a row for each command and each verb."""
         if command:
             try:
                 return describe_command(self.sheet, command)
@@ -208,7 +208,7 @@ class Conversation:
         return "\n".join(f"{name:<{width}}  {description}" for name, description in rows)
 
     def hint(self, line: str) -> str:
-        """Return the manual's text for the line being typed; empty if it is not a command yet."""
+        """Return the manual's text for the line being typed; empty if the line is not a command yet."""
         line = line.strip()
         if line.startswith(VERB):
             return VERBS.get(line.partition(" ")[0], "")
@@ -217,7 +217,7 @@ class Conversation:
 
     @cached_property
     def heads(self) -> dict[str, str]:
-        """Beginnings of commands, with the manual's text for each; queries are given in full."""
+        """Beginnings of commands, each with the manual's text for its commands; queries are given in full."""
         found: dict[str, str] = {}
         for row in self.sheet.commands:
             description = f"{syntax(row)}: {row.description}"
@@ -226,7 +226,7 @@ class Conversation:
         return found | {command: f"queries {what}" for what, (command, _) in self.speech.questions.items()}
 
     def suggestions(self, begun: str) -> list[Suggestion]:
-        """Return the completions of a line."""
+        """Return the possible completions of a line that has been begun."""
         verb, space, rest = begun.partition(" ")
         if begun.startswith(VERB) and not space:
             return [Suggestion(name, description) for name, description in VERBS.items() if name.startswith(begun)]

@@ -90,7 +90,7 @@ def decode_dialogue(
 
 
 class _Wire:
-    """A wire of a recording."""
+    """A wire of a recording: its edges, its idle level, and its shortest pulse (ps)."""
 
     def __init__(self, waves: Waveforms, name: str) -> None:
         import numpy as np
@@ -113,7 +113,10 @@ class _Wire:
 
 
 def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
-    """Return the misfit of a rate: the fraction of damaged characters, and bit time versus shortest pulse."""
+    """Return the misfit of a rate: the fraction of damaged characters, and a ratio of two times.
+
+    This is the ratio between the bit time and the shortest pulse, of the longer to the shorter one.
+    """
     found = [each for wire in wires.values() for each in wire.characters(baud, word)]
     shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
     bit = Clock(round(baud * OVERSAMPLING)).ps(OVERSAMPLING)
@@ -122,7 +125,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
-    """Return lines as a proxy records them: a host's characters timed at their start, a module's at their end."""
+    """Return entries as a proxy records them: a host's characters timed at their start, a module's at the end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()

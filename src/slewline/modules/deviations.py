@@ -57,7 +57,7 @@ def deviations(speech: Speech, command: str, received: bytes) -> str:
 
 
 def _undone(question: ModuleQuery, received: bytes, mends: Sequence[Mend]) -> bytes:
-    """Return an answer with its deviations undone; empty if one of them does not occur."""
+    """Return an answer with these deviations undone; empty if the answer lacks one of them."""
     for mend in mends:
         before, received = received, mend.undo(question, received)
         if received == before:
@@ -88,20 +88,20 @@ def fits(question: ModuleQuery, received: bytes) -> bool:
 
 
 def is_instruction(question: ModuleQuery, line: str) -> bool:
-    """Return whether a line of a listing is an instruction."""
+    """Return whether a line of a listing is an instruction of the part."""
     command = parse(question.speech.sheet, line)
     return isinstance(command, Command) and bool(command.row.stored)
 
 
 def _end_of(question: ModuleQuery) -> str:
-    """Return the line that ends a listing; empty if there is none."""
+    """Return the line that ends a listing; empty if listings of the part have no such line."""
     answers = dialect_of(question.speech.sheet).answers.items()
     return next((answer for answer, meaning in answers if "listing" in meaning), "")
 
 
 # ---------------------------------------------------------------------------------------------------------- the mends
 def _each(undo: Callable[[ModuleQuery, bytes], bytes]) -> Callable[[ModuleQuery, bytes], bytes]:
-    """Return a function that undoes a deviation line by line."""
+    """Return a function that undoes a deviation in each line of an answer."""
     return lambda question, data: b"".join(undo(question, line) for line in data.splitlines(keepends=True))
 
 
@@ -144,7 +144,7 @@ def _last_line(question: ModuleQuery, data: bytes) -> bytes:
 
 
 def _padded(question: ModuleQuery, line: bytes) -> bytes:
-    """Return a number padded to as many digits as in the sheet."""
+    """Return a line whose number has as many digits as in the sheet."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
     if found and isinstance(question.speech, QuerySpeech):
         digits = question.speech.dialect.queries.get(found[1].decode("ascii"), 0)

@@ -6,8 +6,8 @@ r"""The dialogue with a module in a file: sender, text and times, one JSON objec
     {"at_us":30000,"last_us":30000,"from":"tool","text":"parity error at character 2"}
 
 Times are microseconds since the file was begun: `at_us` is the time of the first character, `last_us` that of the last
-one, both as the computer sent or received it.  Characters in one direction share an entry up to a carriage return, as
-long as the other side is silent.  `text` is Latin-1, one character per byte.
+one, both as seen by the computer.  Characters in one direction share an entry up to a carriage return, as long as the
+other side is silent.  `text` is Latin-1, one character per byte.
 
 A complete line is written immediately, so a truncated dialogue is valid up to its last complete line.
 """
@@ -46,7 +46,7 @@ class DialogueHeader:
         baud: the rate of the line.
         checksum: whether lines ended in their checksums; None: unknown.
         address: the address of the module on a shared line; 0: none is sent.
-        straps: the levels of its straps, by pin.
+        straps: the levels of the module's straps, by pin.
     """
 
     part: str
@@ -109,7 +109,7 @@ class Gathered:
         return over + (self.end() if byte == END[0] or len(data) >= LONGEST else [])
 
     def end(self) -> list[Entry]:
-        """Return the incomplete entry, if there is one."""
+        """End the incomplete entry; return it in a list, which is empty if there is none."""
         found, self._open = self._open, None
         return [] if found is None else [(*found[:3], bytes(found[3]))]
 
@@ -146,11 +146,11 @@ class DialogueFile(Closing):
         self._write({"slewline": f"{KIND} {VERSION}", **asdict(header)})
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Write characters sent to the module, and the instants of the first and the last character."""
+        """Write characters sent to the module, with the instants (ns) of the first and the last character."""
         self._characters("host", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Write characters received from the module, and the instants of the first and the last character."""
+        """Write characters received from the module, with the instants (ns) of the first and the last character."""
         self._characters("module", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def note(self, text: str) -> None:
@@ -167,7 +167,7 @@ class DialogueFile(Closing):
                 self._entry(*entry)
 
     def end(self) -> None:
-        """Write the incomplete entry."""
+        """Write the incomplete entry, if there is one."""
         for entry in self._gathered.end():
             self._entry(*entry)
 
@@ -261,7 +261,7 @@ class RecordedDialogue:
 
 
 def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
-    """Return the header in the first line."""
+    """Return the header in the first line of a file."""
     expected = f'{{"slewline":"{KIND} {VERSION}","part":...}}'
     try:
         found = from_json(line)
@@ -285,7 +285,7 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
 
 
 def _entry(entry: Any) -> DialogueEntry:
-    """Return an entry of a file."""
+    """Return the entry in the JSON data of a line."""
     if not isinstance(entry, dict):
         raise TypeError("not an object")
     at_us, speaker = entry["at_us"], entry["from"]

@@ -21,7 +21,7 @@ class EchoFilter:
     """A filter that separates the echo on a line from the answers.
 
     Args:
-        drops: True if the line echoes; the echo is then dropped from the received data.  Otherwise,
+        drops: True if the line echoes; the echo is then dropped from the received data.  If False,
             an apparent echo is only detected.
 
     Attributes:
@@ -35,7 +35,7 @@ class EchoFilter:
 
     @property
     def shows(self) -> bool:
-        """True if the line echoes although `drops` is False."""
+        """True if the line appears to echo although `drops` is False."""
         return not self.drops and self.seen >= ENOUGH
 
     @property
@@ -48,13 +48,13 @@ class EchoFilter:
 
         Args:
             now: the time in seconds, on any clock.
-            seconds: the duration of these characters.
+            seconds: the time that these characters take on the line.
         """
         self._wanted += data
         self.until = max(self.until, now + LATE_S) + seconds
 
     def rest(self, data: bytes, now: float) -> bytes:
-        """Return the received data without its echo, and held-back characters that turned out not to be an echo."""
+        """Return the received data without the echo, plus held-back characters that turned out not to be an echo."""
         if not self._wanted:
             return data
         found = bytearray()
@@ -67,7 +67,7 @@ class EchoFilter:
         return bytes(found) if self.drops else data
 
     def _one(self, byte: int) -> bytes:
-        """Add a character; return the characters that are not an echo."""
+        """Add a received character; return the characters that are now known not to be an echo."""
         self._kept.append(byte)
         found = bytearray()
         while not self._wanted.startswith(self._kept):

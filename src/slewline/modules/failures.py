@@ -17,7 +17,7 @@ class PortLost(ModuleFailure):
 
 
 class NoAnswer(ModuleFailure):
-    """No answer, or an incomplete one, available as `received`."""
+    """The absence of an answer, or an incomplete answer; `received` contains the characters received."""
 
     def __init__(self, text: str, received: bytes = b"") -> None:
         super().__init__(text)

@@ -58,7 +58,7 @@ def find(
         raw: records all characters on the line.
 
     Raises:
-        UsageError: there is no such port, or the part does not have a given setting; or the line does not echo.
+        UsageError: there is no such port; the part lacks a given setting; or `echo` is True without an echo.
         NoAnswer, DamagedAnswer: no answer, or not one of this part, or checksums that differ from `checked`.
         PortLost: the port is gone.
     """
@@ -84,7 +84,7 @@ def find(
 
 # -------------------------------------------------------------------------------------------- parts that answer lines
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Query at one rate after another, with and without checksums."""
+    """Query at one rate after another, with and without checksums; return the module when it answers."""
     first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
     rates = [*first.rates] if baud is None else [baud]
@@ -119,10 +119,10 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
 
 
 def _check_deviations(module: Module) -> None:
-    """Query, and check whether the complete answer is one of this part, but with deviations from the sheet.
+    """Query, and check that the complete answer has no known deviations from the sheet.
 
     Raises:
-        DamagedAnswer: it is, twice with the same deviation.
+        DamagedAnswer: two answers in a row have the same deviations.
     """
     speech = module.speech
     seen = ""
@@ -150,7 +150,7 @@ def _at(speech: Speech, baud: int, checked: bool) -> Speech:
 
 
 def _received(module: Module) -> bytes:
-    """Query once; return the answer, up to a carriage return."""
+    """Query once; return the answer up to a carriage return, or as far as it was received."""
     module.tidy()
     module.send(module.speech.framed(module.speech.probe))
     received, probe = b"", module.speech.probe
@@ -165,7 +165,7 @@ def _received(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether a line without a checksum was refused by an answer that has one."""
+    """Return whether an answer that has a checksum refuses a line without one."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
@@ -173,7 +173,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer without a checksum rejects, as not a command, a line with a checksum."""
+    """Return whether an answer without a checksum refuses a line with one because it is not a command."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))
@@ -182,7 +182,7 @@ def _lacks_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _is_answer(speech: Speech, received: bytes) -> bool:
-    """Return whether data is an answer to the query, or states that the module is busy."""
+    """Return whether the data is an answer to the query, or reports that the module is busy."""
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
         line = speech.stripped(received.removesuffix(CR))
@@ -192,7 +192,7 @@ def _is_answer(speech: Speech, received: bytes) -> bool:
 
 
 def _of_old_firmware(module: Module) -> bool:
-    """Query with the checksums of old firmware, if they are different; return whether the module answers."""
+    """Query with the checksums of old firmware, if lines have checksums; return whether the module answers."""
     speech = module.speech
     if not isinstance(speech, LineSpeech) or not speech.checked:
         return False
@@ -220,7 +220,7 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
 
 # ------------------------------------------------------------------------------------------ parts that answer queries
 def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Let the part detect the rate, and query it; a silent part may still be in program entry."""
+    """Let the part detect the rate, and query it; return the module.  A silent part may be in program entry."""
     speech = module.speech
     (leave,) = speech.sheet.leave
     module.send(speech.wake)
@@ -242,7 +242,7 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
 
 
 def _probed(module: Module) -> None:
-    """Query, and check that the answer is one of this part's."""
+    """Query, and check that the answer is one that this part can give."""
     speech = module.speech
     what = next(what for what, (command, _) in speech.questions.items() if command == speech.probe)
     with suppress(RefusedCommand):
@@ -251,7 +251,10 @@ def _probed(module: Module) -> None:
 
 # -------------------------------------------------------------------------------------------- parts with an adapter
 def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Query whether the part takes commands, after ending a line that an earlier host may have left incomplete."""
+    """Query whether the part takes commands, and return the module.
+
+    A line that an earlier host may have left incomplete is ended first.
+    """
     speech = module.speech
     strange = b""
     for _ in range(LOOKS):

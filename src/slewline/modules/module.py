@@ -70,7 +70,7 @@ class Module:
         port: the port of the module.
         speech: the protocol of the module.
         transcript: records the dialogue.
-        may_move: also send commands that may step the motor.
+        may_move: whether commands that may step the motor are also sent.
         report: called once with a message for the user about a long exchange.
 
     Attributes:
@@ -106,7 +106,7 @@ class Module:
         Raises:
             MotionRefused: the command may step the motor, which is not allowed.
             RefusedCommand: the module has refused the command.
-            NoAnswer, DamagedAnswer: the effect of a command (not of a query) is unknown.
+            NoAnswer, DamagedAnswer: there is no valid answer; the effect of a command that is no query is unknown.
             EndlessInput: characters still arrive after the time of the longest answer.
             PortLost: the port is gone.
         """
@@ -139,14 +139,14 @@ class Module:
         longest: int | None = None,
         wait_s: float = 0.0,
     ) -> ModuleAnswer:
-        """Send a command once; return its answer, whatever it is.
+        """Send a command once; return its answer, even if that is a refusal.
 
         Args:
             data: the characters to send; None: the command in the format of the part.
             again: the command was sent before, and not answered.
             enough: returns whether received data is enough, so that the wait may end.
             longest: the maximum number of characters in the answer; None: that of the protocol.
-            wait_s: the minimum time to wait, whatever the part needs.
+            wait_s: the minimum time to wait, even if the part needs less.
 
         Raises:
             MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.
@@ -179,7 +179,7 @@ class Module:
         return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
 
     def value(self, what: str) -> str:
-        """Return the answer to a query in the sheet; `what` is one of `speech.questions`.
+        """Return the value in the answer to a query; `what` is one of `speech.questions`.
 
         Raises:
             DamagedAnswer: the answer is not one of this part, after several attempts.
@@ -198,7 +198,7 @@ class Module:
         )
 
     def wait_until_ready(self, seconds: float) -> None:
-        """Wait as long as the module answers that it is busy.
+        """Query the module until it no longer answers that it is busy.
 
         Raises:
             RefusedCommand: the module is still busy after `seconds`.
@@ -216,7 +216,7 @@ class Module:
 
     # ----------------------------------------------------------------------------------------------------- characters
     def send(self, data: bytes) -> int:
-        """Send unmodified characters; return the instant at which they were written (ns)."""
+        """Send unmodified characters; return the instant just before they were written (ns)."""
         sent_ns = self.port.write(data)
         self.transcript.host(data, sent_ns)
         return sent_ns
@@ -305,7 +305,7 @@ class Module:
 
     # --------------------------------------------------------------------------------------------------------- inside
     def _note_entry(self, command: str) -> None:
-        """Record whether program entry is open."""
+        """Record whether program entry is open after a command."""
         row = self.speech.row(command)
         if row is not None and row.role in ("enter", "leave"):
             self.entering = row.role == "enter"

@@ -93,7 +93,7 @@ class ModulePort(Closing):
             termios.tcsetattr(device, termios.TCSANOW, settings)
 
     def change(self, setting: LineSetting) -> None:
-        """Set another rate.
+        """Set another rate, that of the given setting.
 
         Raises:
             PortLost: the port is gone, or does not support the rate.
@@ -104,10 +104,10 @@ class ModulePort(Closing):
         self._note_setting()
 
     def check_echo(self) -> None:
-        """Check that sent characters do not come back.
+        """Check that sent characters do not come back, unless the port was opened with `echo`.
 
         Raises:
-            NoAnswer: they do come back, and the port was opened without `echo`.
+            NoAnswer: they do come back.
         """
         if self.echo.shows:
             raise NoAnswer(
@@ -130,7 +130,7 @@ class ModulePort(Closing):
         return now
 
     def read(self, silence: float) -> Chunk:
-        """Return the next characters, or none if nothing arrives for `silence` seconds.
+        """Return the next characters; the chunk is empty if nothing arrives for `silence` seconds.
 
         Raises:
             PortLost: the port is gone.
@@ -144,7 +144,7 @@ class ModulePort(Closing):
         return Chunk(data + self.waiting(), now)
 
     def waiting(self) -> bytes:
-        """Return characters already received.
+        """Return the characters that have already arrived, without waiting.
 
         Raises:
             PortLost: the port is gone.

@@ -138,6 +138,6 @@ def counts_positions(program: Program) -> bool:
 
 
 def counter_of(sheet: Sheet) -> tuple[int, int] | None:
-    """Return the limits of the position counter, as far as they are known from moves to a position."""
+    """Return the limits of the position counter, as far as known from moves to a position."""
     row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
     return None if row is None else (row.args[0].low, row.args[0].high)

@@ -166,8 +166,7 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window (ps, counted as in the picture): that of the motion, unless `start` or `stop` is given.
 
-        A lone `start` after the motion extends the window to the end of the run, and a lone `stop` before the motion
-        extends it to the start of the run.
+        A lone `start` after the motion extends it to the end of the run, a lone `stop` before the motion to its start.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -206,8 +205,7 @@ class Pictures:
     def _loaded(self, axes: AxisNames, before: int) -> int:
         """Return the instant (ps) of the last load of a position register up to the instant `before` (ps).
 
-        Values from before that load are not shown; nor are values that are no longer kept, so the result is never
-        earlier than the instant since which all are kept.
+        Values from before that load, or no longer kept, are not shown: the result is never earlier than the kept past.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]

@@ -69,7 +69,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- the plan
     def prepare(self) -> None:
-        """List the steps of the motion as they are if no input disturbs it."""
+        """List the steps of the motion without any disturbance by an input."""
         number, self.abort_used, self.served = self.number, False, False
         self.ramped_over = self.hold_reported = False
         self.asked_endless = self.registers.continuous

@@ -56,7 +56,7 @@ class PortOptions(SettingOptions):
 
 
 def free(beside: str, ending: str) -> Path:
-    """Return a path at which no file exists: `beside` with the given ending, and with a number if necessary."""
+    """Return a path at which no file exists: the path with the given ending, and with a number if necessary."""
     path, number = Path(beside + ending), 1
     while path.exists():
         number += 1

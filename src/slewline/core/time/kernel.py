@@ -36,9 +36,8 @@ class Shuffler(Protocol):
 class Task:
     """A coroutine that the kernel runs.
 
-    `value` is the result of its last wait: the net that woke the task, or None after a timed wait.  The
-    coroutine is only created when it starts to run, because Python warns about coroutines that are never
-    run.
+    `value` is the result of its last wait: the net that woke the task, or None after a timed wait.  The coroutine is
+    only created when it starts to run, because Python warns about coroutines that are never run.
     """
 
     __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
@@ -86,8 +85,8 @@ class Call:
 class CommitHook(Hook[[int]]):
     """The hook that is called with each committed instant (`Kernel.on_commit`).
 
-    A run checks for listeners only once, when it starts; if the first listener is added later in the run, a
-    mark in the heap announces it.  So instants without listeners cost nothing extra.
+    A run checks for listeners only once, when it starts; if the first listener is added later in the run, a mark in the
+    heap announces it.  So instants without listeners cost nothing extra.
     """
 
     __slots__ = ("kernel", "mark")
@@ -167,11 +166,7 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Advance to a later instant (ps) and return True; if not only the running task has work, return False.
-
-        The effect is the same as that of a wait: the instant is quiet, and the next event is the end of the
-        wait.
-        """
+        """Advance to a later instant (ps), as a wait would, and return True; return False if other work comes before."""
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
             return False
@@ -397,7 +392,7 @@ class Kernel:
                 net.schedule(time)
 
     def current(self) -> Task:
-        """Return the running task; SlewlineError if no task is running, because only a task can wait."""
+        """Return the running task; only a task can wait."""
         if not isinstance(self.task, Task):
             raise SlewlineError("only a task of the kernel can wait")
         return self.task

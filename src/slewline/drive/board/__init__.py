@@ -1,6 +1,7 @@
 """The board: the messages between host and board, its clock, its port, and its software twin.
 
-A board that uses the same messages is a row of `BOARDS` in `boards.py`: its pins, limits and times.  A message is a
-row of `FrameKind`, a size in `SIZES` and its fields in `wire.py`; its effect is in `twin_board.py` and in
-firmware/uno, and tests/firmware compares the two, cycle by cycle.
+Every board that uses these messages is a row of `BOARDS` in `boards.py`: its pins, limits and times.  A
+message is a row of `FrameKind`, a size in `SIZES` and its fields in `wire.py`; its effect is in
+`twin_board.py` and in firmware/uno, and tests/firmware compares the twin and the firmware, cycle by
+cycle.
 """

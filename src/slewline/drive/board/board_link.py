@@ -1,8 +1,9 @@
 """The host's end of the wire to a board, without a port or a clock: the caller supplies bytes and time.
 
-The line preserves the order of frames.  So the answer to a frame shows that each earlier frame has been answered or is
-lost, and the `wanted` field of any answer shows which numbered frames were taken.  No frame is sent a second time
-before that is known; therefore every record arrives exactly once.
+The line preserves the order of frames.  So the answer to a frame shows that each earlier frame has been
+answered or is lost, and the `wanted` field of any answer shows which numbered frames the board has
+taken.  No frame is sent a second time before it is known that the board has not taken it; therefore
+every record arrives exactly once.
 """
 
 from __future__ import annotations
@@ -44,15 +45,15 @@ HOST_ROOM = 127
 class Link(Outbox):
     """Frames to and from one board.
 
-    `answer` is the last answer, with its tick unwrapped; `free` is the number of slots without a record in transit to
-    them; `backlog` is the number of records that the board has not taken yet.  `damaged` counts damaged frames from the
-    board, `resent` counts the frames that the host has sent again.  `at_rest`: the motor is at rest, and no step is
-    pending.
+    `answer` is the last answer, with its tick unwrapped; `free` is the number of slots that the board has
+    free beyond the backlog; `backlog` is the number of records that the board has not taken yet.  `damaged`
+    counts damaged frames from the board, `resent` counts the frames that the host has sent again.
+    `at_rest`: the motor is at rest, and no step is pending.
 
-    `on_event` is called with each event of the board once, in order, with its tick unwrapped.  `on_boot`: the board
-    has restarted; pending commands are discarded, and the board must be opened again.  `on_open`: the board is open,
-    and has sent its IDENT.  `on_refused`: the answer to a refused command (results 4, 5 and 6); the command is dropped,
-    later ones continue.
+    `on_event` is called with each event of the board once, in order, with its tick unwrapped.  `on_boot` is
+    called when the board has restarted; pending commands are discarded, and the board must be opened again.
+    `on_open` is called when the board is open, with its IDENT.  `on_refused` is called with the answer to a
+    refused command (results 4, 5 and 6); the command is dropped, later commands continue.
     """
 
     def __init__(self, clock: BoardClock) -> None:
@@ -99,7 +100,7 @@ class Link(Outbox):
     # ----------------------------------------------------------------------------------------------------------- state
     @property
     def lost_events(self) -> int:
-        """Number of events since opening that the board has discarded and cannot repeat."""
+        """The number of events since opening that the board has discarded and cannot repeat."""
         return self._events.lost
 
     @property
@@ -108,14 +109,14 @@ class Link(Outbox):
         return not (self._commands or self._stops or self._opening) and self._events.complete
 
     def unanswered_ns(self, now_ns: int) -> int:
-        """Return for how long a frame has been pending without any answer, in ns; 0 if no frame is pending."""
+        """Return how long frames have been pending without any answer, in ns; 0 if no frame is pending."""
         if not self._flight:
             return 0
         return now_ns - max(self.received_ns or 0, self._asked_ns)
 
     @property
     def free(self) -> int:
-        """Free slots of the board, minus the records in transit to it."""
+        """The number of slots that remain free on the board after all records of the backlog."""
         return max(0, self.answer.free - self.backlog) if self.answer and self.is_open else 0
 
     @property
@@ -141,7 +142,7 @@ class Link(Outbox):
         return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return when `outgoing` may next have bytes (ns), if none are received earlier; None for never."""
+        """Return when `outgoing` may next have bytes (ns), if no bytes are received earlier; None for never."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:
@@ -194,7 +195,7 @@ class Link(Outbox):
         return bytes(out)
 
     def _missing(self) -> list[tuple[int, int]]:
-        """Return the missing events for which no repeat request is pending, and the time to request each, in ns."""
+        """Return the missing events for which no repeat request is pending, each with the time to send one, in ns."""
         return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:
@@ -206,7 +207,7 @@ class Link(Outbox):
         return self._ask or self._now - self._last_ask >= every
 
     def _next(self) -> BoardCommand | None:
-        """Return the next command that the free slots allow to be sent."""
+        """Return the next command to send; None if there is none, or the board has no free slots for it."""
         if self._sent >= len(self._commands):
             return None
         command = self._commands[self._sent]
@@ -280,7 +281,7 @@ class Link(Outbox):
         self._report()
 
     def _landed(self, answer: Answer) -> SentFrame | None:
-        """Return the frame to which an answer belongs."""
+        """Return the pending frame to which an answer belongs; None if there is no such frame."""
         for flight in self._flight:
             if (flight.number, flight.kind) == (answer.echo, answer.kind):
                 return flight
@@ -312,7 +313,7 @@ class Link(Outbox):
         self._sent -= taken
 
     def _lost_before(self, flight: SentFrame | None, answer: Answer) -> None:
-        """Handle an answer: all frames sent before the answered one have been answered, or are lost."""
+        """Handle the answer to a frame: earlier frames still pending are lost, and their commands are sent again."""
         if flight is None:
             return
         self._silences = 0
@@ -329,14 +330,14 @@ class Link(Outbox):
             self._refused(flight.command, answer)
 
     def _refused(self, command: BoardCommand, answer: Answer) -> None:
-        """Drop a command that the board has refused, and renumber later ones."""
+        """Drop a command that the board has refused, and renumber the later commands."""
         if self._commands and self._commands[0] is command:
             self._commands.popleft()
             self._sent = 0
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:
-        """Send the command of a lost frame again, and all later commands, which the board could not take."""
+        """Send the command of a lost frame again, and all later commands: the board could not take them, either."""
         command = flight.command
         if command is None or command.copies != flight.copy:
             return

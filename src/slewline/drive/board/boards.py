@@ -27,7 +27,7 @@ LEAST_CHECK = 256  # ticks between the pulses of a self-test
 
 
 class BoardPin(NamedTuple):
-    """A board pin: the name printed next to it, and the microcontroller port."""
+    """A board pin: the name printed next to it on the board, and its port and bit on the microcontroller."""
 
     printed: str
     port: str
@@ -39,8 +39,8 @@ class BoardModel(NamedTuple):
     `number`: the board field of its IDENT.  `hz`: ticks per second.  `slots`: records in its queue.
     `shortest`: the minimum number of ticks between two steps.  Values that a board reports itself (IDENT)
     take precedence.  `high`, `low`: the minimum number of ticks for which STEP is high and low, up to 45,000
-    steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before STEP rises, and
-    after.
+    steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before and after STEP
+    rises.
     """
 
     number: int
@@ -112,7 +112,7 @@ def by_number(*boards: BoardModel) -> dict[int, BoardModel]:
     """Return boards, keyed by number.
 
     Raises:
-        ValueError: two of them have the same number.
+        ValueError: two boards have the same number.
     """
     found: dict[int, BoardModel] = {}
     for board in boards:

@@ -1,10 +1,10 @@
 """The clock of a board as seen by its host: an estimate of its present tick, from round trips alone.
 
 The board takes a frame at some instant between the transmission of the frame and the arrival of its
-answer.  Plotted against host time, the ticks form a line, and each round trip gives two bounds on it: an
-upper bound at the first instant, and a lower bound at the second.  The tightest bounds of each second
-are kept for a minute or two.  The rate is the middle of the rates that satisfy all bounds, and the line
-is the middle of the lines with this rate.
+answer.  Plotted against host time, the ticks form a line, and the tick in each answer gives two bounds
+on it: an upper bound at the transmission, and a lower bound at the arrival.  The tightest bounds of each
+second are kept for a minute or two.  The rate is the middle of the rates that satisfy all bounds, and
+the line is the middle of the lines with this rate.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ JUMP_S = 1.0  # a board is never further off, except for the crystal error since
 
 @dataclass(slots=True)
 class TickBounds:
-    """The tightest bounds since `start`: the tick is at most `above` at `early`, at least `below` at `late`."""
+    """The tightest bounds since `start`: the tick is at most `above` at `early`, at least `below` at `late`.
+
+    The times are host times in ns.
+    """
 
     start: int
     early: int
@@ -44,7 +47,7 @@ class BoardClock:
     """The relation between board ticks, which do not wrap here, and host nanoseconds.
 
     `known`: whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible
-    board times: a sleeping computer stops its own clock, but not the board's.
+    board times: a computer that sleeps stops its own clock, but not that of the board.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:
@@ -73,7 +76,7 @@ class BoardClock:
 
     # ------------------------------------------------------------------------------------------------ recorded bounds
     def note(self, sent_ns: int, received_ns: int, tick: int) -> None:
-        """Record that the board was at a tick (u32) at some time between the two instants."""
+        """Record that the board was at a tick (u32) at some instant between transmission and arrival (host ns)."""
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
@@ -113,7 +116,7 @@ class BoardClock:
             last.late, last.below = received, tick
 
     def _drawn(self) -> bool:
-        """Calculate the line; return whether any line satisfies all bounds."""
+        """Calculate the line of ticks against host time; return whether any line satisfies all bounds."""
         rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
         early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
         early, late = early - self._origin, late - self._origin
@@ -141,19 +144,19 @@ class BoardClock:
         return round(self._tick + (now_ns - self._origin) * self._rate)
 
     def ticks(self, now_ns: int) -> int:
-        """Return the board tick at an instant of host time; it never decreases, and is 0 while unknown."""
+        """Return the board tick at an instant of host time (ns); it never decreases, and is 0 while unknown."""
         if self.known:
             self._last = max(self._last, self._at(now_ns))
         return self._last
 
     def at_ns(self, tick: int) -> int:
-        """Return the instant of host time at which the board is at a tick."""
+        """Return the instant of host time (ns) at which the board is at a tick."""
         return self._origin + round((tick - self._tick) / self._rate)
 
     def nanoseconds(self, now_ns: int) -> int:
-        """Return the time since the first message from the board, in ns of its crystal; it never decreases.
+        """Return the board time at a host time (ns): ns of its crystal since the first message from the board.
 
-        After a restart of the board, the time stops until the board has answered.
+        It never decreases.  After a restart of the board, it stops until the board has answered.
         """
         if self.known:
             self._board_ns = max(
@@ -164,17 +167,17 @@ class BoardClock:
     # ----------------------------------------------------------------------------------------------------- accuracy
     @property
     def doubt_ns(self) -> float:
-        """Uncertainty of the time at the last round trip, in ns; it includes any constant delay of the answers."""
+        """The uncertainty of the tick at the last round trip, in ns; it includes any constant delay of the answers."""
         return self._doubt / self._rate
 
     @property
     def offset_ppm(self) -> float:
-        """Rate of the board's crystal relative to the host's clock, in ppm; positive if faster."""
+        """The deviation of the board's crystal from the host's clock, in ppm; positive if the crystal is faster."""
         return (self._rate * 1e9 / self.hz - 1) * 1e6
 
     @property
     def round_trip_ns(self) -> tuple[int, int, int]:
-        """Round-trip times: the last, the worst, and the median of the last 64; zeros before the first one."""
+        """The round-trip times, ns: the last, the worst, and the median of the last 64; zeros before the first."""
         if not self._trips:
             return 0, 0, 0
         return self._trips[-1], self.worst_round_trip_ns, int(median(self._trips))

@@ -23,7 +23,7 @@ class Frame(NamedTuple):
 
 
 class Damaged(NamedTuple):
-    """A chunk that is not a valid frame; `why` gives the reason."""
+    """A chunk of bytes that is not a valid frame; `why` gives the reason."""
 
     why: str
 
@@ -75,7 +75,7 @@ def encode(number: int, kind: int, payload: bytes = b"") -> bytes:
 
 
 def decode(chunk: bytes) -> Frame | Damaged:
-    """Return the frame in a chunk, the bytes between two zeros."""
+    """Return the frame in a chunk, the bytes between two zeros; or Damaged, with the reason."""
     if len(chunk) > LONGEST_CHUNK:
         return Damaged(f"more than {LONGEST_CHUNK} bytes")
     data = unstuff(chunk)
@@ -89,7 +89,7 @@ def decode(chunk: bytes) -> Frame | Damaged:
 
 
 class Decoder:
-    """A decoder that assembles the bytes on a line into frames, however the reads split them.
+    """A decoder that assembles the bytes on a line into frames, in whatever portions the bytes are read.
 
     Of an unterminated chunk, it keeps only as much as is needed to detect that the chunk is too long.
     """

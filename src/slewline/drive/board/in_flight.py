@@ -13,7 +13,7 @@ KEPT_EVENTS = 8  # maximum number of events that a board can repeat
 
 @dataclass(slots=True)
 class SentFrame:
-    """An unanswered frame; `copy` is its index among the copies of its command."""
+    """An unanswered frame; `copy` numbers the copies of the same command, from 1 (0: it has no command)."""
 
     number: int
     kind: int
@@ -27,8 +27,8 @@ class SentFrame:
 class EventOrder:
     """The events of a board, each once and in order, starting with number `first`.
 
-    `lost` counts the events that the board has discarded; `asked` has the time of the next request for each missing
-    event.
+    `lost` counts the events that the board has discarded; `asked` has, for missing events that have already
+    been requested, the time (ns) of the next request.
     """
 
     def __init__(self, first: int) -> None:
@@ -68,7 +68,10 @@ class EventOrder:
         self._next = (self._next + 1) % 256
 
     def missing(self, in_flight: Set[int | None]) -> list[tuple[int, int]]:
-        """Return the missing events for which no request is pending, and the time to request each, in ns."""
+        """Return the missing events that are not in `in_flight`, each with the time to request it, in ns.
+
+        `in_flight` has the events for which a request is pending.
+        """
         count = (self._known - self._next) % 256
         numbers = ((self._next + more) % 256 for more in range(count))
         return [

@@ -17,7 +17,7 @@ AT_ONCE = 4  # records per frame: two such frames fit into the room of 127 bytes
 
 @dataclass(slots=True)
 class BoardCommand:
-    """A numbered command for the board: its number is its position in the queue."""
+    """A numbered command for the board; its number follows from its position in the queue."""
 
     kind: FrameKind
     payload: bytes = b""
@@ -41,7 +41,7 @@ class Outbox:
 
     @property
     def backlog(self) -> int:
-        """Number of records that the board has not taken yet."""
+        """The number of records that the board has not taken yet."""
         return sum(len(command.records) for command in self._commands)
 
     def _put(self, kind: FrameKind, payload: bytes) -> None:
@@ -56,7 +56,7 @@ class Outbox:
     def push(self, records: Iterable[Record]) -> None:
         """Queue records, which are sent as the board has room for them, in order with all other numbered commands.
 
-        Like every call, this has no effect before `open` or after a boot.
+        Like every call, this has no effect before `open`, or after a restart of the board.
         """
         if not (self._opening or self.is_open):
             return
@@ -68,11 +68,11 @@ class Outbox:
                 self._commands.append(BoardCommand(FrameKind.PUSH, records=[record]))
 
     def start(self, tick: int) -> None:
-        """Start the records pushed before; the first record begins at the given tick."""
+        """Start the records pushed earlier; the first record begins at the given tick."""
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board before more are sent: its slots become free only after the start."""
+        """Start the records on the board before sending more, because its slots become free only after the start."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
@@ -92,7 +92,7 @@ class Outbox:
         STOP is sent before all numbered commands, which wait for its answer.
 
         Raises:
-            UsageError: `how` is neither.
+            UsageError: `how` is neither 0 nor 1.
         """
         if how not in (0, 1):
             raise UsageError(f"stop({how!r}); expected 0 (immediately) or 1 (along the stop ramp)")
@@ -100,7 +100,7 @@ class Outbox:
             self._stops.append(how)
 
     def tail(self, entries: Sequence[tuple[int, int]]) -> None:
-        """Replace the tail by entries of (interval in 1/256 tick, count), in ascending order.
+        """Replace the tail, the board's stop ramp, by entries (interval in 1/256 tick, count), in ascending order.
 
         There must be no more entries than the board has room for.
         """
@@ -111,13 +111,14 @@ class Outbox:
         """Leave HALT, or clear the queue; set the position if one is given.
 
         Args:
-            known: the count is the position of the motor.
-            power: the driver may be switched on again, even if the board has switched it off.
+            position: the new count of the board; None to keep its count.
+            known: True if the count is the position of the motor.
+            power: True if the driver may be switched on again, even if the board has switched it off.
         """
         self._put(FrameKind.RESET, wire.reset_payload(position, known=known, power=power))
 
     def outputs(self, mask: int, value: int) -> None:
-        """Set outputs: bits 0 to 3 are the user outputs, bit 4 is ENABLE."""
+        """Set the outputs in `mask` to the bits of `value`: bits 0 to 3 are the user outputs, bit 4 is ENABLE."""
         self._put(FrameKind.OUTPUTS, bytes((mask, value)))
 
     def check(self, count: int, interval: int) -> None:

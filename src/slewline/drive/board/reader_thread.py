@@ -48,7 +48,7 @@ class PortReader:
         os.close(self._over)
 
     def fileno(self) -> int:
-        """Return the end of the pipe that a loop can wait for."""
+        """Return the descriptor of the pipe's reading end, for which a loop can wait."""
         return self._out
 
     def read(self) -> bytes:

@@ -31,11 +31,11 @@ _RECORD = Struct("<BHIHi")
 
 
 class Record(NamedTuple):
-    """A series of steps, each interval `add` longer than the last, or one interval without a step (PAUSE).
+    """A series of steps, each interval `add` longer than the one before, or an interval without a step (PAUSE).
 
-    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval is constant, and `add` holds
-    the number of steps of a stop ramp that starts at the first step (low 16 bits), and the change of that number with
-    each step (high 16 bits, signed: -1, 0 or 1).
+    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With RAMP_LEFT the interval is constant,
+    and `add` holds the number of steps of a stop ramp that starts at the first step (low 16 bits), and the
+    change of that number with each step (high 16 bits, signed: -1, 0 or 1).
     """
 
     flags: int
@@ -49,36 +49,41 @@ class Record(NamedTuple):
         return _RECORD.pack(*self)
 
     def with_ramp_left(self, ramp_left: int, slope: int) -> Record:
-        """Return a record of one interval with the length and slope of the stop ramp that starts at its first step."""
+        """Return this record, whose intervals are equal, with RAMP_LEFT.
+
+        Args:
+            ramp_left: the number of steps of a stop ramp that starts at the first step.
+            slope: the change of that number with each step.
+        """
         return self._replace(flags=self.flags | RAMP_LEFT, add=slope << 16 | ramp_left)
 
     @property
     def growth(self) -> int:
-        """Growth of each interval over the previous one, in 1/65536 tick."""
+        """The growth of each interval over the previous one, in 1/65536 tick."""
         return 0 if self.flags & RAMP_LEFT else self.add
 
     @property
     def slope(self) -> int:
-        """Change of the stop ramp's length with each step, if the record has WAY."""
+        """The change of the stop ramp's number of steps with each step, if the record has RAMP_LEFT."""
         return self.add >> 16
 
     def ramp_left(self, step: int) -> int | None:
-        """Return the number of steps of a stop ramp that starts at a step, counted from 0; None without WAY."""
+        """Return the number of steps of a stop ramp that starts at `step`, counted from 0; None without RAMP_LEFT."""
         return (self.add & 0xFFFF) + step * self.slope if self.flags & RAMP_LEFT and not self.flags & PAUSE else None
 
     @property
     def first(self) -> int:
-        """First interval, in 1/65536 tick."""
+        """The first interval, in 1/65536 tick."""
         return self.interval << 16 | self.fraction
 
     @property
     def last(self) -> int:
-        """Last interval, in 1/65536 tick."""
+        """The last interval, in 1/65536 tick."""
         return self.first if self.flags & PAUSE else self.first + (self.count - 1) * self.growth
 
     @property
     def length(self) -> int:
-        """Total duration, in 1/65536 tick."""
+        """The total duration, in 1/65536 tick."""
         if self.flags & PAUSE:
             return self.first
         return self.count * self.first + self.count * (self.count - 1) // 2 * self.growth
@@ -94,7 +99,7 @@ class Record(NamedTuple):
             interval += self.growth
 
     def good(self, shortest: int) -> bool:
-        """Return whether a board accepts the record: its steps must be at least `shortest` ticks apart."""
+        """Return whether a board accepts the record, if steps must be at least `shortest` ticks apart."""
         if self.flags & PAUSE:
             masks = self.count >> 8, self.count & 255
             sets = max(masks) <= USER_OUTPUTS if self.flags & OUT else self.count == 0
@@ -114,7 +119,7 @@ def unpack(payload: bytes) -> list[Record]:
 
 
 def pack(records: Iterable[Record]) -> bytes:
-    """Return the payload of PUSH."""
+    """Return the payload of a PUSH frame with these records."""
     return b"".join(_RECORD.pack(*record) for record in records)
 
 
@@ -190,7 +195,10 @@ Found = tuple[int, int, int]  # steps, first interval, add
 
 
 def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest: int) -> Found:
-    """Return the longest record for the steps at these offsets from its start; it has 0 steps if none fits."""
+    """Return the longest record for the steps at these offsets from the start of the record.
+
+    It is given as the number of steps, the first interval and `add`; the number is 0 if no step fits.
+    """
     most = len(offsets)
     low, high = offsets - tolerance, offsets + tolerance
     best: Found = (0, 0, 0)
@@ -210,11 +218,11 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return a first interval and `add` that keep all steps within limits, or None; and the bounds of `add`.
+    """Return a first interval and `add` that keep all steps within limits, or None; and new bounds of `add`.
 
     In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add`, the
-    possible first intervals lie between two limits; if there are none, these two limits show on which side
-    of this `add` there may be some.
+    possible first intervals lie between two limits; if there are none, these two limits show whether there
+    may be some for a greater or a smaller `add`.
     """
     count = len(low)
     steps, sums = _STEPS[:count], _SUMS[:count]
@@ -249,7 +257,7 @@ def _through(
 def _extended(
     count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
 ) -> Found:
-    """Return a record extended over all further steps that its interval and `add` fit."""
+    """Return a record extended over all further steps that its first interval and `add` fit."""
     end = min(len(low), 8 * count)
     if add < 0:
         end = min(end, (first - shortest) // -add + 1)

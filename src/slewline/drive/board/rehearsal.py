@@ -20,7 +20,7 @@ class TwinPort:
 
     Args:
         model: the board to simulate.
-        clock: returns the wall-clock time in nanoseconds.
+        clock: a function that returns the wall-clock time in nanoseconds.
     """
 
     name = TWIN
@@ -32,7 +32,7 @@ class TwinPort:
         self._decoder = Decoder()
 
     def _present(self) -> int:
-        """Return the present tick."""
+        """Return the present tick of the board."""
         tick = (self.clock() - self.began_ns) * self.model.hz // 10**9
         self.twin.run(tick)
         self.twin.look_for_silence(tick)

@@ -1,4 +1,7 @@
-"""A step-by-step model of a board, the reference for the firmware: slow and simple.  This file handles its frames."""
+"""A step-by-step model of a board, the reference for the firmware: slow and simple.
+
+This file handles the frames of the board.
+"""
 
 from __future__ import annotations
 
@@ -47,11 +50,11 @@ def _signed(tick: int) -> int:
 
 
 class BoardTwin(MovingTwin):
-    """A board, from its power-up.
+    """A model of a board, from its power-up on.
 
-    `steps`: tick, direction and position after each step.  `phases`, `outputs`: tick and value of each change; bits 0
-    to 3 of `outputs` are the user outputs, including lamps, bit 4 is ENABLE.  `enable`: tick and level of the ENABLE
-    pin; the level is None if there is no such pin.  `sent`: frames for the host.
+    `steps`: tick, direction and position after each step.  `phases`, `outputs`: tick and value of each
+    change; bits 0 to 3 of `outputs` are the user outputs, including lamps, bit 4 is ENABLE.  `enable`: tick
+    and level of the ENABLE pin; the level is None if there is no such pin.  `sent`: frames for the host.
     """
 
     def __init__(self, model: BoardModel = UNO) -> None:
@@ -85,21 +88,21 @@ class BoardTwin(MovingTwin):
         self.brake_if_silent(tick)
 
     def look(self, tick: int) -> None:
-        """Run the checks of the main loop, and switch the driver off if it is due."""
+        """Run the checks of the main loop, and switch the driver off if that is due."""
         self.run(tick)
         limit = self.config.watchdog
         self._silent |= bool(limit) and tick - self.last_frame >= limit
         self.power.watch(tick, self.state, self.config, self._silent)
 
     def brake_if_silent(self, tick: int) -> None:
-        """Brake if the host was silent at the last check."""
+        """Brake if the last check found that the host was silent."""
         self.run(tick)
         if self._silent and self.state == RUN:
             self._brake(Happening.WATCHDOG, HOST, tick)
             self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
-        """End a self-test in which `counted` pulses came back; `right`: the number is correct."""
+        """End a self-test in which `counted` pulses came back; `right`: this is the number of pulses sent."""
         self.run(tick)
         self._report_event(Happening.CHECKED, 0 if right else 1, tick, counted)
 
@@ -137,7 +140,7 @@ class BoardTwin(MovingTwin):
         self._repeated = b""
 
     def _judge(self, frame: Frame, tick: int) -> FrameResult:
-        """Return the error in a frame, except errors that only its execution reveals."""
+        """Return the error in a frame that is found without executing it; TAKEN if none is found."""
         number, kind, payload = frame
         if kind not in FROM_HOST:
             return FrameResult.BAD_CONTENT
@@ -156,7 +159,7 @@ class BoardTwin(MovingTwin):
         return FrameResult.TAKEN
 
     def _obey(self, frame: Frame, tick: int) -> FrameResult:
-        """Execute a frame, and return whether that was possible."""
+        """Execute a frame, and return the result: TAKEN, or an error that only the execution reveals."""
         _, kind, payload = frame
         if kind == FrameKind.PUSH:
             return self._push(payload)

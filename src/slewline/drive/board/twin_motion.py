@@ -2,9 +2,9 @@ r"""The step-by-step motion of a board: records, brake and tail, reflexes and ou
 
 A brake makes the scheduled step (an underrun has none), then one more if that follows within less than
 640 ticks, and then the tail: steps from the table that the host sent last.  The number of tail steps,
-and the first entry used, follow from the record of the scheduled step, if it has WAY: a count of steps,
-which changes by -1, 0 or 1 with each step.  So a board ramps down from any step as its chip would,
-without knowing how the chip computes its ramps:
+and the first entry used, follow from the record of the scheduled step, if it has WAY (RAMP_LEFT in
+records.py): a count of steps, which changes by -1, 0 or 1 with each step.  So a board ramps down from
+any step as its chip would, without knowing how the chip computes its ramps:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
@@ -60,7 +60,7 @@ class MovingTwin:
         self.power_up()
 
     def power_up(self, tick: int = 0) -> None:
-        """Clear everything except the input levels, and restart ticks.  Event 0 reports the power-up to the host."""
+        """Clear everything except the input levels; the ticks restart at `tick`, and event 0 reports the power-up."""
         self.now = tick
         self.sent.clear()
         self.state: BoardState = BOOT
@@ -102,7 +102,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """Sample an input at this tick; inputs that change in one sample are handled in ascending order."""
+        """Sample the level of an input at a tick; of inputs that change in the same sample, the lowest comes first."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
@@ -183,7 +183,7 @@ class MovingTwin:
         self._set_phases(tick)
 
     def _brake(self, kind: Happening, which: int, tick: int) -> None:
-        """Ramp down to a halt along the tail; called in RUN."""
+        """Ramp down to a halt along the tail, and report the cause; called in the state RUN."""
         assert self.record is not None  # noqa: S101
         playing = not self.record.flags & PAUSE and self.left
         if playing:
@@ -199,7 +199,7 @@ class MovingTwin:
         self._report_event(kind, which, tick)
 
     def _following(self) -> int:
-        """Return the ticks between the scheduled step and the next one; 2^31 if none follows in this direction."""
+        """Return the ticks from the scheduled step to the one after it; 2^31 if none follows in this direction."""
         assert self.record is not None  # noqa: S101
         if self.left > 1:
             return (self.interval + self.record.growth) >> 16
@@ -208,7 +208,7 @@ class MovingTwin:
         return self.queue[0].interval
 
     def _begin_tail(self, last_step: int, earliest: int) -> None:
-        """Schedule the steps of the tail, counted from the last step; none comes before the earliest tick."""
+        """Schedule the tail, timed from the last step; if its first step is before `earliest`, delay all its steps."""
         ticks = [last_step + each for each in self._stop_ramp()]
         late = max(0, earliest - ticks[0]) if ticks else 0
         self.tail = deque(each + late for each in ticks)
@@ -246,7 +246,7 @@ class MovingTwin:
 
     # ------------------------------------------------------------------------------------------------------- inputs
     def _active(self) -> list[int]:
-        """Return the inputs that are active."""
+        """Return the numbers of the inputs that are active."""
         return [number for number in range(wire.INPUTS) if self._is_active(number)]
 
     @property
@@ -261,7 +261,7 @@ class MovingTwin:
         return self.config.reflex[number] & 15 == reflex
 
     def _fits(self, number: int) -> bool:
-        """Return whether the input acts in the direction of the present record."""
+        """Return whether the reflex of an input applies to the direction of the present record."""
         directions = self.config.reflex[number] & (Reflex.UPWARDS | Reflex.DOWNWARDS)
         down = self.record is not None and self.record.flags & DOWN
         return not directions or bool(directions & (Reflex.DOWNWARDS if down else Reflex.UPWARDS))

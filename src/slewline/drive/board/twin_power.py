@@ -21,7 +21,7 @@ HOLD_SHIFT = 16  # `enable_hold` counts 65,536 ticks
 
 
 class TwinPower:
-    """The driver current of a twin.
+    """The driver current of a simulated board.
 
     Args:
         switch: a function that sets ENABLE, called with True or False and a tick.
@@ -29,7 +29,7 @@ class TwinPower:
     Attributes:
         on: True while the driver is enabled.
         unsure: True if the position of the motor may differ from the count.
-        locked: True if the board has switched the driver off by itself.
+        locked: True from power-up, and after the board has switched the driver off by itself, until RESET.
     """
 
     def __init__(self, switch: Callable[[bool, int], object]) -> None:
@@ -49,7 +49,7 @@ class TwinPower:
         return sum(flag for flag, is_set in flags if is_set)
 
     def may_switch(self, mask: int, value: int, state: BoardState, config: BoardConfig, estop: bool) -> bool:
-        """Return whether the board accepts the value of ENABLE in OUTPUTS."""
+        """Return whether the board accepts the bit for ENABLE in an OUTPUTS frame."""
         wanted = bool(value & ENABLE)
         if not mask & ENABLE or wanted == self.on:
             return True
@@ -58,13 +58,13 @@ class TwinPower:
         return state == IDLE and config.driver == DriverFlag.ENABLE and not self.locked and not estop
 
     def switch(self, on: bool, tick: int) -> None:
-        """Switch the driver."""
+        """Switch the driver on or off at a tick."""
         if on != self.on:
             self.on = on
             self._switch(on, tick)
 
     def unlock(self, flags: int) -> None:
-        """Apply the flags of RESET."""
+        """Apply the flags of a RESET frame, which may unlock the driver."""
         if flags & (ResetFlag.KNOWN | ResetFlag.POWER):
             self.locked = False
         if flags & ResetFlag.KNOWN:

@@ -67,7 +67,7 @@ class BoardState(IntEnum):
 
 
 class Happening(IntEnum):
-    """Causes of an event."""
+    """Kinds of events on a board."""
 
     REST = 1
     UNDERRUN = 2
@@ -96,7 +96,7 @@ class FrameResult(IntEnum):
 
 
 class Reflex(IntEnum):
-    """Immediate reactions of a board when an input becomes active; the last two are modifiers of STOP and BRAKE."""
+    """Immediate reactions of a board to an active input; UPWARDS and DOWNWARDS restrict STOP and BRAKE."""
 
     NONE = 0
     STOP = 1
@@ -133,8 +133,8 @@ class ResetFlag(IntFlag):
 class PowerFlag(IntFlag):
     """Flags of ANSWER that describe the driver.
 
-    UNSURE: the position of the motor may differ from the count, after steps without current, after a stop without a
-    ramp, or because the board has switched the driver off.  LOCKED: it did so by itself, and only RESET unlocks it.
+    UNSURE: the count may differ from the motor's position, after steps without current, a stop without a
+    ramp, or a switch-off by the board itself.  LOCKED: after power-up or such a switch-off, until RESET.
     """
 
     ENERGISED = 1
@@ -144,7 +144,7 @@ class PowerFlag(IntFlag):
 
 
 class Answer(NamedTuple):
-    """The result of a frame from the host, and the state of the board at that tick (u32)."""
+    """The result of a frame from the host, and the state of the board at `tick` (u32), when it took the frame."""
 
     wanted: int
     echo: int
@@ -174,8 +174,8 @@ class BoardEvent(NamedTuple):
 class Ident(NamedTuple):
     """The properties of a board.
 
-    `slots`: records in its queue; `tail`: entries in its tail; `room`: bytes of frames that may be unanswered;
-    `shortest`: the shortest interval between steps; `hz`: its ticks per second.
+    `slots`: records in its queue; `tail`: entries in its tail; `room`: bytes of frames that may be
+    unanswered; `shortest`: the shortest interval between steps, in ticks; `hz`: its ticks per second.
     """
 
     wanted: int
@@ -376,15 +376,15 @@ def reset_payload(position: int | None, *, known: bool = False, power: bool = Fa
     """Return the payload of RESET; without a position the board keeps its own count.
 
     Args:
-        known: the count is the position of the motor.
-        power: the driver may be switched on again.
+        known: True if the count is the position of the motor.
+        power: True if the driver may be switched on again.
     """
     flags = ResetFlag.POSITION * (position is not None) | ResetFlag.KNOWN * known | ResetFlag.POWER * power
     return _RESET.pack(flags, position or 0)
 
 
 def reset_position(payload: bytes) -> int | None:
-    """Return the position that RESET sets; None if it sets none."""
+    """Return the position that a RESET payload sets; None if it sets none."""
     flags, position = _RESET.unpack(payload)
     return position if flags & ResetFlag.POSITION else None
 

@@ -25,8 +25,8 @@ class AxisCapture:
 
     Attributes:
         name: the name of the axis.
-        steps: its steps, as `Waveforms.steps` returns them.
-        signals: its signals, under the names "step" and "direction".
+        steps: the steps of the axis, as `Waveforms.steps` returns them.
+        signals: the signals of the axis, under the names "step" and "direction".
         glitches: the instants of pulses and gaps of STEP or DIR that are too short to be intended, ps.
         glitch_ps: the length below which a pulse or gap of STEP is a glitch, ps.
         jitter: the jitter of the steps at a constant rate; None if the rate is not constant.
@@ -61,8 +61,8 @@ class CaptureReport:
     Attributes:
         axes: an `AxisCapture` for each axis.
         limits: the data sheet limits, each with the times measured: a `TimingTable`.
-        skews: the delay of one axis's steps relative to another's, keyed by the names of the two axes, with
-            the delayed axis in second place: a `Skew`, or None if no steps are close to each other.
+        skews: the delay of one axis's steps relative to the steps of another axis, keyed by the names of the
+            two axes, the delayed axis second: a `Skew`, or None if no steps are close to each other.
         resolution_ps: the timing error caused by sampling, ps.
         notes: restrictions of the result, one per line.
     """
@@ -95,7 +95,7 @@ class CaptureReport:
         return "\n".join([*lines, *self.notes])
 
     def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-        """Draw the signals at the measured time that violates its limit most or, if none does, comes closest to it.
+        """Draw the signals at the worst violation of a limit or, if none is violated, at the time closest to one.
 
         Args:
             path: the file, SVG, PNG or PDF by its suffix.
@@ -122,7 +122,7 @@ class CaptureReport:
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
 
     def _worst(self) -> tuple[AxisCapture, Interval, str]:
-        """Return the axis, the interval to draw, and its title."""
+        """Return the axis, the interval to draw, and the title of the picture."""
         of_axis = {axis.name: axis.signals for axis in self.axes}
         rows = [
             row for row in self.limits if row.count and row.bound.limit.start.split()[0] in of_axis.get(row.chip, ())
@@ -143,12 +143,12 @@ class CaptureReport:
 
 
 def _room(row: Checked) -> float:
-    """Return the margin between the shortest time and its limit, as a fraction of the limit."""
+    """Return the margin of the shortest time measured over the least allowed, as a fraction of the latter."""
     return ((row.shortest_ps or 0) - (row.bound.least or 0)) / max(row.bound.least or 1, 1)
 
 
 def _cut(signal: SignalEdges, start: int, stop: int) -> SignalEdges:
-    """Return the edges of a signal in a window."""
+    """Return the edges of a signal in start < t <= stop (ps)."""
     import numpy as np
 
     first, last = np.searchsorted(signal.times_ps, (start, stop), side="right").tolist()

@@ -4,7 +4,7 @@
     DIR   _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__     set-up before a step, hold after it
            |<->|               |<->|
 
-Times are data sheet times, one row each, in the form that `bench.check_timing` uses for the model.
+The limits are data sheet times, one row each, in the form that `bench.check_timing` uses for the model.
 """
 
 from __future__ import annotations
@@ -79,8 +79,9 @@ def check_capture(
         capture: the result of `read_waveforms`, or the name of a file.
         axes: the STEP and DIR signals of each axis, keyed by a name of your choice: {"x": ("D0", "D1")}; DIR
             may be None.
-        driver: the driver that receives them, such as "DM542", or the times of its data sheet, such as
-            "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew.
+        driver: the driver that receives these signals, such as "DM542", or the times of its data sheet, such
+            as "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew
+            are checked.
         edge: the STEP edge with which a step begins at the point of the recording: "rising", "falling", or
             "both".
         forward: the level of DIR at which positions count up, 0 or 1.
@@ -90,7 +91,7 @@ def check_capture(
             is a glitch.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked,
             too.
-        pins: its pins, and their signals: {"pulse": "D0", "direction": "D1"}.
+        pins: the recorded pins of the part, and their signals: {"pulse": "D0", "direction": "D1"}.
         crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
 
     Raises:
@@ -133,7 +134,7 @@ def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt:
 
 
 def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
-    """Yield a remedy if a recording cannot resolve the pulses of a driver."""
+    """Yield a remedy if a recording is too coarse to resolve the pulses of a driver; `doubt` is its period, ps."""
     shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
     if shortest and doubt * COARSE > shortest:
         yield (
@@ -185,7 +186,7 @@ def _median(lasts: NDArray[np.int64]) -> float:
 
 
 def _short(signal: SignalEdges, shorter: int) -> Iterator[int]:
-    """Yield the starts of pulses and gaps that are too short to be intended."""
+    """Yield the starts (ps) of the pulses and gaps of a signal that are shorter than `shorter` (ps)."""
     for level in (0, 1):
         begins, ends = pulses(signal.times_ps, signal.levels, level)
         yield from begins[ends - begins < shorter].tolist()

@@ -93,10 +93,7 @@ class Decoder(Generic[L_co]):
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
 
     def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | L_co | None:
-        """Process one byte; return the command or label that it completes, or None.
-
-        `ascii` matters only for the first byte of a command, its letter; `entering` is True during program entry.
-        """
+        """Return the command or label that a byte completes, or None; `ascii` matters only for a command letter."""
         if not self.at_letter:
             found = self._state(byte)
         else:

@@ -158,7 +158,7 @@ def be_prompt() -> str:
 
 # ------------------------------------------------------------------------------------------------------------ signals
 def numbers(*names: str) -> list[int]:
-    """Return the numbers of the signals with these names, without those that the system lacks."""
+    """Return the numbers of the signals with these names, without any that the system lacks."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 

@@ -18,13 +18,13 @@ Data = dict[str, Any]
 
 
 class Views:
-    """The views of a server; a stored program is represented by its checksum."""
+    """The views of a server; a view contains the checksum of a stored program, not the program itself."""
 
     def __init__(self, server: ServerFace) -> None:
         self.server, self.bench = server, server.bench
 
     def move(self, bench: Bench) -> None:
-        """View another bench."""
+        """Show another bench from now on."""
         self.bench = bench
 
     def view(self) -> Data:
@@ -45,7 +45,7 @@ class Views:
         yield ("entries",), self.server.dialogue.number
 
     def pace(self) -> Data:
-        """Return the state of time."""
+        """Return the state of time: mode, pause, rate and branch."""
         pace = self.server.pace
         rate = float(pace.rate) if isinstance(pace, Paced) else 1.0
         return {"lockstep": pace.lockstep, "paused": pace.paused, "rate": rate, "branch": self.server.branch}
@@ -77,14 +77,14 @@ class Views:
 
 
 def put(view: Data, path: tuple[str, ...], value: Any) -> None:
-    """Put a piece into a view."""
+    """Put a piece into a view, at its path of keys."""
     for key in path[:-1]:
         view = view.setdefault(key, {})
     view[path[-1]] = value
 
 
 def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
-    """Return a piece of a view; None if it does not exist."""
+    """Return the piece of a view at a path of keys; None if there is none."""
     found: Any = view
     for key in path:
         found = found.get(key) if isinstance(found, Mapping) else None
@@ -92,7 +92,7 @@ def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def levels(owner: Chip | Part) -> dict[str, int | None]:
-    """Return the levels of the signal pins, by name; None if the pin floats."""
+    """Return the levels of the signal pins of a chip or part, by name; None for a pin that floats."""
     return {name: pin.level for name, pin in owner.pins.items() if pin.row.in_out in ("in", "out", "both")}
 
 
@@ -102,9 +102,9 @@ def part_view(part: Part) -> Data:
 
 
 def difference(before: Mapping[str, Any], after: Mapping[str, Any]) -> Data:
-    """Return the changes from one view to another, in its shape; a removed item is None.
+    """Return the changes from one view to another, in the shape of a view; a removed item is None.
 
-    Lists of objects keep their order.
+    A list that has changed is returned as a whole.
     """
     found: Data = {key: None for key in before if key not in after and before[key] is not None}
     for key, value in after.items():

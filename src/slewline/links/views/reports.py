@@ -38,7 +38,7 @@ def clause(text: str) -> str:
 class FindingReports:
     """The reporter of findings.
 
-    The first finding of a cause is reported immediately, the number of its repetitions after a minute.
+    The first finding of a cause is reported immediately, the number of its repetitions a minute later.
     """
 
     def __init__(self, loop: Loop, report: Callable[[str], object]) -> None:
@@ -47,7 +47,7 @@ class FindingReports:
         self.first: dict[Key, str] = {}  # its last text
 
     def found(self, finding: Finding) -> None:
-        """Report a finding."""
+        """Report a finding, or only count it if its cause was reported within the last minute."""
         key = finding.source, finding.code, cause_of(finding)
         if key not in self.more and sum(other[:2] == key[:2] for other in self.more) >= CAUSES:
             key = *key[:2], OTHERS
@@ -88,7 +88,9 @@ class Lateness:
     """The reporter of lag: it reports when virtual time cannot follow the wall clock, and when it can again.
 
     Args:
+        lag: the counts of the lag, kept by the pace.
         rate: the requested rate, in virtual seconds per wall-clock second.
+        report: called with each message.
     """
 
     def __init__(self, lag: Lag, rate: float, report: Callable[[str], object]) -> None:
@@ -102,7 +104,7 @@ class Lateness:
         return self.calm < CALM_CHECKS
 
     def check(self) -> None:
-        """Report changes since the last check, every few seconds."""
+        """Report if virtual time has begun to lag, or follows the wall clock again; called every few seconds."""
         lost = self.lag.lost_ns
         if lost == self.seen_ns:
             if self.is_late:

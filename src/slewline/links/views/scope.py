@@ -55,7 +55,7 @@ class Scope:
         self.points, self.signs = Cells(), Cells()
 
     def signals(self) -> dict[str, Any]:
-        """Return the available signals: pins by owner, and quantities."""
+        """Return the available signals: names of pins, by owner, and full names of quantities."""
         bench = self.bench
         owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
         pins = {
@@ -154,7 +154,7 @@ class Scope:
         return self.bench.chips[owner].axis(number).motor.since
 
     def find(self, on: Mapping[str, Any], start: int, stop: int, last: bool) -> int | None:
-        """Return the first, or the last, instant (ps) of an event in a window; None if there is none.
+        """Return the first or, if `last`, the last instant (ps) of an event in a window; None if there is none.
 
         Raises:
             UsageError: `on` is not a pin with an edge or level, a quantity with a value and slope, or a finding.
@@ -187,7 +187,7 @@ class Scope:
         return None
 
     def _level(self, name: str, level: Any, start: int, stop: int, last: bool) -> int | None:
-        """Return the first, or the last, instant at which a pin has a level."""
+        """Return the first or, if `last`, the last instant (ps) at which a pin has a level; None if there is none."""
         probe = self.probe(name)
         start = max(start, self.recorder.since(probe))
         if start > stop:

@@ -1,4 +1,4 @@
-"""The state of a server as data, and as one line."""
+"""The state of a server as data, and as one line of text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHOWN_FINDINGS = 20
 
 
 def status(server: ServerFace) -> dict[str, Any]:
-    """Return the complete state for a client of the control port."""
+    """Return the complete state of a server, for a client of the control port."""
     return {
         "pace": pace(server),
         "chips": {name: chip_status(server, chip) for name, chip in server.bench.chips.items()},
@@ -54,17 +54,17 @@ def chip_status(server: ServerFace, chip: Chip) -> dict[str, Any]:
 
 
 def last(findings: list[Finding]) -> list[dict[str, Any]]:
-    """Return the last few of a list of findings."""
+    """Return the last findings in a list, 20 at most, as data."""
     return [{"time_ps": found.time_ps, "code": found.code, "text": found.text} for found in findings[-SHOWN_FINDINGS:]]
 
 
 def axis_status(axis: OneAxis) -> dict[str, Any]:
-    """Return the state of an axis; for a chip as a whole, the state of its first axis."""
+    """Return the state of an axis; if given a chip, return the state of its first axis."""
     return {"position": axis.position, "registers": dict(axis.registers)}
 
 
 def line_status(line: HostLine) -> dict[str, Any]:
-    """Return the state of a line: the host that is connected, and the number of bytes transferred."""
+    """Return the state of a line: the connected host, and the numbers of bytes transferred and dropped."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
         "host": line.host_name or None,
@@ -80,7 +80,7 @@ def line_status(line: HostLine) -> dict[str, Any]:
 
 
 def as_line(server: ServerFace) -> str:
-    """Return the state as one line for a terminal."""
+    """Return the state of a server as one line for a terminal."""
     bench, lag = server.bench, server.pace.lag
     parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]
     for name, chip in bench.chips.items():

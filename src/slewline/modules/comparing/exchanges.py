@@ -18,7 +18,7 @@ LF = b"\n"
 
 
 class TimedAnswer:
-    """A base class, to be listed first, with values derived from the times of an answer."""
+    """A base class, to be listed before other bases, with values derived from the times of an answer."""
 
     over_us: float
     first_us: float | None
@@ -26,12 +26,12 @@ class TimedAnswer:
 
     @property
     def delay_us(self) -> float | None:
-        """Time from the end of the last character sent to the first character received; None without an answer."""
+        """Time from the end of the last character sent to the first one received (µs); None without an answer."""
         return None if self.first_us is None else self.first_us - self.over_us
 
     @property
     def duration_us(self) -> float:
-        """Time from the first to the last character of the answer."""
+        """Time from the first to the last character of the answer (µs)."""
         return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
@@ -58,7 +58,7 @@ class RecordedExchange(TimedAnswer):
 
 
 def commands(speech: Speech, data: bytes) -> list[str]:
-    """Return the data sent as commands, without carriage returns, checksums and addresses, and without the wake-up."""
+    """Return the commands in data sent, without carriage returns, checksums, addresses and wake-up characters."""
     found = []
     for line in re.split(b"[%b]" % speech.ends, data.removeprefix(speech.wake)):
         line = line.strip(LF)
@@ -68,14 +68,15 @@ def commands(speech: Speech, data: bytes) -> list[str]:
 
 
 def is_for(speech: Speech, data: bytes) -> bool:
-    """Return whether a line is for the module of this dialogue."""
+    """Return whether a line is addressed to the module of this dialogue."""
     return not speech.address or data.startswith(str(speech.address).encode())
 
 
 def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[RecordedExchange]:
     """Return the exchanges of a dialogue with one module; data for other modules on its line is left out.
 
-    A line that a host sends before the previous line is complete shares its exchange.
+    A line that a host sends before the previous line has been transmitted belongs to the exchange of the
+    previous line.
     """
     found: list[RecordedExchange] = []
     character_us = speech.character_s * 1e6
@@ -102,7 +103,7 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line was sent before the previous one had been transmitted, so before any answer to it."""
+    """Return whether a line at `at_us` began before the previous line had been transmitted, let alone answered."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 

@@ -47,7 +47,7 @@ class ModelAdapter:
         self.write = self.line.feed
 
     def _record_sent(self, data: bytes) -> int:
-        """Pass on the output of the adapter; return 0, because no character is dropped."""
+        """Pass on the output of the adapter, as characters; return 0, the number dropped."""
         for number, byte in enumerate(data):
             over_ps = self.kernel.now + number * self.character_ps
             self.on_character(Character(byte, False, False, over_ps, over_ps))
@@ -57,15 +57,15 @@ class ModelAdapter:
 class ModelLine:
     """The model of a part at the end of a line, a second after power-up.
 
-    `received` contains the characters that it has sent, `found` its findings; both may be cleared.
+    `received` contains the characters that the model has sent, `found` its findings; both may be cleared.
 
     Args:
         header: the header of the dialogue, with the part's crystal and straps.
         speech: the protocol of the part.
         options: the options of the model.
         memory: a file with an image of the memory of the chip.
-        cls: the class of the chip; None: the class of the part in the header, whose name
-            must not have the form module:Class.
+        cls: the class of the chip; None: the class of the part that the header names; in a header, a
+            name of the form module:Class is refused.
         shown: the bytes of the memory, if there is no file.
 
     Raises:
@@ -119,7 +119,7 @@ class ModelLine:
 
 
 def strapped(speech: Speech) -> dict[str, int]:
-    """Return the straps that set a part to a protocol."""
+    """Return the levels of the straps, by pin, that set a part to the rate and other settings of a protocol."""
     line = speech.sheet.channel(SerialLine)
     if line is None:
         return {}

@@ -36,7 +36,7 @@ Kind = Literal["answer", "listing", "delay", "duration"]
 
 
 class Tolerance(NamedTuple):
-    """The allowed difference between two times: a number of µs, and a fraction of the times."""
+    """The allowed difference between two times: a number of µs, plus a fraction of the longer time."""
 
     fixed_us: float
     share: float
@@ -50,7 +50,7 @@ class Tolerance(NamedTuple):
 
 
 def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:
-    """Return the tolerance for a computer with a USB adapter, at the rate of a line."""
+    """Return the tolerance for a USB adapter, at the rate of the line; a known crystal makes it smaller."""
     fixed_us = ADAPTER_US + SYSTEM_US + FIFO_CHARACTERS * speech.character_s * 1e6
     return Tolerance(round(fixed_us), RESONATOR if crystal_hz is None else CRYSTAL)
 
@@ -177,9 +177,9 @@ class DialogueComparison:
         speech: the protocol of the module.
         tolerance: the allowed difference of times; None: `usual_tolerance`.
         options: the options of the model.
-        memory: an image of the memory of the chip; None: the bytes that the dialogue lists (`shown`).
+        memory: a file with an image of the memory of the chip; None: the bytes that the dialogue lists.
         cls: the class of the chip, as for `ModelLine`.
-        progress: called from time to time with the number of the exchange.
+        progress: called from time to time with the number of the current exchange.
 
     Raises:
         UsageError: the model does not have such straps, crystal or options.
@@ -222,14 +222,14 @@ class DialogueComparison:
         return found
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
-        """Return the model's answers to the first `count` lines of the dialogue; the last line may be shifted."""
+        """Return the model's answers to the first `count` lines of the dialogue; the last is sent `shift_us` late."""
         replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
         replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the delay or duration of an answer, if it differs; none if an adapter determines the times."""
+        """Return the difference in the delay or duration of an answer; none if an adapter determines the times."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:
             return []
@@ -247,7 +247,7 @@ class DialogueComparison:
 
     # -------------------------------------------------------------------------------------------------------- answers
     def _answer_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the answer lines that differ."""
+        """Return the differences between the lines of two answers."""
         module, model = (
             data.decode("latin-1").replace("\r\n", "\r").removesuffix("\r").split("\r")
             for data in (exchange.answer, answer.answer)
@@ -286,7 +286,7 @@ class DialogueComparison:
         return not any(each.startswith(letter) or self.speech.moves(each) for each in before)
 
     def _at_another_moment(self, exchange: RecordedExchange) -> bool:
-        """Return whether the model answers like the module if the query comes a little earlier or later."""
+        """Return whether the model answers like the module if the query is shifted by the tolerance, either way."""
         if not exchange.answer or self.asked_again >= LATER:
             return False
         self.asked_again += 1
@@ -295,7 +295,10 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time since a command that may have started a motion, over which clock errors accumulate."""
+        """Return the time (µs) since the last command that may have started a motion; 0 if there is none.
+
+        Clock errors accumulate over this time.
+        """
         before = [
             each.at_us
             for each in self.exchanges[: exchange.number]

@@ -44,11 +44,11 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
     """Send the commands of a dialogue to a module, whose transcript records the answers.
 
     Args:
-        may_replace: the program of the module may be lost.
+        may_replace: whether the program of the module may be lost.
         wait_s: the minimum time to wait for an answer.
 
     Raises:
-        MotionRefused: a command may step the motor, which the module does not permit; no command has been sent.
+        MotionRefused: a command may step the motor, which is not allowed; no command has been sent.
         ReplacementRefused: a command replaces the program, which is not allowed; no command has been sent.
         NoAnswer: the line echoes.
         PortLost: the port is gone.

@@ -1,8 +1,8 @@
 """Replay of a dialogue to the model: the same lines at the same times, in virtual time.
 
 A line is sent at its time in the dialogue, but not before the answer to the previous line.  If the time
-of an answer from the model differs by more than the tolerance, all later lines are shifted by the
-difference, so that a difference is reported once, not again for every following line.
+of an answer from the model differs from that in the dialogue by more than the tolerance, all later lines
+are shifted by the difference, so that it is reported once, not again for every following line.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ModelAnswer(TimedAnswer):
 class ModelReplay(ModelLine):
     """The model of a part to which a dialogue is sent; each replay needs a new object.
 
-    `progress` is called from time to time during a replay with the number of the exchange.
+    `progress` is called from time to time during a replay with the number of the current exchange.
     """
 
     progress: Callable[[int], object] = staticmethod(lambda _number: None)
@@ -48,11 +48,11 @@ class ModelReplay(ModelLine):
         differs: Callable[[RecordedExchange, ModelAnswer], bool],
         shift_us: float = 0,
     ) -> list[ModelAnswer]:
-        """Send the lines of a dialogue from its beginning; return the model's answer to each.
+        """Send the lines of a dialogue from its beginning; return the model's answer to each line.
 
         Args:
             differs: returns whether times differ so much that later lines are shifted.
-            shift_us: the delay of the last line relative to the dialogue; its answer may depend on it.
+            shift_us: the delay of the last line relative to the dialogue; the answer to it may depend on this.
         """
         answers: list[ModelAnswer] = []
         offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
@@ -72,7 +72,7 @@ class ModelReplay(ModelLine):
     def _send(
         self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
     ) -> None:
-        """Send the characters of a line at their times; any received meanwhile belong to the previous answer."""
+        """Send a line's characters at their times; those received before it belong to the previous answer."""
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
             data = bytes(code for _, code in group)
@@ -85,7 +85,7 @@ class ModelReplay(ModelLine):
             self.port.write(data)
 
     def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
-        """Let time run until the answer has as many lines as the module's answer."""
+        """Let time run until the answer has as many lines as the module's answer, or for `LATE_US` at most."""
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
@@ -98,7 +98,7 @@ class ModelReplay(ModelLine):
         return sum(each.byte == CR[0] for each in self.received) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
-        """Record the characters received since the last line was sent."""
+        """Record the characters and findings since the last line was sent, in the last of these answers."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
             answer.answer = bytes(each.byte for each in self.received)

@@ -1,6 +1,6 @@
 """The memory of a module, as far as a dialogue lists it.
 
-Bytes that the host overwrites before they are listed are left out: the listing shows their new content.
+Bytes that the host overwrites before they are listed are left out: the listing shows the new bytes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class ShownMemory:
         return asked
 
     def came(self, lines: int, answer: bytes) -> None:
-        """Read memory lines from an answer, in which they follow the pointer."""
+        """Read a number of memory lines from an answer, in which they come after the pointer."""
         answer = answer.replace(b"\r\n", CR)
         found = re.search(rb"%b=([0-9]{5})\r" % self.pointer_form.encode("ascii"), answer)
         if not found or not lines:

@@ -41,18 +41,18 @@ def pull(
     replace: bool = False,
     report: Report = lambda _text: None,
 ) -> ModuleContents:
-    """Save the content of a module to a file, and return it.
+    """Save the content of a module to a file, and return the content.
 
     Args:
         path: a new file.
         base: the start of the program, in a memory with addresses.
-        recall: also save the program that the EEPROM holds, to a separate file; it briefly replaces the
-            program in RAM, which is then restored and verified.
+        recall: also save the program that the EEPROM holds, to a separate file; this program briefly
+            replaces the one in RAM, which is then restored and verified.
         replace: the file may exist.
         report: called with progress messages.
 
     Raises:
-        UsageError: the file exists, or cannot be written; the part has no second program.
+        UsageError: the file exists, or cannot be written; or `recall` is given, but the part has no EEPROM.
         Unfinished: the program in RAM was not restored; it is in the file.
         ModuleFailure: the module could not be read.
     """
@@ -68,7 +68,7 @@ def pull(
 
 
 def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Report) -> None:
-    """Save the program that the EEPROM holds to a file, and restore the program in RAM."""
+    """Save the program that the EEPROM holds to the file `path`, and restore the program in RAM."""
     (row,) = contents.sheet.acting("recall")
     with _putting_back(module, contents, report) as restore:
         try:
@@ -83,7 +83,7 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Re
 
 @contextmanager
 def _putting_back(module: Module, contents: ModuleContents, report: Report) -> Iterator[Restore]:
-    """On leaving, even after an error, restore the program of a module, and verify it by its listing."""
+    """Restore a module's program at the end of a context, even after an error, and verify it by its listing."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
     restore = Restore(module, wanted, contents, report)
     began = ""
@@ -104,7 +104,7 @@ def _putting_back(module: Module, contents: ModuleContents, report: Report) -> I
 
 
 def _put_back(restore: Restore) -> None:
-    """Send a program, unless the module already holds it; if the module cannot be read, send it in any case."""
+    """Send the old program, unless the module already holds it; if the module cannot be read, send it anyway."""
     try:
         restore.contents = read_contents(restore.module)
     except PortLost:
@@ -121,7 +121,7 @@ def _why(failure: BaseException) -> str:
 
 
 def check_recall(sheet: Sheet, recall: bool) -> None:
-    """Check that a part stores a second program, if that is requested.
+    """Check that a part stores a second program, if `recall` requests that program.
 
     Raises:
         UsageError: the part stores none.
@@ -147,7 +147,7 @@ def push(
 
     Args:
         path: the file with the program.
-        store: store the program in the EEPROM.
+        store: whether to store the program in the EEPROM.
         keep: the file for the old program; None: a new file next to `path`.
         pace: the seconds between two characters, for a memory with addresses.
         report: called with progress messages.
@@ -204,7 +204,7 @@ def check_push(sheet: Sheet) -> None:
     """Check that a program can be sent to a part, and verified there.
 
     Raises:
-        UsageError: it cannot.
+        UsageError: a program cannot be sent, or cannot be verified.
     """
     if not any(isinstance(channel, (*WRITERS,)) for channel in sheet.channels):
         part = sheet.part.upper()
@@ -216,10 +216,10 @@ def check_push(sheet: Sheet) -> None:
 
 
 def check_store(sheet: Sheet, store: bool) -> None:
-    """Check that a part can store its program in its EEPROM, if that is requested.
+    """Check that a part can store its program in its EEPROM, if `store` requests that.
 
     Raises:
-        UsageError: it cannot.
+        UsageError: the part cannot store its program.
     """
     if store and not can_store(sheet):
         raise UsageError(
@@ -229,16 +229,16 @@ def check_store(sheet: Sheet, store: bool) -> None:
 
 # --------------------------------------------------------------------------------------------------------------- files
 def beside(path: str | PathLike[str], what: str) -> Path:
-    """Return the name of a file next to another one: weld.before.gs-c200s next to weld.gs-c200s."""
+    """Return a name for a file next to another one: for "before", weld.before.gs-c200s next to weld.gs-c200s."""
     own = Path(path)
     return own.with_name(f"{own.stem}.{what}{own.suffix}")
 
 
 def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
-    """Return an unused name for a file next to another one, or the name of a file with the same text.
+    """Return an unused name for a file next to another one, or the name of such a file with the text `same`.
 
     Args:
-        same: the text.
+        same: the text; None: the name must be unused.
     """
     for number in count(1):
         found = beside(path, what if number == 1 else f"{what}-{number}")
@@ -248,7 +248,7 @@ def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
 
 
 def has(path: Path, text: str) -> bool:
-    """Return whether a file exists and has this text; False for a longer file, or if it is not a regular file."""
+    """Return whether a regular file exists and its whole text is this one."""
     return path.is_file() and path.stat().st_size == len(text) and read_file(path) == text.encode("latin-1")
 
 
@@ -256,7 +256,7 @@ def check_new(path: Path, replace: bool | None) -> None:
     """Check that a file does not exist, unless it may be replaced.
 
     Args:
-        replace: the file may be replaced; None: there is no option for that.
+        replace: whether the file may be replaced; None: it may not, and there is no option for that.
 
     Raises:
         UsageError: the file exists.
@@ -285,7 +285,7 @@ def save(path: Path, contents: ModuleContents, report: Report) -> None:
 def save_beside(
     path: str | PathLike[str], contents: ModuleContents, keep: str | PathLike[str] | None, report: Report
 ) -> Path:
-    """Save the old content of a module before a push; return the path.
+    """Save the old content of a module before a push, to `keep` or a file next to `path`; return the file's path.
 
     Raises:
         UsageError: the file exists with other content, or cannot be written.

@@ -1,4 +1,4 @@
-"""The content of a module, and how it is read: its program (readers.py), and its position and registers by queries."""
+"""The content of a module, and how it is read: the program by `readers.py`, position and registers by queries."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ class ModuleContents:
         return "".join(f"{line}\n" for line in lines)
 
     def _settings(self) -> dict[str, tuple[Row, str]]:
-        """Return the commands, as text, that restore the values, by the names of the values.
+        """Return the commands that restore values, each as its row and text, keyed by the names of the values.
 
-        A register may hold a value that no command can set, for example after power-up.
+        A value that no command can set, as a register may have after power-up, is left out.
         """
         by_form = {row.form: row for row in self.sheet.commands if len(row.args) < 2 and not row.may_step}
         letters = {each.name: each.letter for each in self.sheet.registers}
@@ -70,7 +70,7 @@ class ModuleContents:
 
     @property
     def unsaid(self) -> str:
-        """Parts of the program that `text` cannot represent, such as blanks at the end of a line; empty if none."""
+        """Reason why `text` cannot represent all of the program, such as blanks at ends of lines; "" if it can."""
         try:
             if assemble(self.text, self.sheet, self.sheet.part).stored == self.stored:
                 return ""
@@ -80,12 +80,12 @@ class ModuleContents:
 
     @property
     def image(self) -> bytes:
-        """Memory from address 0 to the end of the program."""
+        """Memory from address 0 to the end of the program, erased before the start of the program."""
         return bytes([ERASED]) * self.base + self.stored
 
     @property
     def size(self) -> str:
-        """Length of the program, as text."""
+        """Length of the program, as text with units."""
         where = f" from {self.base} on" if self.base else ""
         count = len(self.program)
         return f"{count} instruction{'s' * (count != 1)}, {len(self.stored)} {units(self.sheet)}{where}"
@@ -104,7 +104,7 @@ def read_contents(module: Module, base: int | None = None, report: Report = lamb
         report: called with a message if there is a long wait.
 
     Raises:
-        UsageError: the memory of the part has no addresses.
+        UsageError: `base` is given, but the memory of the part has no addresses.
         RefusedCommand: the module is busy, and remains so.
         NoAnswer, DamagedAnswer, ListingDiffers, PortLost: the content could not be read.
     """
@@ -117,7 +117,7 @@ def read_contents(module: Module, base: int | None = None, report: Report = lamb
 
 
 def _believed(module: Module, what: str) -> str:
-    """Return the answer to a query; without a parity bit, only one that was received twice in a row."""
+    """Return the answer to a query; on a line without parity bits, only an answer received twice in a row."""
     value = module.value(what)
     if module.speech.shows_faults:
         return value

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class ProgramReading(NamedTuple):
-    """A program that was read: its instructions, as the assembler stores them, and notes."""
+    """A program that was read: its instructions as text and as the assembler stores them, and notes."""
 
     program: tuple[str, ...]
     stored: bytes
@@ -73,7 +73,7 @@ def came_twice(before: ModuleFailure | None, now: ModuleFailure) -> bool:
 
 
 def _check_base(sheet: Sheet, base: int | None) -> None:
-    """Check that no address is given for a part whose programs begin at 0."""
+    """Check that no start other than 0 is given for a part whose programs begin at 0."""
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
 
@@ -86,7 +86,7 @@ def read_listing(module: Module, base: int | None = None, report: Report = lambd
         ListingDiffers: no two listings agree.
         NoAnswer: no listing was complete.
         DamagedAnswer: the listing is not a program of the part.
-        UsageError: `base` is given.
+        UsageError: `base` is given, and is not 0.
     """
     sheet = module.speech.sheet
     _check_base(sheet, base)
@@ -110,10 +110,10 @@ def read_listing(module: Module, base: int | None = None, report: Report = lambd
 
 
 def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
-    """Return the program in a listing, whose last line is its end.
+    """Return the program in the lines of a listing; the last line is the end mark of the listing.
 
     Raises:
-        DamagedAnswer: one of its lines is not an instruction.
+        DamagedAnswer: one of the other lines is not an instruction.
     """
     sheet = module.speech.sheet
     stored = b""
@@ -132,14 +132,14 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
 
 # -------------------------------------------------------------------------------------------------- lines of memory
 class ProgramReader:
-    """A reader of a program, instruction by instruction, as far as its instructions can be executed."""
+    """A reader of a program, instruction by instruction, as far as execution can get."""
 
     def __init__(self, module: Module, report: Report) -> None:
         self.module, self.report = module, report
         self.sheet = module.speech.sheet
 
     def program(self, base: int) -> ProgramReading:
-        """Return the instructions from an address up to the last instruction that can be executed."""
+        """Return the instructions from an address up to the last one that execution can reach."""
         dialect = dialect_of(self.sheet)
         found: list[bytes] = []
         notes: tuple[str, ...] = ()
@@ -167,7 +167,7 @@ class ProgramReader:
         raise NotImplementedError
 
     def written(self, data: bytes) -> str:
-        """Return an instruction in its written form."""
+        """Return an instruction as text, given its stored bytes."""
         raise NotImplementedError
 
     def stopped(self, address: int, data: bytes) -> str:
@@ -179,7 +179,7 @@ class ProgramReader:
 class MemoryReader(ProgramReader):
     """A reader of a memory, line by line, along its program.
 
-    An erased memory has no lines: it would be read to its end, which takes a minute.
+    Erased memory has no ends of lines, so a module lists all of it up to the end, which takes a minute.
     """
 
     def __init__(self, module: Module, report: Report) -> None:
@@ -188,7 +188,7 @@ class MemoryReader(ProgramReader):
         (self.pointer,) = self.sheet.acting("pointer")
 
     def written(self, data: bytes) -> str:
-        """Return an instruction in its written form, without its carriage return."""
+        """Return an instruction as text, without its carriage return."""
         return data[: -len(CR)].decode("latin-1")
 
     def target(self, value: int, row: Row, end: int) -> int:
@@ -199,7 +199,7 @@ class MemoryReader(ProgramReader):
     def instruction(self, address: int) -> bytes:
         """Return the line at an address, with its carriage return; empty if there is none.
 
-        For a string, all of its lines are returned.
+        If a string continues on the following lines, these are returned, too.
         """
         data = b""
         decoder = self.dialect.decoder(self.sheet)
@@ -221,7 +221,7 @@ class MemoryReader(ProgramReader):
         return agreed(f"{self.module.name}: address {address}", lambda: self.read(address), lambda line: not line)
 
     def read(self, address: int) -> bytes | None:
-        """Return a memory line; empty if erased; None if the answer is for another address."""
+        """Read a memory line once and return it; empty if erased; None if the answer is for another address."""
         module = self.module
         module.ask(f"{self.pointer.form} {address}")
         answer = module.once(
@@ -242,12 +242,12 @@ class MemoryReader(ProgramReader):
 
 
 def _shows_erased(received: bytes) -> bool:
-    """Return whether the beginning of the received data shows that the memory is erased."""
+    """Return whether the first byte after the pointer, in the received data, is that of erased memory."""
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
 def read_memory(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
-    """Return the program in a memory with addresses, and restore the pointer.
+    """Return the program in a memory with addresses; restore the module's memory pointer afterwards.
 
     Args:
         base: the start of the program; None: 0.
@@ -263,9 +263,9 @@ def read_memory(module: Module, base: int | None = None, report: Report = lambda
 
 # ------------------------------------------------------------------------------------------- first bytes of a buffer
 class BufferReader(ProgramReader):
-    """A reader of a program from the bytes of a buffer; a part may report only the first bytes.
+    """A reader of a program from the bytes of a buffer, of which a part may report only the first ones.
 
-    A label in a program that has not run yet is stored as its letter, so the target of its branches is unknown.
+    A label in a program that has not run yet is stored as its letter: the target of branches to it is unknown.
     """
 
     def __init__(self, module: Module, report: Report, stored: bytes) -> None:
@@ -274,11 +274,11 @@ class BufferReader(ProgramReader):
         self.labels = ""
 
     def instruction(self, address: int) -> bytes:
-        """Return the bytes of the instruction at an address."""
+        """Return the bytes of the instruction at an address; empty after the reported bytes."""
         return instruction(self.stored, address, self.sheet).data if address < len(self.stored) else b""
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return the target of a branch; for a label, which may be anywhere, return the end of the stored bytes."""
+        """Return the target of a branch; for a label, whose place is unknown, return the end of the stored bytes."""
         if value < self.sheet.buffer_bytes:
             return value
         self.labels += chr(value) if chr(value) not in self.labels else ""
@@ -295,7 +295,7 @@ class BufferReader(ProgramReader):
         return f"the program continues at {address}; the part reports only the first {given} of its {room} bytes"
 
     def whole(self) -> ProgramReading:
-        """Return the program, with notes on the parts that the module does not report."""
+        """Return the program, with notes on the parts of it that the module does not report."""
         if not any(self.stored):
             return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part reports are 00: no program",))
         found = self.program(0)
@@ -316,7 +316,7 @@ def read_buffer(module: Module, base: int | None = None, report: Report = lambda
     Raises:
         ListingDiffers: no two readings agree.
         NoAnswer, DamagedAnswer: the last reading failed.
-        UsageError: `base` is given.
+        UsageError: `base` is given, and is not 0.
     """
     _check_base(module.speech.sheet, base)
     speech = cast("FramedSpeech", module.speech)

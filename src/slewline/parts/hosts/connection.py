@@ -28,7 +28,7 @@ class Connection:
         crystal_hz: the frequency of its crystal, Hz.
         bus: its data bus.
         straps: the straps of a chip on a serial line; None on other channels.
-        up_ps: when its supply was last switched on, ps.
+        up_ps: the instant at which its supply was last switched on, ps.
     """
 
     name: str

@@ -67,7 +67,7 @@ class FlowHost(Host):
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
     @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
-        """Queue bytes for a chip."""
+        """Queue bytes for the chip with a name."""
         served(self.name, self.chips, chip)
         data = as_bytes(self.name, data)
         self.input("write", chip, data)
@@ -76,7 +76,7 @@ class FlowHost(Host):
 
     @from_outside
     def query(self, chip: str, command: str) -> Request[str | bytes]:
-        """Queue a query; its form depends on the mode at the time it is sent."""
+        """Queue a query; whether it is sent as text or in binary depends on the mode at the time of sending."""
         served(self.name, self.chips, chip)
         self.port.shadow.query(self.name, command)
         self.input("query", chip, command)
@@ -98,7 +98,7 @@ class FlowHost(Host):
 
     @from_outside
     def prefix(self, on: bool) -> None:
-        """Begin every command with the empty handshake (True, the default), or with its letter (False).
+        """Begin every command with the empty handshake (True, the default), or directly with its letter (False).
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -118,7 +118,7 @@ class FlowHost(Host):
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have arrived in messages, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have arrived in messages, consecutively."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     @answering("host.ask()", TO_ONE)

@@ -115,7 +115,7 @@ class Host(Part):
         raise NotImplementedError
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these data have been received, with nothing in between."""
+        """Return a condition for `bench.run_until`: these data have been received, consecutively."""
         raise NotImplementedError
 
     # ---------------------------------------------------------------------------------------------------------- queue
@@ -142,7 +142,7 @@ class Host(Part):
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request, which took too long; later requests can continue."""
+        """Cancel the last request, because it took too long; requests queued later are performed as usual."""
         self.input("give_up")
         self.queue.cancel_last()
 

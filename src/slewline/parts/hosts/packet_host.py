@@ -42,7 +42,7 @@ LONGEST_READ = 1 << 10  # bytes of one operation; a packet has fewer than ten
 
 
 class Result(NamedTuple):
-    """The result of a script command."""
+    """The result of a script command: the axis, the command, and the value that it returned."""
 
     axis: int
     command: str
@@ -87,7 +87,7 @@ class PacketHost(Host):
         return self.ports[self.chip.name]
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these words have been read, with nothing in between.
+        """Return a condition for `bench.run_until`: these words have been read, consecutively.
 
         Args:
             data: the words as numbers, 0 to 65535, or as bytes, two per word, high byte first.
@@ -103,7 +103,7 @@ class PacketHost(Host):
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
-        """Return a view of this host for one axis, to which all its commands are sent.
+        """Return a view of this host that sends all its commands to one axis.
 
         Before each command this axis is made the current one, unless it already is.
 
@@ -131,7 +131,7 @@ class PacketHost(Host):
             name: the mnemonic.
             values: the arguments, in the units of the command; a rate may also be text, such as "12345 steps/s"
                 or "0.5 steps/cycle2".
-            axis: the axis that is first made the current one, unless it already is; 0: the axis that is current.
+            axis: the axis that is first made the current one, unless it already is; 0: no change of the current axis.
             timeout: the longest wait, in virtual time.
 
         Raises:
@@ -160,7 +160,7 @@ class PacketHost(Host):
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
-        """Send a command as text, such as "GET_STATUS", as in a script, and return its value.
+        """Send a command as text, in the form used in scripts, such as "GET_STATUS", and return its value.
 
         Raises:
             UsageError: the text is not a command, or the command returns nothing.
@@ -175,7 +175,7 @@ class PacketHost(Host):
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
-        """Send any packet: a command byte and words; return the words that are read after them.
+        """Send any packet: a command byte and words; then read words, and return them.
 
         Args:
             code: the command byte, 0 to 255.
@@ -194,7 +194,7 @@ class PacketHost(Host):
         """Queue packets: as text, one command per line; or as bytes, a command byte and the bytes of its words.
 
         Raises:
-            UsageError: the text is not a command; nothing is then queued.
+            UsageError: a line of the text is not a command; nothing is then queued.
         """
         if isinstance(data, str):
             for command in [
@@ -206,7 +206,7 @@ class PacketHost(Host):
             self.strobe(self.port.chip, part, is_command, *USUAL)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL, axis: int = UNKNOWN) -> int:
-        """Poll the status word until one of its bits is 1 or, with "!" before its name, 0; return the word.
+        """Poll the status word until a bit is 1, or, if its name begins with "!", 0; return the status word.
 
         Args:
             bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
@@ -233,11 +233,11 @@ class PacketHost(Host):
 
     # ---------------------------------------------------------------------------------------------- single operations
     def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a single command byte; the call ends with the strobe, before the busy time that follows it.
+        """Write a single command byte; return when its strobe has ended, before the busy time that follows.
 
         Args:
-            how: `low` and `gap` are the durations of a strobe, and of the pause after it; `ready=False` strobes
-                without waiting for HostRdy.
+            how: `low` and `gap` are the durations of a strobe, and of the pause after it; with `ready=False` the byte
+                is written without waiting for HostRdy.
 
         Raises:
             UsageError: the byte is not 0 to 255, or a strobe or pause is 0.
@@ -246,7 +246,7 @@ class PacketHost(Host):
         self._write(self._bytes(byte, 1), True, timeout, how)
 
     def write_byte(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write one byte of a data word, the high byte first; arguments and errors as for `write_command`."""
+        """Write one byte of a data word (the high byte comes first); arguments and errors as for `write_command`."""
         self._write(self._bytes(byte, 1), False, timeout, how)
 
     def write_word(self, word: int, timeout: Time = "5 s", **how: Any) -> None:
@@ -254,7 +254,7 @@ class PacketHost(Host):
         self._write(self._bytes(word, 2), False, timeout, how)
 
     def read_byte(self, timeout: Time = "5 s", **how: Any) -> int:
-        """Read one byte of a data word, the high byte first; arguments and errors as for `write_command`."""
+        """Read one byte of a data word (the high byte comes first); arguments and errors as for `write_command`."""
         return self._read(1, timeout, how)
 
     def read_word(self, timeout: Time = "5 s", **how: Any) -> int:
@@ -285,7 +285,7 @@ class PacketHost(Host):
     def perform(
         self, chip: str, axis: int, code: int, words: Sequence[int], reads: int, checked: bool
     ) -> Request[tuple[int, ...]]:
-        """Queue a packet."""
+        """Queue a packet for a chipset; the result has the words read, without the checksum."""
         port, packet = served(self.name, self.ports, chip), Packet(code, tuple(words), reads, checked)
         for number, size in ((code, 1), *((word, 2) for word in words)):
             self._bytes(number, size)
@@ -298,7 +298,7 @@ class PacketHost(Host):
     def strobe(
         self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
     ) -> Request[None]:
-        """Queue a write operation."""
+        """Queue a write operation on a chipset: a command byte or data bytes, with the given strobe times."""
         port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
 
@@ -314,7 +314,7 @@ class PacketHost(Host):
 
     @from_outside
     def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Request[bytes]:
-        """Queue a read operation."""
+        """Queue a read operation of `number` bytes on a chipset, with the given strobe times."""
         port = served(self.name, self.ports, chip)
         if whole(number) is None or not 0 < number <= LONGEST_READ:
             raise UsageError(f"{self.name}: a read of {number!r} bytes; allowed 1..{LONGEST_READ}")
@@ -324,7 +324,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue polls of the status word until a bit has the wanted level."""
+        """Queue polls of the status word of an axis until a bit has the wanted level; the result is the word."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
@@ -391,7 +391,7 @@ missing(
 
 @cache
 def _report_missing(sheet: Sheet) -> None:
-    """Register hints for calls such as host.set_pos(): the commands of a sheet are not methods."""
+    """Register error hints for calls such as host.set_pos(), because the commands of a sheet are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)

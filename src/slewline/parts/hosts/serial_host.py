@@ -26,7 +26,7 @@ class SerialHost(UartHost, Host):
     The host follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
 
     Args:
-        baud: a rate that differs from the module's rate.
+        baud: a fixed rate, used regardless of the straps; None: the module's rate.
 
     Attributes:
         received: the characters received, a bytearray.

@@ -13,12 +13,12 @@ class UartHost(OverUart):
     uart: HostUart
 
     def drop(self) -> None:
-        """Drop the queue; characters already on the line and the last command sent are completed."""
+        """Drop the queue, except for the request under way and characters that are already on the line."""
         self.uart.drop("drop")
         self.queue.cancel_after(1, "drop()")
 
     def give_up(self) -> None:
-        """Cancel the last command, which was not answered in time."""
+        """Drop the queued characters, because a command was not answered in time."""
         self.uart.drop("give_up")
 
     def _rest(self) -> None:

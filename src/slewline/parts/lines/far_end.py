@@ -1,4 +1,4 @@
-"""The far end of a serial line: its board's rate, format and addresses, and whether they match this end.
+"""The far end of a serial line: its board's rate, format and addresses, and whether they match the near end.
 
 A connector checks each pair of settings once, before it sends characters with them, so a line whose ends
 agree costs no time.  A mismatch is a finding of the connector, regardless of the parts between the two
@@ -24,7 +24,7 @@ RAW_REMEDY = "this looks like Telnet: use a raw connection, or --rfc2217 with an
 
 
 class NearEnd(Protocol):
-    """The end of a line from which the other end is checked."""
+    """The near end of a line, from which the far end is checked."""
 
     name: str
 
@@ -39,7 +39,7 @@ class NearEnd(Protocol):
 class FarEnd:
     """The receivers at the far end of a line.
 
-    `receivers` are the receivers with known settings, by name.
+    `receivers` contains each receiver whose settings are known, by its name.
     """
 
     def __init__(self, near: NearEnd) -> None:
@@ -59,7 +59,7 @@ class FarEnd:
         return "; ".join(filter(None, differing))
 
     def compare(self) -> None:
-        """Report each disagreement between the settings once; record the address of each module."""
+        """Report each disagreement between the settings of the two ends once; record the address of each module."""
         self.compared = True
         if self._is_new(text := self.disagreement):
             self.near.finding("format", text)
@@ -69,7 +69,7 @@ class FarEnd:
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
+        """Report, once, a program's rate that has no effect on this port, but would be wrong on a real cable."""
         differing = (
             rate_disagreement("the program", baud, name, receiver) for name, receiver in self.receivers.items()
         )
@@ -83,7 +83,7 @@ class FarEnd:
             self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
-        """Report lines that address none of the modules, once for each distinct beginning of a line."""
+        """Report lines that address none of the modules, once for each first character of such lines."""
         for byte in data:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
@@ -93,7 +93,7 @@ class FarEnd:
             self.begins = byte == RETURN
 
     def _is_new(self, text: str) -> bool:
-        """Return whether a text has not been reported yet; it is then recorded as reported."""
+        """Return whether a text is not empty and has not been reported before; record it as reported."""
         new = bool(text) and text not in self.reported
         self.reported.add(text)
         return new

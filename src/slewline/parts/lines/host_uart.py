@@ -29,7 +29,7 @@ POWER_UP_PS = 10**9  # pause after power-up: during its RESET pulse a module wou
 
 
 class HostUart:
-    """A UART on the pins txd and rxd, which it adds to a part.  User calls are inputs of the part.
+    """A UART that adds the pins txd and rxd to a part.  The calls of a user are inputs of the part.
 
     Args:
         mark: the level of an idle line.
@@ -68,23 +68,23 @@ class HostUart:
             self.receiver.set_line(self.clock, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Use another rate or format, as an input."""
+        """Use another rate or format; this call is an input of the part."""
         self.set_line(baud, CharacterFormat(bits, parity, stop))
         self.part.input("change_line", baud, bits, parity, stop)
 
     def lent(self) -> Callable[[], object]:
-        """Return a function that restores rate and format after another program has used this line."""
+        """Return a function that restores the present rate and format, after another program has used this line."""
         baud, word = self.baud, self.word
         return lambda: self.set_line(baud, word)
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
+        """Report, once, a program's rate that has no effect on this port, but would be wrong on a real cable."""
         self.part.input("opened_at", baud)
         self.far.opened_at(baud)
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, as an input; they are sent one after another.
+        """Queue characters, to be sent one after another; this call is an input of the part.
 
         Raises:
             UsageError: the text is not ASCII, the data are neither text nor bytes, or the fault is unknown.
@@ -101,13 +101,16 @@ class HostUart:
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
     def drop(self, verb: str) -> None:
-        """Drop the queued characters, except the burst on the line, as the input `verb`."""
+        """Drop the queued characters, except the burst being sent; this call is an input of the part, named `verb`."""
         self.part.input(verb)
         while len(self.outgoing) > 1:
             self.outgoing.pop()
 
     def space(self, on: bool) -> None:
-        """Begin or end a break, as an input: the line is held at space, and nothing may be sent meanwhile."""
+        """Begin (True) or end (False) a break: the line is held at space, and nothing may be sent meanwhile.
+
+        This call is an input of the part.
+        """
         self.part.input("space", on)
         self.driver.drive(1 - self.mark if on else self.mark)
         self.kernel.settle()
@@ -126,7 +129,7 @@ class HostUart:
         """Wait until the host may send the next burst of characters."""
 
     def after_burst(self, data: bytes) -> None:
-        """Record that characters have been sent."""
+        """Record that a burst of characters has been sent."""
 
     async def _send(self) -> None:
         await self.before_sending()
@@ -155,7 +158,7 @@ class HostUart:
 
     @property
     def waiting(self) -> str:
-        """Description of the characters to be sent."""
+        """Description of the activity: the number of characters still to be sent."""
         return f"{self.name}: {self.backlog} characters to send"
 
     # ----------------------------------------------------------------------------------------------------- receiving
@@ -169,13 +172,13 @@ class HostUart:
         await receiver.receive(self.take, self.passed, self._acts)
 
     def catch_up(self) -> None:
-        """Receive the characters that have arrived, on a line whose characters are received together."""
+        """Receive the characters that have arrived so far, if the receiver processes characters several at a time."""
         if self.receiver is not None:
             self.receiver.catch_up()
 
     @property
     def received(self) -> bytearray:
-        """Data bits of every character, with or without a fault."""
+        """Data bits of every character received, with or without a fault."""
         self.catch_up()
         return self._received
 
@@ -186,11 +189,11 @@ class HostUart:
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the index, at or after `at`, of the next character to be received at its own instant; -1 if none."""
+        """Return the index, from `at` on, of the next character to be received at its own instant; -1 if none."""
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
-        """Return the index of the next character, at or after `at`, on which this end acts; -1 if none."""
+        """Return the index, from `at` on, of the next character on which this end acts; -1 if none."""
         return -1
 
     def passed(self, data: bytes) -> None:
@@ -204,13 +207,13 @@ class HostUart:
         self.on_character(character)
 
     def got(self, data: Data) -> Condition:
-        """Return a condition: these bytes have been received, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have been received, consecutively."""
         mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: the other end only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data), (self.rxd.net,))
 
 
 class OverUart:
-    """Mixin for parts with a UART, which provides their calls."""
+    """Mixin for parts with a UART; provides the calls by which a user operates the UART."""
 
     uart: HostUart
 
@@ -239,7 +242,7 @@ class OverUart:
         return self.uart.faulty
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been received, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have been received, consecutively."""
         return self.uart.got(data)
 
     @from_outside
@@ -259,7 +262,7 @@ class OverUart:
 
     @from_outside
     def opened_at(self, baud: int) -> None:
-        """Report a rate set by a program on a port where it has no effect, if it would matter on a real cable."""
+        """Report, once, a program's rate that has no effect on this port, but would be wrong on a real cable."""
         self.uart.opened_at(baud)
 
     @from_outside

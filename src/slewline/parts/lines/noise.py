@@ -1,6 +1,6 @@
 """Noise on a serial line: characters that are lost, garbled or late, or that have a wrong parity or no stop bit.
 
-A plan affects future characters: each of the next `count`, or, with a `chance` below 1, each character with this
+A plan affects future characters: the next `count` characters, or, with a `chance` below 1, each character with this
 probability until `count` characters have been hit.  The random numbers are seeded, so a plan is repeatable.
 """
 
@@ -31,7 +31,7 @@ class RandomSequence:
 
 @dataclass
 class NoisePlan:
-    """A planned fault: the numbers of characters to hit and to pass first, and the probability of each hit."""
+    """A planned fault: its kind, the numbers of characters to pass first and to hit, and the chance of each hit."""
 
     kind: str
     count: int
@@ -72,7 +72,7 @@ class Noise:
         self.done = dict.fromkeys(kinds, 0)  # number of characters hit
 
     def plan(self, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
-        """Plan faults of the next characters; plans queue up."""
+        """Plan faults of future characters; a plan begins when the plans before it are completed."""
         if kind not in self.done:
             raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
         if not isinstance(seed, int):
@@ -80,7 +80,7 @@ class Noise:
         self.plans.append(NoisePlan(kind, count, chance, after, RandomSequence(seed)))
 
     def clear(self) -> None:
-        """End all noise."""
+        """Cancel all plans."""
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
@@ -97,7 +97,7 @@ class Noise:
         return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the byte received for a byte sent (None: no byte), and the fault of its frame, if any."""
+        """Return the byte received for a byte sent (None: none), and the fault of its frame ("": none)."""
         kind, bit = self.strike()
         if kind == "lost":
             return None, ""

@@ -32,7 +32,7 @@ DIRECTIONS = ("to_module", "to_host")
 
 
 class LineDirection:
-    """One direction of a line.  A window (from, to, effect) changes the levels within it."""
+    """One direction of a line.  A window (start, stop, effect) changes the levels between two instants."""
 
     def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: CharacterFormat) -> None:
         self.source, self.driver, self.kernel = source, driver, driver.kernel
@@ -64,17 +64,17 @@ class LineDirection:
         self.bend(start, end, does)
 
     def bend(self, start: int, stop: int, does: int) -> None:
-        """Change the levels at start <= t < stop."""
+        """Change the levels at start <= t < stop (ps); `does`: MARK, SPACE or INVERTED."""
         self.windows.append((start, stop, does))
         for ps in (start, stop):
             self.kernel.call_at(ps, self._after_edges)
 
     def _after_edges(self) -> None:
-        """Pass on the level in the next round, after all edges at this instant; any earlier, a spike could pass."""
+        """Pass on the level in the next round, after all edges at this instant, since otherwise a spike could pass."""
         self.kernel.call_at(self.kernel.now, self.put)
 
     def put(self) -> None:
-        """Pass on the level."""
+        """Pass on the present level, or the level that a window changes it to."""
         now = self.kernel.now
         self.windows = [window for window in self.windows if now < window[1]]
         level = int(self.source.level == SPACE)
@@ -121,14 +121,15 @@ class Rs232Line(Part):
 
     @from_outside
     def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
-        """Plan faults of future characters; plans queue up.
+        """Plan faults of future characters; a plan begins when the earlier plans for this direction are completed.
 
         Args:
             way: "to_module" or "to_host".
             kind: "lost", "garbled" (a data bit inverted), "parity" or "framing".
-            count: number of characters with the fault.
-            chance: probability that a character is hit, until `count` have been hit; drawn from `seed`.
-            after: number of characters that pass first.
+            count: the number of characters with the fault.
+            chance: the probability that a character is hit, until `count` have been hit.
+            seed: the seed of the random numbers.
+            after: the number of characters that pass first.
         """
         if kind == "parity" and self._word.parity == "none":
             raise UsageError(f"{self.name}: fault 'parity'; {self._word} has no parity bit")

@@ -123,11 +123,11 @@ class Uart(Part):
 
     @property
     def set_by(self) -> str:
-        """Description of how rate and format are set, for example by straps."""
+        """Text that names the options by which the rate and the format are set."""
         return "its options baud, bits, parity, stop"
 
     def instead(self, baud: int | str) -> str:
-        """Return text on how to set another rate; empty if the UART cannot be set to it."""
+        """Return a text on how to set the UART to another rate; empty if its generator does not have that rate."""
         return f"the option baud={baud!r}" if baud in GENERATOR else ""
 
     @property

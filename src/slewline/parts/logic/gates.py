@@ -56,7 +56,7 @@ class Gate(Part):
 
 
 class WireInverter(Part):
-    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another; a floating net floats on both sides."""
+    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another, which floats if the first does."""
 
     rewired = start_rule
 
@@ -69,7 +69,7 @@ class WireInverter(Part):
 
 
 class Delay(Part):
-    """A delay line: the output repeats the input after a delay, including the shortest pulses.
+    """A delay line: the output repeats the input, including its shortest pulses, after a delay.
 
     Args:
         delay: the delay, 1 ps or more.
@@ -103,11 +103,11 @@ class Delay(Part):
         self._follow(gated([shown], HIGH))
 
     def _drive(self) -> None:
-        """Promise the level of the input."""
+        """Promise the output from now on, given only the present level of the input."""
         self._follow(int(self.high("in")))
 
     def _follow(self, shown: Promise | Level) -> None:
-        """Follow a new promise or level of the input from now on."""
+        """Promise the output for a new promise or level of the input from now on."""
         now = self.kernel.now
         if not self._pieces or (now == self._wired_ps and not self.rule.edge_driven):  # the circuit is settling
             self._pieces = [(now - self._delay_ps, shown.level(now) if promised(shown) else shown)]
@@ -121,7 +121,7 @@ class Delay(Part):
 
 
 class Latch8(Part):
-    """A 74LS373: q follows d while `enable` is high, else it is latched; a high `output_enable` makes q float."""
+    """A 74LS373: q follows d while `enable` is high, otherwise q is latched; q floats while `output_enable` is high."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)

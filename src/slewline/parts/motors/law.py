@@ -64,7 +64,7 @@ class MotorLaw:
         step_ps: the grid step, ps; 0: 20 µs, or 1 µs for a switching chopper.  The grid starts again at each edge.
         blocked: whether the rotor is blocked.
         phased: whether the inputs are phases, not steps.  The table then has a row for each combination of phases,
-            numbered by the sum of those that are on: 1 for the first phase, 2, then 4 ...; `steps` is "half".
+            numbered by the sum of the phases that are on: 1 for the first phase, 2, then 4 ...; `steps` is "half".
         origin: the command, in half steps of `fields`, that counts as command 0 of a phased motor.
         restless: whether to integrate also at rest, to include the chopper ripple.
 

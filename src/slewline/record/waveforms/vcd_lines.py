@@ -19,7 +19,7 @@ BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 
 
 class ChangeTexts:
-    """The texts of changes, indexed by code; texts that only one chunk needs follow those that every chunk needs."""
+    """The texts of changes, indexed by code; texts for a single chunk follow the texts for every chunk."""
 
     def __init__(self, texts: Sequence[str]) -> None:
         import numpy as np

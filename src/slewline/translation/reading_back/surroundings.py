@@ -48,7 +48,7 @@ class Surroundings:
         """Count a statement; after many statements without an event, let an input change.
 
         Raises:
-            Enough: there have been so many statements that the program has no end.
+            Enough: the number of statements shows that the program has no end.
         """
         self._statements += 1
         if self._statements > MOST_STATEMENTS or len(self.happened) >= self._most:

@@ -1,5 +1,4 @@
-r"""The plan player: it promises all edges of a plan in advance, samples inputs where the manual requires it,
-and withdraws promises.
+r"""The plan player: promises the edges of a plan in advance, samples inputs as the manual requires, withdraws promises.
 
 Sampling points of a step, from its start b to the start b' of the next step; PULSE rises at r:
 

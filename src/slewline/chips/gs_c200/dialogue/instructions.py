@@ -166,7 +166,7 @@ class Instructions:
         await self._run_endless(direction, None)
 
     async def do_controlled_velocity(self, direction: int, number: int) -> None:
-        """g with a user input: run in a direction, 1 or -1, until this input, 1 to 3, is low."""
+        """Handle g with a user input: run in a direction, 1 or -1, until this input, 1 to 3, is low."""
         await self._run_endless(direction, number)
 
     async def _run_endless(self, direction: int, number: int | None) -> None:

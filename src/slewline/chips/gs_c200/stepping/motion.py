@@ -1,5 +1,4 @@
-"""The plan player of a GS-C module: it promises all pulses of a plan in advance, samples just before each
-step, and withdraws promises.
+"""The plan player of a GS-C module: promises all pulses of a plan, samples just before each step, withdraws promises.
 
     CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
                 b               b'             ENABLE, Z and the homing switches: levels from before b

@@ -222,7 +222,7 @@ class TwinAxis:
             self.declared = None
 
     def copy_registers(self, new: Profile) -> None:
-        """Activate the new registers, except those that are fixed during a motion.
+        """Activate the new registers, except registers that are fixed during a motion.
 
         An attempt to change a fixed register is a command error; then only the new destination becomes active.
         """

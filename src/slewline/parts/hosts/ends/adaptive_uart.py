@@ -4,8 +4,8 @@ r"""The UART of a host whose chip detects the rate: two carriage returns first, 
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
-The host obeys CTS while the part uses its flow pin, according to the mode commands that the host has sent itself;
-`heed` makes it always obey CTS, or ignore it.
+The host obeys CTS while the part uses its flow pin, as far as this follows from the mode commands that the host
+itself has sent; `heed` makes the host always obey CTS, or ignore it.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ RESET_PS = 20 * 10**9  # pause of a host after a reset; a reset begins when the 
 
 
 class Found(NamedTuple):
-    """Settings of a chip that has detected the rate."""
+    """Settings of a chip whose rate is known."""
 
     setting: LineSetting
     set_by: str
 
     def instead(self, _baud: int | str) -> str:
-        """Return text on how to use another rate."""
+        """Return a text on how to make the chip use another rate."""
         return "two carriage returns after a reset"
 
 
 class AdaptiveUart(HostUart):
-    """A UART that obeys CTS, and sends two carriage returns first while the chip does not know the rate.
+    """A UART that obeys CTS, and first sends two carriage returns while the chip does not know the rate.
 
     Args:
-        baud: its rate.
+        baud: the rate of the UART.
         strapped: the fixed rate of the chip; None: the chip detects the rate.
     """
 
@@ -84,7 +84,7 @@ class AdaptiveUart(HostUart):
         self._forget()
 
     def _forget(self) -> None:
-        """Record that the chip no longer has a detected rate: it has none, or the rate set by its option."""
+        """Record that the chip no longer has a detected rate: it has its fixed rate (`strapped`), or none."""
         self.far.receivers.clear()
         if self.strapped is not None:
             self._found(self.strapped, "fixed by an option")
@@ -124,7 +124,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters unchanged, as an input; they are sent one after another."""
+        """Queue characters unchanged, to be sent one after another; this call is an input of the part."""
         data = as_bytes(self.name, data)
         super().write(data, fault)
         for byte in data:
@@ -148,7 +148,7 @@ class AdaptiveUart(HostUart):
         self.write(data)
 
     def opened_at(self, baud: int) -> None:
-        """Accept a rate without a report, because the chip would have detected it."""
+        """Do nothing: a rate set by a program needs no report, because the chip would have detected the rate."""
 
     async def exchange(self, command: str) -> str | bytes | None:
         """Send a command in a task, and wait until it has been sent; for a query, return the answer.
@@ -175,7 +175,7 @@ class AdaptiveUart(HostUart):
 
     # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
-        """Return the bytes of a query, and use the character format of the chip from now on.
+        """Return the bytes to send for a query, and use the character format of the chip from now on.
 
         Raises:
             UsageError: the command has no answer.

@@ -8,11 +8,11 @@ FPL shows the direction:
     message     while FPL is low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high,
                 wait BUSY high
 
-A part whose program may be running needs the empty handshake before a command; if no program is running,
-it ignores this handshake.  A host that finds FPL low during this handshake reads the message first (ch.
-16, Immediate Commands).  A host that already has its command letter on the bus does the same: it
-releases the bus, since the part may be answering its serial side.  The host follows FPL while it is in
-use, according to the mode commands that it has sent itself; `heed` overrides this.
+The handshake without a byte, before a command, is the empty handshake.  A part whose program may be running
+needs it; a part that runs no program ignores it.  A host that finds FPL low during it reads the message
+first (ch. 16, Immediate Commands).  A host that already has its command letter on the bus also reads the
+message first: it releases the bus, since the part may be answering its serial side.  The host follows FPL
+while the part uses FPL, according to the mode commands that the host itself has sent; `heed` overrides this.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ EMPTY = 0xFF
 
 
 class FlowPort:
-    """A host's port on the bus of its chip: drivers, the nets that it reads, and a task that reads messages.
+    """A host's port on the bus of its chip: drivers, the nets that the host reads, and a task that reads messages.
 
     Args:
         host: the host, which reports the port's findings.
         queue: the host's request queue; the port sends within its requests.
-        delay_ps: time that the host's program takes before each byte.
+        delay_ps: the time that the host's program takes before each byte, ps.
     """
 
     def __init__(self, chip: Connection, host: Part, queue: RequestQueue, delay_ps: int) -> None:
@@ -80,7 +80,7 @@ class FlowPort:
         self.shadow.reset()
 
     def listen(self) -> None:
-        """Start to receive again."""
+        """Start, or start again, the task that receives messages."""
         if self.listener is not None:
             self.listener.kill()
         self.taken = False
@@ -88,11 +88,11 @@ class FlowPort:
 
     @property
     def offered(self) -> bool:
-        """True while the part has a message for the host."""
+        """True while FPL is low, offering a message, and the host obeys FPL."""
         return self.control.heeds and self.flow.level == 0
 
     def rest(self) -> None:
-        """Release the bus, end any request, and receive again; an exchange under way is cut short."""
+        """Release the bus, set IO_REQUEST high, and receive again; an exchange under way is cut short."""
         self.request.drive(1)
         self.bus.drive(None)
         self.shadow.decoder.reset()
@@ -111,7 +111,10 @@ class FlowPort:
             self.bytes.feed(exchange.in_flight)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the levels that the port waits for while it sends a byte (handshake.py)."""
+        """Record the bytes sent, and return the levels that the port waits for (handshake.py).
+
+        `number`: the bytes sent so far; `low`: whether IO_REQUEST is low.
+        """
         self.queue.begun |= number > 0
         self.bytes.feed(number)
         self.bytes.begins = self.shadow.at_letter
@@ -128,7 +131,7 @@ class FlowPort:
         self.turn.set()
 
     async def _free(self) -> None:
-        """Wait until the part accepts a byte; its messages are read first."""
+        """Read the messages of the part, if any, and wait until the part accepts a byte."""
         while True:
             if self.offered:
                 await level(self.busy, 1)
@@ -143,7 +146,7 @@ class FlowPort:
         return ((self.flow, 0),) if self.control.heeds else ()
 
     async def _message(self, asked: bool = False) -> None:
-        """Read a message until FPL is high; `asked`: IO_REQUEST is low already."""
+        """Read the bytes of a message until FPL is high; `asked`: whether IO_REQUEST is low already."""
         while asked or self.offered:
             self.request.drive(0)
             await level(self.busy, 0)
@@ -157,7 +160,7 @@ class FlowPort:
             asked = False
 
     def _no_message(self) -> None:
-        """Stop sampling FPL, because its pin was low but nothing drives the bus."""
+        """Ignore FPL from now on, and report that its pin was low although nothing drives the bus."""
         self.control.heeding = False
         self.finding(
             "no-message",
@@ -166,9 +169,9 @@ class FlowPort:
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:
-        """Repeat a request without a byte until the part is receiving; its messages are read first.
+        """Make requests without a byte, and read the part's messages, until the part is receiving.
 
-        `asked`: IO_REQUEST is low already.
+        `asked`: whether IO_REQUEST is low already.
         """
         while True:
             if not asked:
@@ -244,8 +247,8 @@ class FlowPort:
     async def _byte(self, byte: int, begins: bool, asked: bool) -> None:
         """Offer a byte until the part accepts it.
 
-        At a command letter, an answer to another host may have to be read first.  `asked`: the byte is on the
-        bus, and IO_REQUEST is low.
+        If the byte `begins` a command, a message may have to be read first.  `asked`: whether the byte is on the bus
+        already, and IO_REQUEST low.
         """
         while True:
             if not asked:
@@ -269,7 +272,7 @@ class FlowPort:
         self._sent(bytes([byte]))
 
     async def ask(self, data: bytes, query: Query) -> str | bytes:
-        """Send a query, and wait until it is answered."""
+        """Send a query, wait for its answer, and return the answer."""
         since = self.recent.total
         await self.send(data)
         while (found := query.answered(self.received, self.recent.place(since))) is None:
@@ -295,12 +298,12 @@ class OfferedBytes(HandshakenBytes):
 
 
 class FlowSender(Leader[Handshakes]):
-    """Bytes that a host sends to a chip as a value, if possible.
+    """The bytes that a host sends to a chip: as one value where possible, else edge by edge.
 
     Attributes:
-        empty: an empty handshake precedes the bytes.
-        fed: number of bytes recorded by the host.
-        begins: whether the next byte was the first of a command when the bytes were withdrawn.
+        empty: whether an empty handshake precedes the bytes.
+        fed: the number of these bytes that the port has recorded as sent.
+        begins: whether a command began with the byte that was next when the bytes were withdrawn.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -314,7 +317,10 @@ class FlowSender(Leader[Handshakes]):
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
-        """Begin to send bytes as a value, starting at an index; return whether this is possible."""
+        """Begin to send `data` as a value, from index `at` on; return whether this is possible.
+
+        `begins`: whether the first byte begins a command; `empty`: whether an empty handshake precedes it.
+        """
         port, exchange = self.port, self.exchange
         if exchange is None or data[at] == EMPTY or port.offered or exchange.chip.at_letter is not begins:
             return False
@@ -329,14 +335,14 @@ class FlowSender(Leader[Handshakes]):
         return exchange.send(OfferedBytes(sent, port.kernel.now, None, last, chip.byte_times, chip.clock))
 
     def feed(self, number: int) -> int:
-        """Record that `number` bytes have been sent; return their number without the empty handshake."""
+        """Record that `number` bytes have been sent; return that number without the empty handshake."""
         gone = max(number - self.empty, 0)
         self.port._sent(self.data[self.fed : gone])
         self.fed = gone
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on this IO_REQUEST; None unless exactly one chip is wired to it."""
+        """Return the handshakes with the chip on this IO_REQUEST; None unless exactly one chip is on this line."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -2,7 +2,7 @@
 
     wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
 
-A host has no delay unless `delay_ps` is set, the time that its program takes before each byte.
+The host responds without delay unless `delay_ps` is set: the time that its program takes before each byte.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class CommandPort:
         self.sent = 0  # without the bytes being sent as a value
 
         def line(role: str) -> Net:
-            """Return the net of the pin with a role; if the part has no such pin, an unconnected net."""
+            """Return the net of the pin with a role, or an unconnected net if the part has no such pin."""
             row = chip.sheet.role(role)
             return Net(self.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
 
@@ -72,18 +72,18 @@ class CommandPort:
         return self.sent + (0 if exchange is None else exchange.in_flight)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the levels that the port waits for while it sends a byte (handshake.py)."""
+        """Return the levels that the port waits for (handshake.py), depending on whether I/O REQUEST is `low`."""
         return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
-        """Release the bus and PROG/LIVE, and end any request."""
+        """Release the bus and PROG/LIVE, and set I/O REQUEST high and I/O SELECT low."""
         self.request.drive(1)
         self.select.drive(0)
         self.prog.drive(None)
         self.bus.drive(None)
 
     def ps(self, us: int) -> int:
-        """Return a data-sheet time in picoseconds, scaled to the chip's crystal frequency."""
+        """Return a time from the data sheet (µs) in picoseconds, scaled to the chip's crystal frequency."""
         return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
@@ -104,11 +104,11 @@ class CommandPort:
         raise UsageError(f"host: {command!r} is not a command; it cannot be converted to binary")
 
     def group_size(self, group: int) -> int:
-        """Return the size of a verify group in bytes, in the current mode: 5 position digits, or 2 if binary."""
+        """Return the size of a verify group in bytes; the position has 5 digits, or 2 bytes in binary mode."""
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """Return the verify group that a command selects; None if it selects none, or one that does not exist."""
+        """Return the verify group that a command selects; None if it selects none, or if the group does not exist."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
             if match and int(match[1]) in self.verify_bytes:
@@ -122,7 +122,7 @@ class CommandPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def send(self, data: bytes) -> None:
-        """Send bytes with the two-line handshake; the last byte is removed from the bus once it has been accepted."""
+        """Send bytes with the two-line handshake; the last byte stays on the bus until the chip has accepted it."""
         kernel, queue, ready, drive_bus, request = (
             self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
         )  # fmt: skip
@@ -155,7 +155,7 @@ class CommandPort:
             drive_bus(None)
 
     async def fetch(self, number: int) -> bytes:
-        """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST per byte."""
+        """Read a number of verify bytes (s.6): I/O SELECT high, one I/O REQUEST per byte."""
         data = bytearray()
         await level(self.ready, 1)
         self.bus.drive(None)
@@ -182,14 +182,17 @@ class CommandPort:
         """Wait until a byte may be sent.
 
         Raises:
-            UsageError: a program is running, during which the chip accepts no byte.
+            UsageError: a program is running, so the chip accepts no byte; the message ends with `remedy`.
         """
         await level(self.ready, 1)
         if self.running.level == 0:
             raise UsageError(f"{self.queue.name}: {self.chip} accepts no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) for each."""
+        """Send commands through PROG/LIVE, and read the groups that they select; return (group, bytes) for each group.
+
+        `number`: the bytes to read per group; None: the whole group.
+        """
         self.prog.drive(0)
         await self._between_instructions()
         last, found = commands[-1], []
@@ -216,7 +219,7 @@ class CommandPort:
                 return
 
     async def verify(self, group: int, number: int | None = None, live: bool | None = False) -> bytes:
-        """Select a group and read it; `live` is as in `BusHost.verify`."""
+        """Select a verify group, read it, and return its bytes; the arguments are as for `BusHost.verify`."""
         if live is None:
             await level(self.ready, 1)
             live = self.running.level == 0
@@ -250,7 +253,7 @@ class CommandPort:
 
 
 class BusSender(Leader[Handshakes]):
-    """Bytes that a host sends to a chip as a value, if possible."""
+    """The bytes that a host sends to a chip: as one value where possible, else edge by edge."""
 
     def __init__(self, port: CommandPort) -> None:
         super().__init__(port.request.net)
@@ -262,7 +265,7 @@ class BusSender(Leader[Handshakes]):
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int) -> bool:
-        """Begin to send bytes as a value, starting at an index; return whether this is possible."""
+        """Begin to send `data` as a value, from index `at` on; return whether this is possible."""
         port, exchange = self.port, self.exchange
         if exchange is None or not (number := exchange.chip.takes(data, at)):
             return False
@@ -273,7 +276,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on this I/O REQUEST; None unless exactly one chip is wired to it."""
+        """Return the handshakes with the chip on this I/O REQUEST; None unless exactly one chip is on this line."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -32,7 +32,7 @@ USUAL = Strobes()
 
 
 class Packet(NamedTuple):
-    """A packet on the bus: `reads` words are read after the written words, then the checksum."""
+    """A packet on the bus: after the written words, `reads` words are read, then, if `checked`, the checksum."""
 
     code: int
     words: tuple[int, ...] = ()
@@ -46,7 +46,7 @@ class Packet(NamedTuple):
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
     def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
-        """Return the error in the checksum that a chip has sent after its words; "" if the checksum is correct."""
+        """Return an error message if the checksum that a chip sent after the words `found` is wrong, else ""."""
         expected = packets.checksum(self.code, (*self.words, *found))
         if checksum == expected:
             return ""
@@ -56,7 +56,7 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """A host's port on one chipset: drivers on its host port, and the known state of the current axis.
+    """A host's port on one chipset: drivers on its host port, and the current axis as far as the host knows.
 
     Args:
         queue: the host's request queue; the port is used within its requests.
@@ -144,7 +144,7 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
-        """Record when an update just accepted will take effect, and which commands wait for an update."""
+        """Record an accepted command: an update and when it takes effect, or a buffered command that awaits one."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
@@ -152,7 +152,7 @@ class PacketPort:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
-        """Record the current axis after a packet, given the words that were read."""
+        """Record the current axis after a packet, given its code and the words that were read."""
         row = self.rows.get(code)
         if row is None:
             return
@@ -166,13 +166,13 @@ class PacketPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def begin(self, how: Strobes) -> None:
-        """Wait until a byte may be sent; once begun, the operation is completed."""
+        """Wait until a byte may be sent, and mark the request as begun, so that it will be completed."""
         if how.ready:
             await self.ready()
         self.queue.begun = True
 
     async def exchange(self, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
-        """Send a packet immediately; return the words read, without the checksum."""
+        """Send a packet immediately, with `axis` made current first; return the words read, without the checksum."""
         if axis not in (UNKNOWN, self.axis):
             await self.exchange(packet_of(packets.row(self.sheet, f"SET_{axis}")))
         await self.ready()
@@ -197,7 +197,7 @@ class PacketPort:
             raise ChecksumError(f"{self.queue.name}: {wrong}")
 
     async def take(self, number: int, how: Strobes) -> bytes:
-        """Read a word immediately, and keep it."""
+        """Read bytes immediately, and return them; a word of two bytes is also added to `received`."""
         data = await self.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))
@@ -210,13 +210,13 @@ class PacketPort:
         axis: int = UNKNOWN,
         never: Callable[[], bool] = lambda: False,
     ) -> int:
-        """Poll the status word immediately, until a bit has the wanted level.
+        """Poll the status word immediately, until a bit has the wanted level; return the word.
 
-        An axis is in motion after the cycle in which its update takes effect, so !in_motion is polled only after that
-        cycle.
+        An axis is in motion only after the cycle in which its update takes effect, so !in_motion is polled only
+        after that cycle.
 
         Raises:
-            Timeout: `never` returns True twice in a row, because the level can no longer occur.
+            Timeout: `never`, called after each poll, has returned True twice in a row: the level can no longer occur.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         question = packet_of(packets.row(self.sheet, "GET_STATUS"))
@@ -235,10 +235,11 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + omitted_ps + every_ps)
 
     def _omitted(self, due_ps: int | None, period_ps: int) -> int:
-        """Return the total time (ps) of the status queries, one per period, that end before the next event.
+        """Return the total time (ps) of the status queries, one per period, that would end before the next event.
 
         Args:
-            due_ps: the next event, as known when the last query began; it may occur during that query.
+            due_ps: the next event, as known when the last query began; it may have occurred during that query.
+            period_ps: the time from one query to the next.
         """
         horizon_ps = self.kernel.horizon
         end_ps = horizon_ps if due_ps is None else min(due_ps, horizon_ps)
@@ -251,7 +252,7 @@ UPDATES = ("UPDATE", "MULTI_UPDATE")
 
 
 def packet_of(row: PacketRow, values: Sequence[int] = ()) -> Packet:
-    """Return a command as a packet."""
+    """Return a command, given by its row and the values of its arguments, as a packet."""
     return Packet(row.code, packets.words(row, values), packets.counted(row.reads), row.name != RESET)
 
 
@@ -262,7 +263,7 @@ def updates(sheet: Sheet, code: int) -> bool:
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Yield the write operations for the bytes of a packet: the bytes, and True if they are the command.
+    """Yield the write operations for the bytes of a packet: the bytes of each, and whether they are a command.
 
     The first byte is a command; words follow.
     """

@@ -1,7 +1,7 @@
 """Shadow registers: the knowledge that a host has of a part from the bytes it has sent, such as the mode register.
 
-A part that stores its program unchanged has no pin that shows its mode, so the host keeps track of it.  A host does
-not see the commands of another program on the part's other side, nor the effects of a stored program.
+A part that stores its program unchanged has no pin that shows its mode, so the host keeps track of the mode.  A host
+sees neither the commands of another program on the part's other side, nor the effects of a stored program.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Shadow:
         self.reset()
 
     def reset(self) -> None:
-        """Begin again: the part has been reset."""
+        """Return to the initial state, because the part has been reset."""
         self.decoder.reset()
         self.entry: Entry | None = None
         self.mode = self.default
@@ -122,7 +122,7 @@ class Query:
             self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
-        """Return the answer after the first `since` bytes, without its last carriage return; None if none yet.
+        """Return the answer found after the first `since` bytes, without its last carriage return; None if none yet.
 
         The answer is text, or in binary mode bytes: letter, equals sign, and the value.
         """
@@ -135,10 +135,10 @@ class Query:
 class FlowControl:
     """The decision on whether a host obeys the flow line of its chip (FPL or CTS).
 
-    The line is obeyed only while the mode register enables it.
+    Unless `heed` has set this, the host obeys the line while, as far as it knows, the mode register enables it.
 
     `gone` processes the bytes being sent; `news` is notified of each byte, and when the host starts or stops
-    obeying the line; `heeding` is the last setting, or None if the host follows its own mode commands.
+    obeying the line; `heeding` is the last setting by `heed`; None: the host follows its own mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:
@@ -155,7 +155,9 @@ class FlowControl:
         return self.gone.mode & mask in values
 
     def heed(self, on: bool | None, part: Part) -> None:
-        """Obey the line from now on (True), ignore it (False), or follow the mode commands (None), as an input.
+        """Obey the line from now on (True), ignore it (False), or follow the host's mode commands (None).
+
+        This call is an input of the part.
 
         Raises:
             UsageError: `on` is not True, False or None.
@@ -168,7 +170,7 @@ class FlowControl:
         part.kernel.settle()
 
     def why_silent(self) -> str:
-        """Return a possible reason for a missing answer, as far as the host knows, and the remedy; or ""."""
+        """Return a possible reason for a missing answer and its remedy, or "" if the host knows of none."""
         sheet, mode = self.sheet, self.gone.mode
         mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)

@@ -24,7 +24,7 @@ class StrappedUart(HostUart):
 
     Args:
         spoken_to: a function that returns the selected module.
-        baud: a rate that differs from the module's rate.
+        baud: a fixed rate, used regardless of the straps; None: the module's rate.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class StrappedUart(HostUart):
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
     def switched_on(self) -> None:
-        """Record that a module has been switched on at this instant, and reads its straps."""
+        """Record that a module is switched on at this instant, and reads its straps."""
         self.up_ps, self.far.compared = self.kernel.now, False
 
     async def before_sending(self) -> None:
@@ -52,7 +52,7 @@ class StrappedUart(HostUart):
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
     def usual_word(self) -> CharacterFormat:
-        """Character format of modules."""
+        """Character format of the modules on the line."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
@@ -61,18 +61,18 @@ class StrappedUart(HostUart):
         return straps_of(self.spoken_to())
 
     def follow_straps(self) -> None:
-        """Use the rate that the module has read from its straps."""
+        """Use the rate that the module has read from its straps, unless the host has a fixed rate."""
         baud = self.fixed_baud or self.straps.rate
         if baud != self.baud:
             self.set_line(baud, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Use another rate or format, as an input, regardless of the straps."""
+        """Use another rate or format, regardless of the straps; this call is an input of the part."""
         super().change_line(baud, bits, parity, stop)
         self.fixed_baud = baud
 
     def lent(self) -> Callable[[], object]:
-        """Return a function that restores the rate, its source, and the format."""
+        """Return a function that restores the present rate and format, and whether the rate is fixed."""
         restore, fixed = super().lent(), self.fixed_baud
 
         def restored() -> None:
@@ -83,12 +83,12 @@ class StrappedUart(HostUart):
 
     # --------------------------------------------------------------------------------------------- commands and answers
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, as an input, at the rate set by the module's straps."""
+        """Queue characters, at the rate set by the module's straps; this call is an input of the part."""
         self.follow_straps()
         super().write(data, fault)
 
     def begin(self) -> None:
-        """Start to collect answers."""
+        """Drop earlier answers, and start to collect new ones."""
         self.catch_up()
         self.recent_answers.clear()
         self.line.clear()
@@ -99,10 +99,10 @@ class StrappedUart(HostUart):
         self.begin()
 
     def framed(self, command: str) -> bytes:
-        """Return the bytes of a command, with address, checksum and carriage return.
+        """Return the bytes of a command, with a carriage return, and with address and checksum as strapped.
 
         Raises:
-            UsageError: the text is empty, or contains more than one command.
+            UsageError: the text is not ASCII, or contains more than one command.
         """
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
@@ -127,7 +127,7 @@ class StrappedUart(HostUart):
         return text
 
     def answered(self, command: str) -> bool:
-        """Return whether a command has been answered completely: a program listing has several lines."""
+        """Return whether a command has been answered completely; the answer to a listing command has several lines."""
         if not self.answers:
             return False
         sheet = self.spoken_to().sheet
@@ -138,7 +138,7 @@ class StrappedUart(HostUart):
         return last in spoken_as(sheet, Lines).answers  # a program line is not an answer
 
     async def exchange(self, command: str | bytes) -> list[str]:
-        """Send a command in a task; return its answers, or none if the line is silent for longer than any answer takes.
+        """Send a command in a task; return its answers, which are incomplete if the line is silent for too long.
 
         Args:
             command: text is framed; bytes are sent unchanged.
@@ -172,18 +172,18 @@ class StrappedUart(HostUart):
 
     # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
-        """Return the bytes of a command, and follow the straps of the module from now on."""
+        """Return the bytes to send for a command, and follow the straps of the module from now on."""
         self.fixed_baud = None
         self.set_line(self.baud, self.usual_word)
         self.follow_straps()
         return self.framed(command)
 
     def ends(self, command: str, data: bytes) -> bool:
-        """Return whether these characters may end the answer to a command."""
+        """Return whether the answer to a command may end after these characters."""
         return data.endswith(b"\r")
 
     def answer_in(self, command: str, data: bytes) -> str:
-        """Return the answer to a command in these characters.
+        """Return the answer to a command that these characters contain, without checksums.
 
         Raises:
             ChecksumError: a checksum is wrong.
@@ -195,7 +195,7 @@ def straps_of(chip: Connection) -> Straps:
     """Return the straps of a module.
 
     Raises:
-        UsageError: the chip has no straps; the bench connects only modules to a host on a serial line.
+        UsageError: the chip has no straps, so it is not a module for a serial line.
     """
     if chip.straps is None:
         raise UsageError(f"{chip.name}: has no straps; a host on a line works with chips that have a SerialLine")
