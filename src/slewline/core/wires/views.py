@@ -147,7 +147,6 @@ class Rested(Repeated):
         self.rest = rest
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps), as numbered events (see clocking.py)."""
         return WalkedEdges(self, level, since)
 
     def level_of(self, ps: int) -> Level:

@@ -30,7 +30,6 @@ class OneCycle(Train):
         return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
     def step_at(self, tick: int) -> int:
-        """Return the number of steps that have begun by a tick, including that tick."""
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:

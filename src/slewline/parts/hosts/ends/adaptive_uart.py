@@ -5,7 +5,7 @@ r"""The UART of a host whose chip detects the rate: two carriage returns first, 
     cts  <------------------ the part's flow pin       low: the next character may begin
 
 The host obeys CTS while the part uses its flow pin, as far as this follows from the mode commands that the host
-itself has sent; `heed` makes the host always obey CTS, or ignore it.
+itself has sent; a setting makes the host always obey CTS, or ignore it.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ The handshake without a byte, before a command, is the empty handshake.  A part 
 needs it; a part that runs no program ignores it.  A host that finds FPL low during it reads the message
 first (ch. 16, Immediate Commands).  A host that already has its command letter on the bus also reads the
 message first: it releases the bus, since the part may be answering its serial side.  The host follows FPL
-while the part uses FPL, according to the mode commands that the host itself has sent; `heed` overrides this.
+while the part uses FPL, according to the mode commands that the host itself has sent, or to a setting.
 """
 
 from __future__ import annotations
