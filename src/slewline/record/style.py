@@ -156,7 +156,7 @@ def number(value: float, digits: int = 10) -> str:
 
 
 def few(value: float) -> str:
-    """Return a measured number with three digits, or all digits before the decimal point if there are more."""
+    """Return a measured number with three significant digits, or as a whole number if it has more before the point."""
     return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
 
 

@@ -101,7 +101,7 @@ class WholeFile(WholeOrNothing):
                 raise
 
     def _take_over(self, part: Path) -> bool:
-        """Copy mode, owner and group of the replaced file to the neighbour; return whether all could be set."""
+        """Copy mode, owner and group of the replaced file to the neighbour; return if owner and group were set."""
         try:
             before, now = self._target.stat(), part.stat()
         except FileNotFoundError:
@@ -123,7 +123,7 @@ class WholeFile(WholeOrNothing):
             self.handle.write(data)
 
     def close(self) -> None:
-        """Replace the file with that name by the new one; a second call does nothing."""
+        """Put the new file in place, replacing any file of that name; a second call does nothing."""
         if not self._end.alive:
             return
         with self.refusals():
@@ -161,7 +161,7 @@ class WholeFile(WholeOrNothing):
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new, locked hidden file next to another file, and its name; an existing file is never opened."""
+    """Return a new, locked hidden file next to `target`: its path, and the open file; never open an existing one."""
     for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         if os.path.lexists(part):  # of a process that was killed, or a link that another program put there

@@ -65,7 +65,7 @@ class TimeDriver(Protocol):
     """An object that lets time pass for a port in an asyncio loop."""
 
     def join(self, user: object) -> None:
-        """Start letting time pass, for as long as there is a user."""
+        """Add a user; time passes as long as there is one."""
 
     def leave(self, user: object) -> None:
         """Remove a user; without users, time stops."""
@@ -97,13 +97,13 @@ class JoinedBench(Pace):
         self.ahead_ps = self.loop.now_ps - self.kernel.now
 
     def join(self, user: object) -> None:
-        """Add a user; the bench's time passes with that of the loop."""
+        """Add a user: while there is one, the bench's time passes with that of the loop."""
         if not self.users:
             self.meet()
         self.users.append(user)
 
     def leave(self, user: object) -> None:
-        """Remove a user; without another user, the bench's time stops."""
+        """Remove a user; without any other user, the bench's time stops."""
         self.users.remove(user)
         if not self.users:
             del self.loop.paces[self.kernel]
@@ -137,7 +137,7 @@ class JoinedBench(Pace):
 
 
 class IdleSelector(selectors.DefaultSelector):
-    """The selector of a loop: asyncio lets it sleep when every task waits, and virtual time passes then."""
+    """The selector of a loop: when every task waits, asyncio calls it to sleep, and virtual time passes instead."""
 
     loop: VirtualLoop
 
@@ -267,7 +267,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 class PacedRig:
     """A rig in an asyncio loop that follows the wall clock: time passes in the iterations of the loop.
 
-    Without a rate, time passes until the written bytes are answered; with a rate, it keeps up with the wall
+    Without a rate, time passes until the written bytes are answered; with a rate, time keeps up with the wall
     clock.
     """
 
@@ -277,7 +277,7 @@ class PacedRig:
         self.used = 0
 
     def join(self, user: object) -> None:
-        """Start letting time pass."""
+        """Add a user; time passes as long as there is one."""
         self.used += 1
         self._soon()
 

@@ -72,7 +72,7 @@ class Controller(Closing):
         """The URL of the module, for serial.serial_for_url.
 
         Raises:
-            UsageError: no program can reach the module: it is on a bus, or is reserved for the test.
+            UsageError: programs cannot reach the module, because it is on a bus or reserved for the test.
         """
         if not self.rig.url:
             name, part = self.chip.name, self.chip.sheet.part
@@ -246,7 +246,7 @@ class Controller(Closing):
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
         """Compare the changes of a pin since an instant with those expected.
 
-        Each expected change is a pair: the time from that instant, and the new level.
+        Each expected change is a pair: the time from `since`, and the new level.
         """
         __tracebackhide__ = True
         origin = moment(since)

@@ -61,7 +61,7 @@ def _event(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """Return the time between two instants as text: in clock ticks if it is a whole number of ticks."""
+    """Return a length of time as text: in clock ticks if it is a whole number of ticks, else in a unit of time."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")

@@ -38,7 +38,7 @@ class SerialEndpoint:
     Args:
         where: the program's name for the port.
         program: the name of the program in the transcript.
-        gone: the exception with which its library reports a port that has gone.
+        gone: the exception class with which the serial port library reports that a port has gone.
     """
 
     lost = ""  # why the port has gone; "" if it has not
@@ -82,7 +82,7 @@ class SerialEndpoint:
         self.connected = False
 
     def change_line(self, baud: int, word: CharacterFormat) -> None:
-        """Use another rate or format, starting with the next character."""
+        """Use another baud rate or character format, starting with the next character."""
         host = self.rig.host
         if (baud, word) != (host.baud, host.word) or host.uart.fixed_baud is None:
             self.rig.do(lambda: host.change_line(baud, word.bits, word.parity, word.stop))
@@ -132,7 +132,7 @@ class SerialEndpoint:
             self._complain(size)
 
     def _check_ends(self) -> None:
-        """Check for an incomplete line when no answer has arrived in time."""
+        """Report incomplete commands if no answer has arrived in time and the line is quiet."""
         if self.rig.line.quiet():
             self.rig.bench.conclude()
 
@@ -147,7 +147,7 @@ class SerialEndpoint:
         self.cancelled = True
 
     def _complain(self, size: int) -> None:
-        """Raise an exception after a long time without characters, unless some may still come."""
+        """Raise Timeout after a long wait for `size` characters, unless some may still come."""
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
@@ -175,7 +175,7 @@ class SerialEndpoint:
         return bool(self.lost) or self.rig.host.idle
 
     def space(self, on: bool) -> None:
-        """Set the line to space after the written characters, or back to mark."""
+        """Set the line to space (`on`) or back to mark, once all written characters have been sent."""
         self.flush()
         self.rig.do(lambda: self.rig.host.space(on))
 

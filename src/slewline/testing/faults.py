@@ -209,7 +209,7 @@ class Faults(Part):
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
 
     def _row(self, *roles: str) -> Pin:
-        """Return the chip's pin that has one of some roles."""
+        """Return the chip's pin that has the first of these roles that any pin has."""
         sheet = self.chip.sheet
         for role in roles:
             if row := sheet.role(role):
@@ -300,7 +300,7 @@ class ReportedNoise(Noise):
         self.receiver, self.report = receiver, report
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return the changed byte, or None if it is lost, and its fault; report the fault."""
+        """Return the byte (changed, or None if it is lost) and its fault; report any effect on the byte."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.report(f"{byte:#04x} to the {self.receiver} is lost")

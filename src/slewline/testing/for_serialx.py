@@ -125,7 +125,7 @@ class Serial(HasRig, BaseSerial):
         rig.do(rig.host.drop)
 
     def sleep(self, duration: float) -> None:
-        """Let virtual time pass (s), as time.sleep does for a program with a real port."""
+        """Let `duration` seconds of virtual time pass: the counterpart of time.sleep for a real port."""
         self._line.sleep(duration)
 
     # ---------------------------------------------------------------------------------------------------- modem lines
@@ -135,7 +135,7 @@ class Serial(HasRig, BaseSerial):
         return ModemPins(cts=rts, dsr=dtr, car=dtr, rng=PinState.LOW)
 
     def _set_modem_pins(self, modem_pins: ModemPins) -> None:
-        """Set RTS and DTR, which are only bridged to inputs of this port."""
+        """Set RTS and DTR, which lead only to inputs of this port, not to the module."""
 
 
 class Transport(BaseSerialTransport):
@@ -191,16 +191,16 @@ class Transport(BaseSerialTransport):
             self._lost(end.error())
 
     def pause_reading(self) -> None:
-        """Keep received characters until `resume_reading`."""
+        """Hold back received characters until `resume_reading` is called."""
         self._paused = True
 
     def resume_reading(self) -> None:
-        """Pass on kept and new characters."""
+        """Pass the held characters, and all later ones, to the protocol."""
         self._paused = False
         self._arrived()
 
     def is_reading(self) -> bool:
-        """Return whether received characters are passed on."""
+        """Return whether received characters are passed to the protocol."""
         return not self._paused and not self._closing
 
     # -------------------------------------------------------------------------------------------------------- writing

@@ -60,7 +60,7 @@ class ModuleSession(SerialSession):
     part = b""  # the incomplete result of a read
 
     def after_parsing(self) -> None:
-        """Open the port.  On Windows, PyVISA-py would prefix COM to every name, including a URL."""
+        """Open the port under its own name: on Windows, PyVISA-py would put COM before every name, even a URL."""
         if "://" not in self.parsed.board:
             super().after_parsing()
             return
@@ -77,7 +77,7 @@ class ModuleSession(SerialSession):
         return getattr(self.interface, "rig", None)
 
     def why(self) -> str:
-        """Return the reason why there is no answer, from the findings of the module."""
+        """Return the reason why no answer has arrived, from the findings of the module; empty for a real port."""
         if self.rig is None:
             return ""
         new = {found.code: found.text for found in self.rig.bench.findings[self.known :]}
@@ -88,7 +88,7 @@ class ModuleSession(SerialSession):
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
 
     def unended(self) -> str:
-        """Return the characters that an incomplete read has received, and the terminator for which it waits."""
+        """Return a text: the characters that an incomplete read has received, and any terminator that is missing."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
             return f"received {self.part!r}, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
@@ -120,7 +120,7 @@ class SlewlineVisaLibrary(PyVisaLibrary):
 
     @staticmethod
     def get_library_paths() -> tuple[LibraryPath, ...]:
-        """Return a substitute for the path of a library."""
+        """Return a placeholder for the path of the VISA library, since there is no library file."""
         return (LibraryPath(SCHEME),)
 
     def list_resources(self, session: VISARMSession, query: str = "?*::INSTR") -> tuple[str, ...]:
@@ -130,7 +130,7 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))
 
     def handle_return_value(self, session: Any, status_code: int) -> StatusCode:
-        """Return a status, or raise its error; that of a timeout includes the findings of the module."""
+        """Return the status, or raise the error for it; a timeout error includes the findings of the module."""
         one = self.sessions.get(session) if status_code == StatusCode.error_timeout else None
         try:
             return super().handle_return_value(session, status_code)  # type: ignore[no-any-return]

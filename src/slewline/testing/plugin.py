@@ -53,10 +53,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Return a function that creates running modules; they end with the scope of the fixture: test, class, and so on.
+    """Return a function that creates running modules, which end with the fixture's scope (test, class ...).
 
-    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, override those of the marker `slewline`; a
-    marker on a test overrides those on its class and its test module.
+    The arguments of that function, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, override those of
+    the marker `slewline`; a marker on a test overrides those on its class and its test module.
     """
     from .endpoints import running
 
@@ -142,7 +142,7 @@ mc1451a_e = _module("mc1451a-e")
 
 
 def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Return whether to hide the traceback inside slewline, as the message already explains a user error."""
+    """Return whether to hide slewline's part of a traceback: a user error is explained by its message."""
     errors = sys.modules.get("slewline.errors")
     return errors is not None and excinfo.errisinstance(errors.SlewlineError)
 
@@ -151,7 +151,7 @@ def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add a report on its modules to a failed test, and hide slewline's internals for an error in the test."""
+    """Add the modules to a failed test's report, and hide slewline's internals in the traceback of user errors."""
     if call.excinfo is not None:
         for entry in call.excinfo.traceback:
             if OURS in Path(entry.path).parents:

@@ -204,7 +204,7 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
 def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
-    """Temporarily add methods to those objects of a class for which `mine` is true; then close these objects."""
+    """Give the objects for which `mine` is true the methods `own` until the stack ends, and then close them."""
     opened: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:
@@ -256,7 +256,7 @@ def _either_property(ours: property, theirs: Any, mine: Callable[[Any], bool]) -
 
 
 def _put(stack: ExitStack, where: Any, name: str, value: Any) -> None:
-    """Set an attribute until the end of the stack."""
+    """Set an attribute, and restore it when the stack is closed."""
     before = vars(where).get(name, MISSING)
     setattr(where, name, value)
     stack.callback(delattr, where, name) if before is MISSING else stack.callback(setattr, where, name, before)

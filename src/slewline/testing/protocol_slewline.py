@@ -46,7 +46,7 @@ WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait fo
 
 
 def waits_for_a_file() -> bool:
-    """Return whether the port is being opened by a library that cannot use it and would not report this."""
+    """Return whether the caller is a library that needs a real file, and that would fail without an error."""
     if not WAIT_FOR_FILES & sys.modules.keys():
         return False
     frame = sys._getframe()
@@ -68,7 +68,7 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------------------------- open and close
     def open(self) -> None:
-        """Connect to the module, which is already switched on.  A port that is reopened finds its own module."""
+        """Connect to the module, which is already switched on; a reopened port gets the same module again."""
         if self.port is None:
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
@@ -112,7 +112,7 @@ class Serial(HasRig, SerialBase):
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
     def _word(self) -> CharacterFormat:
-        """Return the character format that the settings define, if a line supports it."""
+        """Return the character format that the port's settings define; raise an error if the line cannot use it."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
     # -------------------------------------------------------------------------------------------------------- reading
@@ -141,7 +141,7 @@ class Serial(HasRig, SerialBase):
             self._end.cancel()
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
-        """Return the characters up to and including `expected`, fewer at the timeout, or `size` of them."""
+        """Return the characters up to and including `expected`; at most `size`, and fewer if the timeout expires."""
         now = self.rig.present()
         end = None if self.timeout is None else now + seconds(self.timeout)
         line = bytearray()
@@ -179,7 +179,7 @@ class Serial(HasRig, SerialBase):
         self._end.flush()
 
     def reset_output_buffer(self) -> None:
-        """Discard unsent characters, except the character on the line."""
+        """Discard the unsent characters, except one whose transmission has already begun."""
         self._must_be_open()
         self.rig.do(self.rig.host.drop)
 
@@ -205,18 +205,18 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------------------- break and modem lines
     def send_break(self, duration: float = 0.25) -> None:
-        """Set the line to space for a time."""
+        """Hold the line at space (a break) for `duration` seconds."""
         self.break_condition = True
         self.sleep(duration)
         self.break_condition = False
 
     def sleep(self, duration: float) -> None:
-        """Let virtual time pass, as time.sleep does for a program with a real port."""
+        """Let `duration` seconds of virtual time pass: the counterpart of time.sleep for a real port."""
         self._must_be_open()
         self._end.sleep(duration)
 
     def clock(self) -> float:
-        """Return the virtual time (s), as time.monotonic does for a program with a real port."""
+        """Return the virtual time (s): the counterpart of time.monotonic for a real port."""
         return self.rig.bench.now_ps / PS_PER_S
 
     def _update_break_state(self) -> None:

@@ -62,7 +62,7 @@ class PortUser(Protocol):
     """The program's end of a port that it has open."""
 
     def lose(self, why: str) -> None:
-        """Record that the port has gone."""
+        """Record that the port has been removed; `why` is the reason."""
 
 
 class OnDemandTime(Lockstep):
@@ -150,7 +150,7 @@ class Rig:
         self.away = ""
 
     def look(self) -> str:
-        """Return the reason why the port is not found; "" if it is found.  A failed search takes 100 ms."""
+        """Return why the port cannot be found, or "" if it can; a failed search takes 100 ms of virtual time."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why
@@ -163,7 +163,7 @@ class Rig:
         return serial
 
     def reach(self) -> None:
-        """Put the connector of a program on the bench, and set its URL."""
+        """Put the connector for a program on the bench, and set the URL of the module."""
         host = self.bench.host(self.chip, name="line", over=self.channel.name)
         self.host = cast("SerialHost | AdaptiveHost", host)  # that of a serial line
         self.line = ConnectorLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
@@ -171,7 +171,7 @@ class Rig:
         self.lock = Condition()  # programs read in one thread and write in another; released while one waits
 
     def begin(self) -> None:
-        """Switch the module on; it then receives commands."""
+        """Switch the module on, after which it accepts commands."""
         self.bench.run(0)
         self.pace.start()
 
@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once if the program pauses for long periods while the module is busy: only its calls let time pass."""
+        """Warn once if the program pauses for long while the module is busy: only calls to the port let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -231,7 +231,7 @@ class Rig:
             self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function while no time passes, and return its result; waits are checked again after it."""
+        """Call a function while no time passes, and return its result; waiting threads then check their conditions."""
         with self.lock:
             result = action()
             self.lock.notify_all()
@@ -242,7 +242,7 @@ class Rig:
         self.log.reopen()
 
     def leave(self) -> None:
-        """Report incomplete commands, and write unsaved data to disk, as the program closes the line."""
+        """Report incomplete commands, and write unsaved data to disk, when the program closes the line."""
         self.bench.conclude()
         for part in self.bench.parts.values():
             part.leave()
@@ -259,7 +259,7 @@ def never() -> bool:
 
 
 def seconds(time: float) -> int:
-    """Return a time in pySerial's unit as picoseconds."""
+    """Return a time in seconds, pySerial's unit, as picoseconds."""
     return round(time * PS_PER_S)
 
 

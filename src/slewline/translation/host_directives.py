@@ -25,14 +25,14 @@ def ends_motion(text: str, sheet: Sheet) -> bool:
 
 
 def drives_input(text: str, sheet: Sheet) -> bool:
-    """Return whether a directive drives a pin that a program tests: an input, or a bit that may be one."""
+    """Return whether a directive drives a pin that a program may test: an input, or a pin without a role."""
     match = DRIVES.fullmatch(text)
     pin = pin_of(sheet, match[3]) if match is not None and match[1] != "until" else None
     return pin is not None and (pin.role.startswith("input") or not pin.role)
 
 
 def waits_for_end(text: str, sheet: Sheet, roles: Collection[str] = OVER) -> bool:
-    """Return whether a directive waits until no motion is in progress, or for a pin with another role."""
+    """Return whether a directive waits until the part is ready, or for a pin with one of the given roles."""
     if text == "@until ready" or (text == "wait motion_complete" and "motion_complete" in roles):
         return True
     match = DRIVES.fullmatch(text)

@@ -83,7 +83,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """An action that sets one value, `sets`, of the profile; `profile` is the result, as far as known.
+    """An action that sets one value, `sets`, of the profile; `profile` is the resulting profile, if known.
 
     `value` is the value set: a rate, steps/s, or, for "ramp", the resulting acceleration, steps/s^2.
     """
@@ -147,7 +147,7 @@ class MoveBy(Motion):
 
     @property
     def steps(self) -> int | None:
-        """The number of steps, with the sign of the direction; None if either is not known."""
+        """The number of steps, with the sign of the direction; None if the number or the direction is not known."""
         return None if self.distance is None or self.sign is None else self.distance * self.sign
 
 
@@ -163,7 +163,7 @@ class MoveTo(Motion):
 
     @property
     def steps(self) -> int | None:
-        """The number of steps, with the sign of the direction; None if the position before the move is not known."""
+        """The number of steps, with the sign of the direction; None if the start or end position is not known."""
         return None if self.position is None or self.begins is None else self.position - self.begins
 
 
@@ -184,7 +184,7 @@ class Home(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stop(Action):
-    """A stop of the motion, along its ramp if `ramped`, else after the current step; a running program ends."""
+    """A stop of the motion and of any running program: along the ramp if `ramped`, else after the current step."""
 
     ramped: bool
 
@@ -192,7 +192,7 @@ class Stop(Action):
 # ---------------------------------------------------------------------------------------------- outputs, inputs, times
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetOutput(Action):
-    """An action that sets an output to a level; `implied`: it sets all outputs of the part, used or not."""
+    """An action that sets an output to a level; `implied`: the command sets all outputs of the part together."""
 
     number: int
     level: int
@@ -223,7 +223,7 @@ class Label(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jump(Action):
-    """A jump to a label; with `inputs`, only if all have their levels, otherwise the next action follows."""
+    """A jump to a label; with `inputs`, it is made only if all of them have their given levels."""
 
     to: str
     inputs: tuple[Input, ...] = ()
@@ -231,7 +231,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """A jump to a preceding label until `passes` passes have been made; then the next action follows."""
+    """A jump back to a label until `passes` passes in all have been made; then the next action follows."""
 
     to: str
     passes: int
@@ -300,7 +300,7 @@ class Special(Action):
 
     @classmethod
     def of(cls, action: Action, description: str, remedy: str) -> Special:
-        """Return a special command that replaces an action."""
+        """Return a `Special` in place of an action, with the same line, text, block, axis, command and values."""
         its = {name: getattr(action, name) for name in ("line", "text", "block", "axis", "command", "values")}
         return cls(description=description, remedy=remedy, **its)
 
@@ -309,7 +309,7 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 
 
 def acts_during_motion(action: Action) -> bool:
-    """Return whether a host's action does not wait for the end of the motion before it."""
+    """Return whether a host's action takes effect without waiting for the end of the preceding motion."""
     return isinstance(action, HostDirective | Stop) or (isinstance(action, Special) and bool(action.needless))
 
 

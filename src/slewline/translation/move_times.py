@@ -15,7 +15,7 @@ from .profiles import profiles_of
 def measured(program: Program) -> Callable[[Profile, int], float]:
     """Return a function that returns the time of a move of the source, s.
 
-    It uses the ramp law of the source's part, or `source_time` if that law is not known.
+    The returned function uses the ramp law of the source's part, or `source_time` if no law is known.
     """
     try:
         law = profiles_of(program.part, sheet_of(program.part).crystal_hz)

@@ -23,7 +23,7 @@ ODD_RATE = 1000  # steps/s: an unreachable rate above this is too high for the p
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """The target's values whose motions come nearest to a profile, keyed by command form; and their profile."""
+    """The target's values whose motions come nearest to a wanted profile, keyed by command form; their profile."""
 
     values: Mapping[str, int]
     profile: Profile
@@ -71,7 +71,7 @@ class Profiles:
 
     @staticmethod
     def profile_of(ramp: Ramp, values: Mapping[str, Value]) -> Profile:
-        """Return a ramp as a profile."""
+        """Return a ramp as a profile, together with the parameter values that define it."""
         if not ramp.time_ps:
             return Profile(ramp.top, ramp.top, values=dict(values))
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
@@ -96,7 +96,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- fitting
     def fit(self, wanted: Profile) -> Fitted:
-        """Return the values whose profile comes nearest: first the rates, then the ramp, according to its time."""
+        """Return the values whose profile comes nearest: first the rates are fitted, then the duration of the ramp."""
         key = wanted.start, wanted.top, wanted.time_ps
         if key not in self._fitted:
             self._fitted[key] = self._fit(wanted)
@@ -133,7 +133,7 @@ class Profiles:
         return min(found), max(found)
 
     def _own(self, wanted: Profile) -> Fitted | None:
-        """Return the values of the source, if the target has the same parameters with the same effect, else None."""
+        """Return the source's own values if they produce exactly the same profile on the target, else None."""
         mine = {name: int(value) for name, value in wanted.values.items() if self._written(name) and is_number(value)}
         if mine.keys() != {name for name, value in wanted.values.items() if name.isupper()}:
             return None
@@ -151,7 +151,7 @@ class Profiles:
         return Fitted(mine, found) if same and found is not None else None
 
     def _constant(self, wanted: Profile, values: dict[str, Value]) -> Fitted:
-        """Return the values for motions without ramps."""
+        """Return the values for motions at a constant rate, without ramps."""
         top = self.rows["top_rate"].form
         if "rate_divisor" in self.rows:  # rate and factor, without a slope
             factor, rate = self._divided(wanted.top)
@@ -176,7 +176,7 @@ class Profiles:
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:
-        """Return the factor and rate parameter nearest to a rate; among equals, the pair with the lowest factor."""
+        """Return the factor and the rate parameter whose rate is nearest; among equals, those with the lowest factor."""
         row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
         steepest = self.rows["ramp"].args[0].high
         form, slope = self.rows["top_rate"].form, self.rows["ramp"].form
@@ -190,7 +190,7 @@ class Profiles:
         return by, value
 
     def _nearest_rate(self, role: str, rate: float) -> int:
-        """Return the parameter of the nearest rate; outside the range, the parameter at its end."""
+        """Return the parameter value whose rate is nearest; for a rate out of range, the limit of the parameter."""
         row = self.rows[role]
         quantity: RampParameter = self.calculator.quantity(row.form)
         arg = self.calculator.arg(row.form)

@@ -33,7 +33,7 @@ from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM, 
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
-    """Return the profiles of the motions, or, if none of them is known, the profiles that are set."""
+    """Return the known profiles of the motions, or, if there are none, the known profiles of the settings."""
     known = list(actions)
     found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
     return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
@@ -47,7 +47,7 @@ def top_rate(actions: Iterable[Action]) -> float:
 def one_acceleration(actions: Iterable[Action]) -> float:
     """Return the acceleration for a target with one value for all moves, steps/s^2: the lowest of all ramps.
 
-    Without a ramp it is so high that the top rate is reached within half a step.
+    If no move has a ramp, the value is so high that the top rate is reached within half a step.
     """
     known = list(actions)
     ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
@@ -55,7 +55,7 @@ def one_acceleration(actions: Iterable[Action]) -> float:
 
 
 def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
-    """Return whether the distance, and whether the direction, depend on the path through the program."""
+    """Return two flags: whether the distance of any move depends on the path, and whether any direction does."""
     moves = [each for each in actions if isinstance(each, MoveBy)]
     return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
 
@@ -66,7 +66,7 @@ def stored(program: Program) -> list[int]:
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return the stored program that each of the host's run commands runs, by the command's line number."""
+    """Return the numbers of the stored programs that the host runs, keyed by the line of the run command."""
     found: dict[int, int] = {}
     entered = -1
     for action in program.actions:
@@ -79,8 +79,8 @@ def runs(program: Program) -> dict[int, int]:
 def started_plainly(program: Program) -> Program:
     """Return a program whose host only runs stored programs from the text, from their start or from a label.
 
-    All other host commands become a `Special`: a loop or branch, a level at a pin that is not a program input, a
-    stop of a running motion, and a run of a program that the text does not enter.
+    These other host commands each become a `Special`: a loop or branch, a level at a pin that is not a program
+    input, a stop of a running motion, and a run of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
@@ -138,6 +138,6 @@ def counts_positions(program: Program) -> bool:
 
 
 def counter_of(sheet: Sheet) -> tuple[int, int] | None:
-    """Return the limits of the position counter, as far as known from moves to a position."""
+    """Return the limits of the position counter, taken from a move to a position; None without such a command."""
     row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
     return None if row is None else (row.args[0].low, row.args[0].high)

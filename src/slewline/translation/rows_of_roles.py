@@ -10,17 +10,17 @@ PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor
 
 
 def takes_part(row: Row, parameters: Iterable[str]) -> bool:
-    """Return whether a command sets a ramp parameter."""
+    """Return whether a command sets a parameter of a ramp, by its role or as one of `parameters`."""
     return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
 
 
 def leads(row: Row) -> bool:
-    """Return whether a command makes a program continue elsewhere."""
+    """Return whether a command can make a program continue at another place: a jump, a loop or a branch."""
     return row.role in ("jump", "loop") or row.role.startswith("branch")
 
 
 def rows_by_role(sheet: Sheet) -> dict[str, Row]:
-    """Return the command for each role; the first if several commands share a role."""
+    """Return the command for each role; if several commands share a role, the first of them."""
     return {row.role: row for row in reversed(list(sheet.commands)) if row.role}
 
 
@@ -31,10 +31,10 @@ def after_reset(sheet: Sheet) -> int:
 
 
 def stopping_row(sheet: Sheet, how: str) -> Row | None:
-    """Return the command that stops a running motor, "stop" or "brake"; None: there is none."""
+    """Return the command that stops a running motor in the way `how`, "stop" or "brake"; None: there is none."""
     return next((row for row in sheet.commands if row.at_once == how), None)
 
 
 def waits_for_update(row: Row) -> bool:
-    """Return whether a command stops a motion, but not before the next update."""
+    """Return whether a command stops a motion only when the next update takes effect."""
     return bool(row.at_once) and getattr(row, "buffered", False)

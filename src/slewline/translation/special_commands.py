@@ -1,4 +1,4 @@
-"""Commands that other parts need not have: why no replacement is needed, and advice to the user."""
+"""Commands that other parts may not have: why no replacement is needed, or advice to the user."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ class Target:
         return f"{self.mark}{text}" if text else ""
 
     def joined(self, line: OutLine) -> str:
-        """Return a line of the result, followed by its comment."""
+        """Return a line of the result, with its comment at the end."""
         return "  ".join(filter(None, (line.text, self.comment(line.comment))))
 
     def write(self, program: Program, options: WriterOptions) -> Written:
@@ -140,7 +140,7 @@ class Target:
         return make(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> PlayedTrace:
-        """Return the events of a text."""
+        """Return the events of a text in the target's language, as the reader follows it."""
         read: Callable[[str, WriterOptions], PlayedTrace] = found("reading_back", self.reader)
         return read(text, options)
 
@@ -153,6 +153,6 @@ class Target:
 
 
 def found(room: str, where: str) -> Any:
-    """Return an object by its name in a module of a package."""
+    """Return the object named by `where`, "module:name", from a module of the package `room`."""
     module, _, name = where.partition(":")
     return getattr(import_module(f".{room}.{module}", __package__), name)

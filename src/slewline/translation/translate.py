@@ -179,7 +179,7 @@ def check_settings(values: Mapping[str, str], to: str) -> None:
 
 
 def with_levels(program: Program, values: Mapping[str, str]) -> Program:
-    """Return a program with the initial output levels set by the user."""
+    """Return a program in which the initial output levels that the user has set are assumed."""
     assumed = [each for each in program.assumed if f"output{each.about[7:8]}" not in values]
     given = [(int(name[-1]), value) for name, value in values.items() if name.startswith("output")]
     for number, value in given:
@@ -189,7 +189,7 @@ def with_levels(program: Program, values: Mapping[str, str]) -> Program:
 
 
 def with_driven_inputs(program: Program) -> Program:
-    """Return a program with the assumption that the inputs driven by its host change in the same way at the target."""
+    """Return a program with one more assumption: the inputs that its host drives change equally at the target."""
     found = [action for action in program.actions if isinstance(action, HostDirective)]
     if not any(drives_input(action.text, sheet_of(program.part)) for action in found):
         return program
@@ -245,7 +245,7 @@ def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
 
 
 def refusal(report: Report) -> str:
-    """Return the message that lists the lines whose result is not the same."""
+    """Return the message that lists the lines whose verdict is not "the same"."""
     wrong = [line for line in report.lines if line.kind is not LineKind.SAME]
     problems = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
     problems += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not LineKind.SAME]

@@ -22,7 +22,7 @@ class LineKind(Enum):
 
     @property
     def worth(self) -> int:
-        """Rank of the kind: 0 for the best, higher for worse."""
+        """The rank of the kind: 0 for the best, higher for worse kinds."""
         return list(LineKind).index(self)
 
 
@@ -75,7 +75,7 @@ class ReportLine:
 
     @property
     def kind(self) -> LineKind:
-        """The worst kind among its verdicts; a line without verdicts counts as the same."""
+        """The worst kind among the line's verdicts; a line without verdicts counts as the same."""
         return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=LineKind.SAME)
 
 
@@ -103,7 +103,7 @@ class Report:
 
     @property
     def counts(self) -> dict[LineKind, int]:
-        """Number of lines of each kind."""
+        """The number of lines of each kind."""
         counted = Counter(line.kind for line in self.lines)
         return {kind: counted[kind] for kind in LineKind}
 

@@ -38,7 +38,7 @@ SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are 
 
 @dataclass(frozen=True, slots=True)
 class BenchLine:
-    """An element of the bench other than its programs, and its result; `becomes` is empty if there is no result."""
+    """An element of the bench other than a program, and its counterpart; `becomes` is empty if it has none."""
 
     what: str
     becomes: str = ""
@@ -130,7 +130,7 @@ class _BenchWriter:
         return BenchTranslation(str(self.file.path), self.to, programs, tuple(self.lines), files)
 
     def _without_absent(self, text: str) -> str:
-        """Return a program in which the lines for parts that are left out are comments."""
+        """Return a program in which lines that concern left-out parts of the bench have become comments."""
         names = "|".join(map(re.escape, sorted(self.absent)))
         return re.sub(rf"^(?=@\w+ ({names})\b)", "; NOT POSSIBLE: ", text, flags=re.M) if names else text
 
@@ -161,7 +161,7 @@ class _BenchWriter:
 
     # ------------------------------------------------------------------------------------------------------------- pins
     def pin(self, chip: str, name: str) -> str:
-        """Return the target's pin with the same purpose; empty if there is no such pin."""
+        """Return the name of the target's pin with the same purpose; empty if there is no such pin."""
         one = self.chips[chip]
         if name in one.pins:
             return one.pins[name]
@@ -170,7 +170,7 @@ class _BenchWriter:
         return "" if mine is None else mine.name
 
     def inverted(self, chip: str, name: str) -> bool:
-        """Return whether the target's pin has the opposite active level."""
+        """Return whether the active level of the target's pin is opposite to that of the source's pin."""
         theirs = next((pin for pin in self.chips[chip].sheet.pins if pin.name == name), None)
         mine = self.mine.role(theirs.role) if self.mine is not None and theirs is not None and theirs.role else None
         if theirs is None or mine is None or theirs.role.startswith(SAME_LEVEL):
@@ -178,7 +178,7 @@ class _BenchWriter:
         return None not in (theirs.sense, mine.sense) and theirs.sense != mine.sense
 
     def _places(self, text: str) -> Iterator[tuple[str, str]]:
-        """Yield the chip pins named in a text, as chip and pin."""
+        """Yield each chip pin that a text names, as a pair of chip and pin."""
         names = "|".join(map(re.escape, self.chips))
         for found in re.finditer(rf"""(?<=["'])({names})\.(\w+)(?=["'])""", text):
             yield found[1], found[2]
@@ -268,7 +268,7 @@ class _BenchWriter:
         return "".join(lines)
 
     def _host(self, number: int, block: str) -> str:
-        """Return a [[host]] table that sends the translated program."""
+        """Return a [[host]] table that sends the translated program of the host's chip."""
         host = self.file.tables.host[number]
         (name,) = host.chips or list(self.chips)
         if self.chips[name].done is None:
@@ -319,7 +319,7 @@ class _BenchWriter:
 
 
 def may_interrupt(chip: Chip, driven: set[str]) -> bool:
-    """Return whether something on the bench may end a motion of a chip early: a driver of a pin, or a wire to it."""
+    """Return whether the bench may end a motion of a chip early, through a driven pin or a wire to the chip."""
     pins = [chip.pin(pin.name) for pin in chip.sheet.pins if pin.role in ENDING]
     roots = [pin.net.root for pin in pins]
     return any(root.drivers or root.joined for root in roots) or not driven.isdisjoint(
@@ -328,5 +328,5 @@ def may_interrupt(chip: Chip, driven: set[str]) -> bool:
 
 
 def commented(block: str) -> str:
-    """Return a table as comments."""
+    """Return a table with all its lines commented out."""
     return "".join(f"# {line}" if line.strip() else line for line in block.splitlines(keepends=True))

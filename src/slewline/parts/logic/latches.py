@@ -1,4 +1,4 @@
-"""Latches on the outputs of a chip, for the position on the fly (fig. 6.3) and for the phases (fig. 4.1)."""
+"""Latches on the outputs of a chip: for the position while stepping (fig. 6.3) and for the phases (fig. 4.1)."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class PositionLatch(Part):
         enable of the high byte = OUTSTROBE low and pin 37 high        (NOR gates)
         enable of the low byte  = OUTSTROBE low and pin 37 low
 
-    A latch is transparent while enabled and keeps the byte on the bus when OUTSTROBE rises.  Later the host pulls
-    `read_high` or `read_low` low and reads the byte from the same bus; the chip is in high impedance then.  The strobes
+    A latch is transparent while enabled and stores the bus byte when OUTSTROBE rises.  Later the host pulls
+    `read_high` or `read_low` low and reads the byte from the same bus, which the chip does not drive then.  The strobes
     of a verify read-out pass through the same gates.
     """
 
@@ -72,7 +72,7 @@ class PhaseLatch(Part):
     """A latch between phase pins and motor, clocked by the rising edge of PULSE (s.4).
 
     It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
-    coils off, regardless of the latch.  A low output energises, as on the chip.
+    coils off, regardless of the latch.  A low output energises its coil, as on the chip.
     """
 
     _for_users = ("held",)

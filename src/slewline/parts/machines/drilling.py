@@ -26,7 +26,7 @@ SHOWN = 200  # holes
 
 @dataclass(frozen=True, slots=True)
 class CutPiece:
-    """A piece cut off a bar: its length, and the positions of its holes from its end, in steps."""
+    """A piece cut off a bar: its length, and the positions of its holes from the preceding cut, in steps."""
 
     holes: tuple[int, ...]
     length: int
@@ -36,7 +36,7 @@ class CutPiece:
 
 
 class Bar(Part):
-    """A bar fed under drill and blade by CLOCK and DIR; `bit` rising drills a hole, `blade` rising cuts it."""
+    """A bar fed under drill and blade by CLOCK and DIR; a rising `bit` drills a hole, a rising `blade` cuts."""
 
     _for_users = ("position", "holes", "pieces")
     wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})
@@ -56,7 +56,7 @@ class Bar(Part):
 
     @property
     def position(self) -> int:
-        """Steps forward since the last cut."""
+        """Steps that the bar has moved forward since the last cut."""
         return self.drive.position - self._cut_at
 
     def shows(self) -> dict[str, Any]:

@@ -87,7 +87,7 @@ class BusInterface:
 
     @property
     def by_address(self) -> bool:
-        """True if the part's behaviour depends on the latched address alone."""
+        """True if neither `on_latch` nor `on_select` was passed, so that only the latched address matters."""
         return self._on_latch is None and self._on_select is None
 
     @property

@@ -38,7 +38,7 @@ class MemoryCore:
 
     Args:
         part: the part, to which the pins are added.
-        size: the size in bytes; None: the size of the image if there are parts of that size, else 65536.
+        size: the size in bytes; None: the size of the image if memories of that size exist, else 65536.
         image: initial contents, starting at address 0; the rest is FF.
         read: a function that returns the byte at the address.
         write: a function that receives a byte for the address.
@@ -89,8 +89,8 @@ class Ram(Part):
 
     Args:
         writable: whether the chip can write to it.
-        size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if there are
-            parts of that size, else 65536.
+        size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if memories
+            of that size exist, else 65536.
         image: initial contents, starting at address 0; the rest is FF, where a real RAM has random bytes.
     """
 
@@ -154,8 +154,8 @@ class Eeprom(Part):
     each flush waits a few milliseconds for the disk, about as long as the part takes to write a byte.
 
     Args:
-        size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if there are
-            parts of that size, else 65536.
+        size: the size in bytes, a power of two from 2048 to 65536; None: the size of the image if memories
+            of that size exist, else 65536.
         image: initial contents, starting at address 0, if the store is empty; the rest is FF.
         write_time: the time to write a byte.
         flush: the maximum time until a written byte is saved to the store.

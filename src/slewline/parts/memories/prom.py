@@ -71,7 +71,7 @@ class Prom(Part):
 
     @property
     def ended(self) -> bool:
-        """True while the address counter is at the end of a program."""
+        """True while the address counter is at the end of the program: at a byte FF, or at the address FF."""
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:

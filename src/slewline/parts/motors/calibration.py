@@ -102,7 +102,7 @@ def calibrate(
 def _both(
     motor: MotorData, driver: DriverData, load: LoadData, start_stop: float, pull_out: float, torque: float, steps: str
 ) -> tuple[MotorData, LoadData]:
-    """Return the data with both constants, each consistent with the other.
+    """Return the motor and the load with both constants, each found with the final value of the other.
 
     Raises:
         UsageError: there are no such constants.

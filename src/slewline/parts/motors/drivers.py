@@ -186,7 +186,7 @@ def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, s
 
 
 def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
-    """Return the resistor of L/nR."""
+    """Return the resistance of the series resistor of an L/nR driver, ohms."""
     if times < 1:
         raise UsageError(f"{name}: {part!r}; allowed L/1R or more (the winding itself is 1 R), such as L/4R 20 V")
     return (times - 1) * motor.resistance
@@ -287,7 +287,7 @@ def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
 
 
 def _factor(value: Any, level: str, current: float, name: str) -> Any:
-    """Return a current level as a factor of the current; in text the level is in amperes."""
+    """Return a current level as a factor of `current`; a level in text with a unit is in amperes."""
     value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
     if not isinstance(value, str):
         return value

@@ -1,4 +1,4 @@
-"""The equations of motors, drivers and loads, as text; each piece contains only what differs.
+"""The equations of motors, drivers and loads, as text; each piece contains only the lines specific to it.
 
 The same equations run in plain Python and compiled by Numba, with bit-identical results.  So they are written once,
 as assignments of numbers, from which `integrator.py` makes a function.  Names in capitals are parameters, constant
@@ -59,7 +59,7 @@ def each(text: str, *numbers: int) -> str:
 
 
 def still(*states: str) -> tuple[str, ...]:
-    """Return the conditions under which currents no longer change."""
+    """Return the conditions under which some currents no longer change."""
     return tuple(f"absolute(d_{state}) * H < STILL" for state in states)
 
 
@@ -157,7 +157,7 @@ RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
-    """Return the equations of a chopper: a latch is set, and the current resets it at its peak.
+    """Return the equations of a chopper: a latch is set, and is reset when the current reaches its peak.
 
     Args:
         decay: slow, fast, mixed, or auto; auto is slow, and mixed after an edge at which the current is to
@@ -282,5 +282,5 @@ def stopped(suffix: str = "") -> Equations:
 
 
 def without_rest(of: Equations) -> Equations:
-    """Return equations without their rest conditions, because another piece contains them."""
+    """Return equations without rest conditions, for use with another piece that contains these conditions."""
     return replace(of, rest=())

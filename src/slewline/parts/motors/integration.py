@@ -1,4 +1,4 @@
-"""Integration of a law at the grid points, in plain Python first, then compiled once that saves time."""
+"""Integration of a law at the grid points, first in plain Python, then compiled as soon as that saves time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Integrable(Protocol):
 
     @property
     def model(self) -> Model:
-        """Equations."""
+        """The equations of the system."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -43,7 +43,7 @@ class Integrable(Protocol):
 
     @property
     def rows(self) -> NDArray[np.float64]:
-        """Set points as an array: (rows, windings) float64."""
+        """The driver's set points as an array: (rows, windings) float64."""
 
     @property
     def step_ps(self) -> int:
@@ -51,15 +51,15 @@ class Integrable(Protocol):
 
     @property
     def step(self) -> float:
-        """Full step, rad."""
+        """The angle of a full step, rad."""
 
     @property
     def micro(self) -> int:
-        """Commands per full step."""
+        """Number of commands per full step."""
 
     @property
     def period(self) -> int:
-        """Full steps per electrical turn."""
+        """Number of full steps per electrical turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,7 @@ class Point:
 
 
 class Integration:
-    """Integrator of a law, in plain Python first, then compiled once that saves time.
+    """Integrator of a law, first in plain Python, then compiled as soon as that saves time.
 
     The results of both are bit-identical.
     """

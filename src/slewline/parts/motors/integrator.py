@@ -80,7 +80,7 @@ class Model:
 
     @property
     def _decided(self) -> list[str]:
-        """Lines from a grid point to the rates of change there."""
+        """Lines that make the decisions at a grid point and compute the rates of change there."""
         return [
             *self._of("begin"), *ANGLE.splitlines(), *self._of("torque"), *self._of("decide"), *self._of("fixed"),
             *self._of("rates"),
@@ -105,7 +105,7 @@ class Model:
 
     @property
     def _step(self) -> list[str]:
-        """Lines from the rates at a grid point to the state `dt` seconds later."""
+        """Lines that compute the state `dt` seconds after a grid point from the rates there."""
         lines = ["half = 0.5 * dt"]
         rates = [*ANGLE.splitlines(), *self._of("torque"), *self._of("rates")]
         for number, length in ((1, "half"), (2, "half"), (3, "dt")):
@@ -120,7 +120,7 @@ class Model:
 
     @property
     def _given(self) -> list[str]:
-        """Names of the parameters, the state and the set points."""
+        """Lines that assign the parameters, the state and the set points to their names."""
         return [
             f"({', '.join(self.parameters)},) = parameters",
             f"({', '.join(self.whole)},) = state",
@@ -135,7 +135,7 @@ class Model:
         return [*old, "code = codes[edge]", *(f"r{n} = table[code][{n - 1}]" for n in numbers), *self._of("edge")]
 
     def advance(self, emit: Sequence[str], begin: Sequence[str], give: str) -> str:
-        """Return the function that advances from a grid point to the last grid point up to `stop`."""
+        """Return the source text of the function that advances from a grid point to the last one up to `stop`."""
         return "\n".join(
             [
                 "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit,"
@@ -166,7 +166,7 @@ class Model:
 
     @property
     def after(self) -> str:
-        """Function that returns the state some time after a grid point, up to the next grid point."""
+        """Source text of the function that returns the state after a grid point, up to the next grid point."""
         saved = [f"{name}_ = {name}" for name in self._kept_names]
         marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._kept_names, "_")
         same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
@@ -182,7 +182,7 @@ class Model:
     # -------------------------------------------------------------------------------------------------------- engines
     @cached_property
     def python(self) -> Engine:
-        """Functions in plain Python."""
+        """The functions of the model in plain Python."""
         row = ", ".join(["t", "command", "code", *self.whole])
         text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
         return Engine(compiled("\n".join((self.after, CROSSING, text)), PYTHON))
@@ -194,7 +194,7 @@ class Model:
 
     @cached_property
     def numba(self) -> Engine:
-        """The same functions, compiled by Numba.
+        """The functions of the model, compiled by Numba.
 
         Raises:
             ImportError: Numba is not installed.
@@ -247,17 +247,17 @@ class Engine:
 
     @property
     def after(self) -> Callable[..., Any]:
-        """Function for the state some time after a grid point."""
+        """Function that computes the state some time after a grid point."""
         return self.functions["after"]
 
     @property
     def crossing(self) -> Callable[..., Any]:
-        """Function for the time at which a state crosses a bound, in ps after a grid point."""
+        """Function that computes when a state crosses a bound, in ps after a grid point."""
         return self.functions["crossing"]
 
     @property
     def advance(self) -> Callable[..., Any]:
-        """Function for the grid points up to an instant."""
+        """Function that computes the grid points up to an instant."""
         return self.functions["advance"]
 
 

@@ -107,7 +107,7 @@ class MotorLaw:
 
     @property
     def step(self) -> float:
-        """Full step, rad."""
+        """The angle of a full step, rad."""
         return self.motor.step
 
     @property
@@ -127,7 +127,7 @@ class MotorLaw:
 
     @cached_property
     def model(self) -> Model:
-        """Equations."""
+        """The equations of motor, driver and load."""
         return model(
             self.motor.windings, self.motor.phases, self.driver.kind, self.driver.decay, self.driver.least_on > 0,
             self.driver.off_time > 0, self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
@@ -199,7 +199,7 @@ class MotorLaw:
         return table(self.motor, self.driver, self.steps, self.phased, self.origin)
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
-        """Return the rows of `table`, newly computed."""
+        """Return the rows of `table`, computed from the data of motor and driver."""
         factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)  # as LEVELS
         if self.phased:
             return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
@@ -208,7 +208,7 @@ class MotorLaw:
 
     @cached_property
     def rows(self) -> NDArray[np.float64]:
-        """Table as an array: (rows, windings) float64."""
+        """`table` as an array: (rows, windings) float64."""
         import numpy as np
 
         return np.array(self.table, np.float64)
@@ -258,7 +258,7 @@ class MotorLaw:
         return self.driver.kind in ("voltage", "bilevel")
 
     def asked_for(self, signs: Sequence[float], factor: float) -> tuple[float, ...]:
-        """Return the row for a field (two numbers from -1 to 1), with the current multiplied by a factor; 0 is off."""
+        """Return the row for a field (two numbers from -1 to 1), with the current multiplied by a factor (0: off)."""
         on = factor > 0
         if self.motor.windings == "unipolar":
             one, two = signs
@@ -370,7 +370,7 @@ class MotorLaw:
 
 @lru_cache(maxsize=64)
 def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int) -> tuple[tuple[float, ...], ...]:
-    """Return the table for motors with these data; it does not depend on their loads."""
+    """Return the table of set points for a motor, driver and step mode; it does not depend on the load."""
     return MotorLaw(motor, driver, steps=steps, phased=phased, origin=origin).asked()
 
 
@@ -379,7 +379,7 @@ def model(
     windings: str, phases: int, kind: str, decay: str, blanked: bool, timed: bool, lags: bool, detent: bool, rubs: bool,
     coupled: bool, damped: bool, stops: bool, blocked: bool,
 ) -> Model:  # fmt: skip
-    """Return the equations of a motor of this kind with a driver and a load."""
+    """Return the equations of a motor, driver and load with the given properties."""
     count = {"bipolar": 2, "unipolar": 4, "reluctance": phases}[windings]
     winding = {"bipolar": eq.TWO_PHASES, "unipolar": eq.HALF_WINDINGS}.get(windings) or eq.reluctance(phases)
     if kind == "current":

@@ -59,7 +59,7 @@ class MotorData:
 
     @property
     def step(self) -> float:
-        """Full step, rad."""
+        """The angle of a full step, rad."""
         return 2 * pi / self.full_steps
 
     def holding_torque(self, current: float) -> float:

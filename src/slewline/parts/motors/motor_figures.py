@@ -96,7 +96,7 @@ def of_text(
 
 
 def complaint(read: Callable[[Any, str], object]) -> Callable[[Any], str]:
-    """Return a check for an option: the message with which `read(value, name)` refuses a value, or ""."""
+    """Return a check for an option, which returns the message with which `read(value, name)` refuses, or ""."""
 
     def refusal(value: Any) -> str:
         try:

@@ -124,7 +124,7 @@ ASSUMED: Mapping[str, str] = MappingProxyType(  # for a user-defined motor, the 
 
 
 def motor_named(name: str, place: str = "motor") -> MotorData:
-    """Return the row of a motor.
+    """Return the data of the motor with the given name.
 
     Raises:
         UnknownName: no motor has this name.

@@ -1,4 +1,4 @@
-"""Functions that the equations call, and functions made from their text, for plain Python and for Numba."""
+"""Functions that the equations call, and functions made from source text, for plain Python and for Numba."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ absolute = abs
 
 
 def compiled(text: str, names: dict[str, Any], place: str = "<equations of a motor>") -> dict[str, Any]:
-    """Return the names that a Python source text defines, with their values."""
+    """Execute a Python source text; return `names` and the names that the text defines, with their values."""
     space = dict(names)
     exec(compile(text, place, "exec"), space)
     return space
@@ -42,7 +42,7 @@ PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqr
 def module_text(functions: Sequence[str]) -> str:
     """Return the source text of a module of functions for Numba.
 
-    Its hash is the cache key, so it includes everything that affects their machine code.
+    The hash of the text is the cache key, so the text includes everything that affects the machine code.
 
     Raises:
         ImportError: Numba is not installed.
@@ -59,7 +59,7 @@ def module_text(functions: Sequence[str]) -> str:
 
 
 def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
-    """Return functions that Numba compiles at the first call with each type, or has compiled in an earlier process.
+    """Return functions that Numba compiles on first use with each argument type, or loads from its cache.
 
     Args:
         functions: the texts of the functions; each may call those before it.

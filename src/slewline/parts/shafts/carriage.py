@@ -106,7 +106,7 @@ class Carriage(Part):
 
     @property
     def place(self) -> float:
-        """Position, in its unit."""
+        """Position of the carriage, in its unit."""
         return float(self.shaft.place * self.scale)
 
     def shows(self) -> dict[str, Any]:

@@ -108,7 +108,7 @@ def check_counts(part: Part, counts: object) -> None:
 
 
 class ShowsCounts:
-    """Mixin for parts with `CountOutputs`: count, and turning by hand; list it before `Part` among the bases."""
+    """Mixin that adds count and turning by hand to parts with `CountOutputs`; list it before `Part` in the bases."""
 
     name: str
     _outputs: CountOutputs

@@ -43,7 +43,7 @@ class PulseFollowing:
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further missed pulses."""
+    """Limits of a motor: duration of a step, maximum rate from rest, acceleration, and further pulses missed."""
 
     lag_ps: int
     pull_in: float
@@ -56,13 +56,13 @@ class MotorLimits:
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
-        """Return the shortest interval before the next step at a given rate (ps)."""
+        """Return the shortest interval (ps) to the next pulse that a motor at a given rate (steps/s) can follow."""
         if not self.pull_in:
             return 0
         return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
 
     def after(self, of: PulseFollowing, ps: int, sign: int) -> PulseFollowing:
-        """Return the state after a pulse at an instant (ps)."""
+        """Return the state that follows the state `of` after a pulse at an instant (ps)."""
         pulses, interval = of.pulses + 1, ps - of.pulsed_ps
         rate = of.rate if sign == of.sign else 0.0
         follows = ps >= of.arrives_ps and pulses not in self.loses and interval >= self.shortest_ps(rate)
@@ -78,7 +78,7 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return the number of leading pulses in (n,) int64 ps, n >= 1, that are followed; the first always is."""
+        """Return how many of the (n,) int64 ps pulses, n >= 1, are followed before one is lost: 1 or more."""
         import numpy as np
 
         intervals = np.diff(times)
@@ -141,7 +141,7 @@ class FollowedSteps(Events):
         return run
 
     def _follow(self, run: int) -> None:
-        """Add a run of followed pulses."""
+        """Record the next `run` pulses as followed."""
         if self._lasts and self._lasts[-1] == self._known:
             self._lasts[-1] += run
         else:
@@ -151,7 +151,7 @@ class FollowedSteps(Events):
         self._known += run
 
     def _pulse(self, k: int) -> int:
-        """Return the number of the pulse for step k."""
+        """Return the number of the pulse that causes step k."""
         i = bisect_right(self._before, k - 1) - 1
         return self._firsts[i] + k - 1 - self._before[i]
 

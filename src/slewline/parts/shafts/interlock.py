@@ -1,4 +1,4 @@
-"""Steps that a shaft makes while steps are forbidden, found on request from the past motion of the shaft."""
+"""Steps that a shaft makes while steps are forbidden, found on request from the shaft's past motion."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 class InterlockMonitor:
-    """A monitor of a part's shaft, which finds steps made while a wire's level forbids them."""
+    """A monitor of a part's shaft, which finds the steps made while `hold` declares steps forbidden."""
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
         self.part, self.shaft = part, shaft
         self._since: int | None = None  # steps after this instant are not checked yet
 
     def hold(self, on: bool) -> None:
-        """Start to check that the shaft is at rest, or stop checking."""
+        """Treat steps of the shaft as forbidden from now on (`on`), or as allowed again."""
         if on:
             self._since = self.part.kernel.now if self._since is None else self._since
         elif self._since is not None:
@@ -26,7 +26,7 @@ class InterlockMonitor:
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the steps since the last query: the instant (ps), and the positions before and after it."""
+        """Yield the forbidden steps since the last query: the instant (ps), and the positions before and after it."""
         import numpy as np
 
         since, seen, shaft = self._since, self.part.kernel.seen, self.shaft

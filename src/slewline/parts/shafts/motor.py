@@ -50,7 +50,7 @@ class StepDrive:
         part: the part, to which the pins are added.
         edge: the step edge, "fall" or "rise", as set by the user.
         default: the edge if neither user nor neighbour sets one.
-        advance, step, follow: the functions of the rule, for a motor that does not turn each pulse into a step.
+        advance, step, follow: functions for `Clocked`, for a motor that does not turn each pulse into a step.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class HasDrive(Protocol):
 
 
 def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
-    """Take step edge and polarity of DIRECTION from the neighbour's pin; this is `attached` for such a part."""
+    """Take step edge and DIRECTION polarity from the neighbour's pin; used as `attached` by parts with a drive."""
     self.drive.attached(own, row)
 
 
@@ -213,7 +213,7 @@ class Motor(Part):
 
     @property
     def lost(self) -> int:
-        """Number of pulses without a step."""
+        """Number of pulses that did not become steps."""
         return self._now.lost
 
     @property
@@ -305,7 +305,7 @@ class Rotor(Part):
 
     @property
     def position(self) -> int:
-        """Steps clockwise since the start; 0 at rest in the field of offset 0."""
+        """Steps clockwise since the start; at position 0 the rotor is at rest in field 0."""
         self.be_caught_up()
         return self._position
 
@@ -340,7 +340,7 @@ class Rotor(Part):
         self._read_ps = self.kernel.now
 
     def _look(self) -> None:
-        """Follow the field, if the drive of a phase has changed."""
+        """Follow the field if the level of a phase pin has changed."""
         if [self.pins[name].net.level for name in self.pins] != self._levels:
             self._follow(self.field, self.kernel.now)
 

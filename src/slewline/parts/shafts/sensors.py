@@ -111,7 +111,7 @@ class Switch(Part):
         high: the lowest position above `low` at which the switch is open again, in steps; None: no limit in
             this direction.
         hysteresis: the number of steps beyond these positions at which the closed switch opens.
-        lag: the time from the step that operates the switch to its edge, more than 0.
+        lag: the time from the step that operates the switch to the edge of `out`, more than 0.
         active: the level of `out` while the switch is closed; None: the active level of the input, or 0 if
             it has none.
     """
@@ -168,7 +168,7 @@ class Switch(Part):
         self._promise()
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take the active level of the input."""
+        """Use the active level of the neighbour's input, unless the user has set `active`."""
         if self._active is None and row.active == 1:
             self._active, self._levels = 1, (None, 1)
             net = self.pins[own].net
@@ -182,7 +182,7 @@ class Switch(Part):
         return self._zone.closed_at(self.kernel.seen)
 
     def shows(self) -> dict[str, Any]:
-        """Return whether the switch is closed, the bounds of its zone in steps, and the part that drives its shaft."""
+        """Return whether the switch is closed, its bounds in steps, and the name of the part that turns its shaft."""
         source = getattr(self.rule.shaft.source, "name", None)
         return {"closed": self.closed, "low": self._low, "high": self._high, "on": source}
 

@@ -77,12 +77,12 @@ class Shaft:
                 self._keep(motion, ps)
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
-        """Follow other edges after an instant (ps), forward (1) or backwards (-1)."""
+        """Follow the edges of `drive` after an instant (ps), forward (`sign` 1) or backwards (-1)."""
         motion = self.motion
         self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
-        """Step at an instant (ps), not earlier than the last `cut`."""
+        """Make one step, forward or backwards, at an instant (ps) that is not before the last `cut`."""
         self.cut(ps - 1)
         self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)
@@ -93,11 +93,11 @@ class Shaft:
         self._slacken(BLOCKED)
 
     def free(self) -> None:
-        """Free the shaft, which follows again from its present position."""
+        """Free the shaft, which then follows its drive again from its present position."""
         self._slacken(0)
 
     def slip(self, steps: Fraction) -> None:
-        """Let the shaft miss the next steps, in either direction."""
+        """Let the shaft miss the next `steps` steps, in either direction."""
         self._prepare(steps)
         self._slacken(self.motion.slack + int(steps * self.motion.unit))
 
@@ -113,7 +113,7 @@ class Shaft:
         self._take(replace(self.motion, place=self.motion.place + int(steps * self.motion.unit)))
 
     def _prepare(self, steps: Fraction) -> None:
-        """Bring the motion up to date, in parts of a step small enough that `steps` is a whole number of them."""
+        """Bring the motion up to date, in parts of a step so small that `steps` is a whole number of them."""
         self.cut(self.kernel.seen)
         self.motion = common(self.motion, steps.denominator)
 
@@ -134,7 +134,7 @@ class Shaft:
 
     @property
     def _bounds(self) -> tuple[Place, Place]:
-        """Range of the shaft: the innermost stops of all loads."""
+        """Range of the shaft, in steps: the innermost stops of all loads; None: no stop on that side."""
         lows, highs = zip(*self.stops, strict=True) if self.stops else ((), ())
         low = max((place for place in lows if place is not None), default=None)
         return low, min((place for place in highs if place is not None), default=None)
@@ -195,7 +195,7 @@ class Shaft:
     def turns(self, start: int, stop: int) -> list[int]:
         """Return the instants at start <= t <= stop (ps) at which the shaft may have reversed or been pushed.
 
-        Between two of these instants it turns in one direction.
+        Between two of these instants the shaft turns in one direction.
         """
         return [motion.since for motion, _ in self._motions(start, stop) if motion.since >= start]
 
@@ -209,7 +209,7 @@ class Shaft:
         return Staircase(self.kernel, name, unit, lambda times: self.place_at(times) * scale, changes, turns=self.turns)
 
     def _motions(self, start: int, stop: int) -> list[tuple[ShaftMotion, int]]:
-        """Return the motions at start <= t <= stop, each with its last instant (ps)."""
+        """Return the motions in effect at start <= t <= stop, each with its last instant (ps)."""
         motions = [*self.past, self.motion]
         untils = [min(motion.since, stop) for motion in motions[1:]] + [stop]
         return [
@@ -255,12 +255,12 @@ class HasShaft(Protocol):
 
 
 def shaft_quantities(self: HasShaft) -> tuple[Quantity, ...]:
-    """Return the position of the shaft over time; this is `quantities` for such a part."""
+    """Return the position of the shaft over time; parts with a shaft use this as their `quantities`."""
     return (self.shaft.quantity("position"),)
 
 
 def forget_shaft(self: HasShaft, before: int) -> None:
-    """Drop the positions of the shaft before an instant (ps); this is `forget` for such a part."""
+    """Drop the positions of the shaft before an instant (ps); parts with a shaft use this as their `forget`."""
     self.shaft.forget(before)
 
 
@@ -305,7 +305,7 @@ class DrivenShaft(Shaft):
         raise NotImplementedError
 
     def below(self, steps: Fraction) -> Fraction:
-        """Return the steps of the driving shaft that correspond to steps of this shaft."""
+        """Return the number of steps of the driving shaft that corresponds to a number of steps of this shaft."""
         return steps
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
@@ -368,7 +368,7 @@ class BacklashShaft(DrivenShaft):
         self.motion = self.derived(under.motion.onward(self.kernel.seen))
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
-        """Return the motion of this shaft, which begins after the backlash is taken up."""
+        """Return the motion of this shaft, which starts to move when the backlash has been taken up."""
         return motion.played(self.motion, self.play, self.offset)
 
     def stop_at(self, low: Place, high: Place) -> None:

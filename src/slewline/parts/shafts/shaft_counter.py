@@ -5,8 +5,8 @@
 
 A `CountScale` assigns an integer to each position of a shaft: counts per step, for an encoder, or the number of
 bounds at or below the position, for a switch.  For a motion of the shaft, a `Counter` returns the count at an
-instant, the next change of the count, and its past changes; the levels on wires are in shown.py.  Neither has a
-state, and in neither is a step an event.
+instant, the next change of the count, and its past changes; the levels on wires are in shown.py.  Scales
+and counters have no state, and no step is an event.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Marks:
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
     def within(self, count: int) -> bool:
-        """Return whether a count is on the scale, above its lowest count."""
+        """Return whether a count is on the scale and is not its lowest count."""
         return bool(self.numerator) or 1 <= count <= len(self.bounds)
 
 
@@ -72,7 +72,7 @@ UNKNOWN = Marks(0, 0, 1, ())
 class Counter(Protocol):
     """The counts of a motion on a scale: a wave whose level is the count (core/wires/wave.py).
 
-    A part that turns a shaft by other means provides a counter of its own.
+    A part that turns a shaft other than by steps provides a counter of its own.
     """
 
     scale: CountScale
@@ -86,7 +86,7 @@ class Counter(Protocol):
         """Return the count shown at an instant (ps)."""
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count next changes (ps), or, if no change is under way, has changed `changes` times."""
+        """Return when (ps) the count will have changed `changes` times, or once if a change is already under way."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the changes shown at start < t <= stop (ps), but none after the last committed instant.
@@ -99,7 +99,7 @@ class Counter(Protocol):
         """Return a counter that continues from an instant (ps)."""
 
     def on(self, motion: Any, now: int) -> Counter:
-        """Return a counter for a motion that continues this motion from `now` (ps)."""
+        """Return a counter for `motion`, which continues the motion counted so far from `now` (ps)."""
 
 
 @dataclass(slots=True)
@@ -142,7 +142,7 @@ class StepCounter:
         return self.motion.place - self.marks.place(self.count - j + 1) + 1
 
     def _edge(self, j: int) -> int | None:
-        """Return the edge of this motion that causes change j, or None."""
+        """Return the number of the edge of this motion that causes change j, or None if there is no such edge."""
         if not self.marks.within(self.count + j if self.motion.sign > 0 else self.count - j + 1):
             return None
         return self.motion.edge_by(self._parts(j))
@@ -181,7 +181,7 @@ class StepCounter:
         return self._after_changes(self._shown(ps), ps)
 
     def _after_changes(self, j: int, ps: int) -> int:
-        """Return the count after j changes of this motion, at an instant (ps)."""
+        """Return the count shown at an instant (ps) by which j changes of this motion have been shown."""
         if j:
             return self.count + self.motion.sign * j
         times, counts = self.coming
@@ -189,7 +189,7 @@ class StepCounter:
         return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count next changes (ps), or, if no change is under way, has changed `changes` times."""
+        """Return when (ps) the count will have changed `changes` times, or once if a change is already under way."""
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)
@@ -247,7 +247,7 @@ class StepCounter:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
-        """Return a counter that begins at an instant (ps); later drive edges may still change."""
+        """Return a counter that begins at an instant (ps); edges of the drive after it may still change."""
         motion = self.motion.onward(ps)
         pending = self.coming[0]
         over = self._changes(self.motion.count(ps))
@@ -259,7 +259,7 @@ class StepCounter:
         return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), coming, self.marks)
 
     def on(self, motion: ShaftMotion, now: int) -> StepCounter:
-        """Return a counter for a motion that continues this one, or begins after a push of the shaft at `now` (ps)."""
+        """Return a counter for `motion`, which continues the present motion, or follows a push at `now` (ps)."""
         after = StepCounter(motion, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:
@@ -273,7 +273,7 @@ class StepCounter:
 
 
 def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
-    """Return the counter of a motion on a scale, shown `lag_ps` later; motions not made of steps provide their own."""
+    """Return the counter of a motion, with counts shown `lag_ps` later; a motion not made of steps has its own."""
     if isinstance(motion, ShaftMotion):
         return StepCounter(motion, scale, lag_ps)
     own: Counter = motion.counter(scale, lag_ps)

@@ -127,7 +127,7 @@ class ShaftMotion:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> ShaftMotion:
-        """Return the motion after an instant (ps); later drive edges may still change."""
+        """Return the motion after an instant (ps); edges of the drive after it may still change."""
         k = self.count(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
@@ -159,7 +159,7 @@ class ShaftMotion:
     def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
         """Return the motion of a load that this motion drives with backlash, which must be taken up first.
 
-        The load is at the position where `here` begins; initially it was `offset` above this motion.
+        The load begins where `here` does; at the very start it was `offset` above the driving shaft.
         """
         unit = lcm(self.unit, here.unit, play.denominator, offset.denominator)
         motion, place = common(self, unit), common(here, unit).place
@@ -170,5 +170,5 @@ class ShaftMotion:
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:
-    """Return the motion in parts that divide both its own parts and those of a motion with `unit` parts in a step."""
+    """Return the motion in parts so small that its present parts and 1/`unit` step are multiples of them."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

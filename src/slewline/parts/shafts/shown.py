@@ -90,7 +90,7 @@ class EncoderChannel:
 class SwitchZone:
     """A switch, as a promise: closed between two positions.
 
-    Its state depends on the count, which is the number of bounds below the present position:
+    Its state depends on the count, which is the number of bounds at or below the present position:
 
         count     0    1    2    3    4
         bounds      |    |    |    |
@@ -133,7 +133,7 @@ class SwitchZone:
         return self.levels[self.closed_at(ps)]
 
     def after(self, ps: int) -> When:
-        """Return NotYet with the next change of the count (ps), or None if none is foreseen."""
+        """Return NotYet with the next instant at which the count changes (ps), or None if no change is foreseen."""
         following = ask_at(self.counter.after(ps))
         return None if following is None else NotYet(following)
 

@@ -1,1 +1,1 @@
-"""A stepper motor on a bench: inputs, run (computed on demand), counts that its shaft passes, lost steps."""
+"""A stepper motor on a bench: inputs, motion (computed on demand), counts crossed by its shaft, lost steps."""

@@ -33,7 +33,7 @@ class Edges(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """State of the pins after an instant (ps), by their names: promises, or constant levels."""
+    """State of the pins after an instant (ps): for each pin, in order, a promise or a constant level."""
 
     since: int
     shown: Sequence[Promise | Level]
@@ -191,7 +191,7 @@ class Pins:
         return reading.high[:, column] == active
 
     def level(self, reading: Reading) -> Any:
-        """Return the current level set by MOV, RAMP and ENABLE, an index of `LEVELS`: (n,) int64 or a number."""
+        """Return the level of motor current that MOV, RAMP and ENABLE set, as index of `LEVELS`: (n,) int64 or int."""
         import numpy as np
 
         enabled = self(reading, "enable", True)[1:]

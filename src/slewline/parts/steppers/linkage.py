@@ -13,7 +13,7 @@ class Linkage:
     """Mechanical connection of a load to a rotor; positions are in steps of the load.
 
     `factor` steps of the load correspond to one full step of the motor.  With `play` (backlash) the load
-    stops when the rotor reverses, until these steps are taken up; at the start it was `offset` above the
+    stops when the rotor reverses, until `play` steps are taken up; at the start it was `offset` above the
     rotor.  With `is_lagging`, the position is relative to the command.
     """
 
@@ -26,7 +26,7 @@ class Linkage:
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
         """Return the positions of all linkages, this linkage last, for a run that starts at a rotor position.
 
-        Positions are in full steps, and may be arrays if no linkage has backlash.
+        `place` and `command` are in full steps, and may be arrays if no linkage has backlash.
         """
         below = self.under.begun(place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, None)
@@ -60,7 +60,7 @@ class Linkage:
         return self.under.bound(pushed / self.factor, up, command)
 
     def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
-        """Return the positions of all linkages, (n,) float64 each, as the rotor moves from one position to the next."""
+        """Return the positions of all linkages, (n,) float64 each, as the rotor moves through positions `rotor`."""
         import numpy as np
 
         below = self.under.gone(before[:-1], rotor_before, rotor) if self.under else []
@@ -78,7 +78,7 @@ class Linkage:
         return [*below, places]
 
     def followed(self, before: Sequence[Any], rotor: Any) -> list[Any]:
-        """Return the results of `follow` for many positions at once: (n,) float64 each."""
+        """Return the results of `follow` for many positions in one call: (n,) float64 each."""
         import numpy as np
 
         below = self.under.followed(before[:-1], rotor) if self.under else []

@@ -129,7 +129,7 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Restart with another law, at a point in the same position; allowed only if nothing has been shown yet."""
+        """Restart with another law, from a point with the same rotor position, before anything has been shown."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # the instant up to which it is integrated
         self._integration = Integration(law, self._engine)
@@ -139,7 +139,7 @@ class Run:
 
     @property
     def compiled(self) -> bool:
-        """True if all functions were compiled before time passed."""
+        """True if the engine is "numba", so that all functions are compiled before time passes."""
         return self._engine == "numba"
 
     @property
@@ -199,7 +199,7 @@ class Run:
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop the points at or after an instant (ps); the inputs differ from `since` on."""
+        """Drop the points at or after an instant (ps), and pass `since`, from which the run differs, to `cuts`."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
@@ -270,7 +270,7 @@ class Run:
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
-        """Drop the past before an instant (ps); parts not yet integrated are kept."""
+        """Drop the past before an instant (ps), except inputs that have not been integrated yet."""
         before = min(before, self.reached)
         for known in self.along.values():
             known.forget(before)

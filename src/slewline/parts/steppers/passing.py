@@ -1,7 +1,7 @@
 """Counts that a rotor passes as it turns, found in the grid points of its run.
 
     grid points    *------*------*------*------*
-    count          3      3      4      4      3         where it differs, the exact picosecond is searched for
+    count          3      3      4      4      3         where counts differ, the exact picosecond is searched for
                              ^             ^
 
 A `Linkage` determines the position of a load that the rotor moves: its shaft, a shaft after a gear, a
@@ -305,7 +305,7 @@ class Passings:
     def _crossings(
         self, law: MotorLaw, before: Point, low: int, high: int, count: int, after: int
     ) -> Iterator[tuple[int, int]]:
-        """Yield the instants of single changes of the count while the rotor turns in one direction, and the counts."""
+        """Yield the instants of single count changes, and the new counts, while the rotor turns in one direction."""
         rising, model, table = after > count, law.model, law.table
         engine = model.python
         if (len(self.times) >= SOON or self.run.compiled) and model.is_compiled:

@@ -67,7 +67,7 @@ class Stepper(Blockable, Part):
         step: the step of the integrator; None: 20 µs, or 1 µs with a chopper.
         lag: the delay from the rotor to the edge of `stall`.
         engine: the engine of the integrator: "python"; "numba", which compiles before time passes; None:
-            Python, then Numba, if it is installed, once that saves time.  The results are bit-identical.
+            Python, then Numba, if it is installed, as soon as that saves time.  The results are bit-identical.
     """
 
     _for_users = (
@@ -185,7 +185,7 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take edge, direction and active level from the neighbour's pin."""
+        """Take step edge, polarity of DIRECTION, or active level of a phase from the neighbour's pin."""
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:

@@ -39,7 +39,7 @@ def curve(kernel: Kernel, run: Run, name: str, unit: str, of: Callable[[MotorLaw
 
 
 def current_of(name: str, law: MotorLaw, points: tuple[Any, ...]) -> Any:
-    """Return a current at some grid points, A: (n,) float64."""
+    """Return the current with the given name at some grid points, A: (n,) float64."""
     return points[1][:, law.names.index(name)]
 
 

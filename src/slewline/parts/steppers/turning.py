@@ -106,7 +106,7 @@ class LinkageMotion:
 
 
 def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> Passings:
-    """Return the changes of a count along a linkage; all callers share one object."""
+    """Return the `Passings` of a count along a linkage; calls with equal arguments share one object."""
     key = linkage, scale, zero
     if key not in run.along:
         run.along[key] = Passings(run, linkage, scale, zero)
@@ -145,7 +145,7 @@ class RunCounter:
 
 
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
-    """Return the positions (rad) of a shaft turned by hand, and of its loads; a hard stop limits the turn."""
+    """Return the positions (rad) of rotor and load after a turn of `by` rad by hand, limited by a hard stop."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     last_place = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:

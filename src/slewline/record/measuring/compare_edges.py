@@ -89,7 +89,7 @@ class Comparison:
 
     @cached_property
     def missing(self) -> NDArray[np.int64]:
-        """The indices of the edges in the model that were not measured: (m,) int64."""
+        """The indices of the model's edges that were not measured: (m,) int64."""
         return _others(len(self.model[0]), self.pairs[:, 0])
 
     @cached_property
@@ -207,7 +207,7 @@ def compare_edges(
 
 
 def inverted(levels: NDArray[Any], name: str = "") -> NDArray[Any]:
-    """Return levels with 0 and 1 exchanged; floating and unknown ones are unchanged.
+    """Return levels with 0 and 1 exchanged; floating and unknown levels are unchanged.
 
     Raises:
         UsageError: the levels are bus levels.
@@ -271,7 +271,7 @@ def _best(model: Edges, measured: Edges) -> int:
 
 
 def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
-    """Return the number of measured edges that have a model edge within reach; distant edges count less."""
+    """Return how many measured edges lie within `reach` (ps) of a model edge; more distant edges count less."""
     import numpy as np
 
     count = 0.0
@@ -335,7 +335,7 @@ def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
 
 
 def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
-    """Return runs of pairs: the first pair of each, on both sides, and the number of consecutive pairs."""
+    """Return runs of consecutive pairs: the indices of the first edge in both signals, and the number of pairs."""
     import numpy as np
 
     ends = np.array([NEVER, NEVER])

@@ -45,7 +45,7 @@ class Terms(NamedTuple):
 def compare_signals(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
     """Compare signals; the first signal with edges determines the shift for all of them.
 
-    If they differ, the notes of the comparisons name a cause that would make all of them agree.
+    If any of them differ, notes in the comparisons state the probable cause, if one is found.
     """
     found = _compared(pairs, terms)
     wrong = [index for index, one in enumerate(found) if not one.agrees]
@@ -74,7 +74,7 @@ def _compared(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
 
 
 def _constant(pair: SignalPair, terms: Terms) -> tuple[str, ...]:
-    """Return notes on a signal without edges, for which only the level can be compared."""
+    """Return a note on a signal without edges if its level differs from the model's; for a bus, return none."""
     ours, theirs = pair.levels
     if not pair.wire or min(ours, theirs) < 0:
         return ()
@@ -87,7 +87,7 @@ def _agree(found: Sequence[Comparison]) -> bool:
 
 
 def _best_polarity(pairs: Sequence[SignalPair], terms: Terms) -> list[str] | None:
-    """Return the signals to invert so that all agree; None if no inversion achieves this."""
+    """Return the signals to invert so that all signals agree with the model; None if no inversion achieves this."""
     wires = [pair for pair in pairs if pair.wire]
     for first in wires[:1]:  # it determines the shift
         for lead in ({*terms.invert} - {first.name}, {*terms.invert} | {first.name}):
@@ -110,7 +110,7 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
 
 
 def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
-    """Return notes on two measured signals that are exchanged, and perhaps inverted as well."""
+    """Return notes on two signals whose exchange, with inversions if necessary, makes all signals agree."""
     for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):
@@ -128,7 +128,7 @@ def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) ->
 
 
 def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Terms) -> Mapping[str, tuple[str, ...]]:
-    """Return notes on signals that have a constant delay from the first one, or need only more tolerance."""
+    """Return notes on signals that agree except for a constant delay, or that would agree with more tolerance."""
     notes: dict[str, tuple[str, ...]] = {}
     for pair, one in zip(pairs, found, strict=True):
         if one.agrees:

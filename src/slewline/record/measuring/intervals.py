@@ -1,8 +1,8 @@
 r"""Times between edges, compared with the limits in the data sheet.
 
     start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval runs from the last start before an end to that end, without
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    another end in between: here, from the second fall to the first
-                    |<-->|
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    another end in between: here, from the second fall of
+                    |<-->|                 the start signal to the first fall of the end signal
 
 All times are exact, in whole picoseconds.
 """
@@ -68,7 +68,7 @@ class SignalEdges(NamedTuple):
         return cls(*real_edges(times, levels, level), level, trace.bus)
 
     def edges(self, change: str) -> NDArray[np.int64]:
-        """Return the instants of a kind of change: (n,) int64 ps, ascending."""
+        """Return the instants of all changes of one kind, such as "falls": (n,) int64 ps, ascending."""
         import numpy as np
 
         before = np.append(self.level, self.levels)[:-1]
@@ -115,7 +115,7 @@ class Edge(NamedTuple):
         return cls(pin, change, int(number))
 
     def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
-        """Return the first such edge after (with `include`, at or after) an instant (ps); None if there is none."""
+        """Return the instant (ps) of this edge, counting from `after` (inclusive with `include`); None if absent."""
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
@@ -156,7 +156,7 @@ def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
 
 
 def rounded(ps: int, digits: int) -> int:
-    """Return a time rounded to `digits` digits."""
+    """Return a time rounded to `digits` significant digits."""
     power = int(10 ** max(len(str(ps)) - digits, 0))
     return (ps + power // 2) // power * power
 
@@ -172,11 +172,11 @@ class Bound:
 
     @classmethod
     def of(cls, limit: Limit, crystal_hz: int) -> Bound:
-        """Return a limit at a crystal frequency (Hz)."""
+        """Return a limit with its times (ps) at a crystal frequency (Hz)."""
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Return whether times from shortest to longest (ps) are within the limit; None for a typical time."""
+        """Return whether times from shortest to longest (ps) are within the limit; None if it is only typical."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
@@ -272,7 +272,7 @@ class Checked:
 
     @property
     def kept(self) -> bool | None:
-        """True if the limit was kept; None if nothing was measured, or the sheet has only a typical time."""
+        """True if the limit was kept, False if not; None if nothing was measured, or it has only a typical time."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         sure = self.bound.kept(self.shortest_ps, self.longest_ps)

@@ -51,7 +51,7 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 
     Returns:
         The step with which each run begins, (m,) int64, and the number of its intervals, (m,) int64: run i spans the
-            intervals of steps first[i] to first[i] + count[i] - 1.
+            intervals that begin with steps first[i] to first[i] + count[i] - 1.
 
     Raises:
         UsageError: the instants are not in ascending order.
@@ -84,7 +84,7 @@ def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) ->
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
-    """Return the indices, (m,), of the edges that are followed by another edge within `shorter_than_ps`."""
+    """Return the indices, (m,), of the edges that the next edge follows in less than `shorter_than_ps`."""
     import numpy as np
 
     return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)
@@ -107,8 +107,8 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Measure
 
     Args:
         times_ps: the instants of the steps, (n,) int64 ps, ascending.
-        rounding_ps: the unit to which the instants are rounded, `timescale_ps` of a measured recording; intervals at
-            the same rate differ by up to this.
+        rounding_ps: the unit to which the instants are rounded (for a measured recording, its `timescale_ps`);
+            intervals at the same rate differ by up to this unit.
 
     Raises:
         UsageError: there are fewer than two steps, or the instants are not in ascending order.
@@ -137,7 +137,7 @@ class Jitter:
     """The unevenness of steps at a constant rate.
 
     Attributes:
-        steps: the number of steps measured: the longest stretch at one rate.
+        steps: the number of steps in the longest stretch at one rate, in which the jitter is measured.
         rate_sps: their rate, steps/s.
         rms_ps: the root mean square of their deviations from equal intervals, ps.
         greatest_ps: the greatest of these deviations, ps.
@@ -204,7 +204,7 @@ class Skew:
 
 
 def skew(first_ps: NDArray[np.int64], second_ps: NDArray[np.int64]) -> Skew | None:
-    """Return the delay of a second axis's steps after the nearest steps of the first; None if none are near.
+    """Return the delay of a second axis's steps after the nearest steps of the first; None if none correspond.
 
     Steps correspond if they are nearer to each other than a quarter of the shortest interval of either axis.
     """

@@ -69,7 +69,7 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
 
 
 def differing(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
-    """Return the stretches of a window (ps) in which a measured pin differs: starts and ends, (k, 2) int64 ps."""
+    """Return where, in a window (ps), a measured pin differs from the model: starts and ends, (k, 2) int64 ps."""
     import numpy as np
 
     start, stop = max(start, measured.since), min(stop, measured.until)
@@ -87,13 +87,13 @@ def differing(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDAr
 
 
 def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
-    """Return the stretches of `differing` that are longer than the tolerance."""
+    """Return the stretches of `differing` that are longer than the tolerance of the measured trace."""
     found = differing(model, measured, start, stop)
     return found[found[:, 1] - found[:, 0] > measured.tolerance_ps]
 
 
 def differences(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return a line on the agreement of pins with the traces over them in a window (ps); empty without traces."""
+    """Return a line stating how well pins agree with their measured traces in a window (ps); [] without traces."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []
 

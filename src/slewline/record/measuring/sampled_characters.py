@@ -16,8 +16,8 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
     """Return the characters in a signal, which begins with the line idle.
 
     Args:
-        stop: the end of the signal (ps); a character that is not complete by then, except its last stop
-            bits, is left out.
+        stop: the end of the signal (ps); a character is left out if the middle of its first stop bit is
+            later.
         clock: the clock, at sixteen times the baud rate.
         mark: the level of the idle line.
     """

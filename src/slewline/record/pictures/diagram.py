@@ -54,7 +54,7 @@ class Diagram:
     """The contents of a timing diagram in a window (ps).
 
     `measured` are arrows with times; `causes` are curved arrows from an edge to the edge that it causes; `quiet` is the
-    minimum length of a stretch without edges that is cut short: None if chosen to fit, 0 to cut none.
+    minimum length (ps) of a stretch without edges that is cut short: None if chosen to fit, 0 to cut none.
     """
 
     title: str
@@ -75,12 +75,12 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """A line on the agreement of lanes with the traces drawn over them; empty without such a lane."""
+        """A line stating how well lanes agree with the traces drawn over them; [] if no lane has such a trace."""
         return differences(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
 class TimeScale:
-    """The conversion of time to inches: linear, except for the stretches in `cuts`, each drawn `room` long (ps)."""
+    """The conversion of time to inches: linear, except for the stretches in `cuts`, each drawn as if `room` ps long."""
 
     def __init__(self, diagram: Diagram, left: float, right: float) -> None:
         import numpy as np
@@ -140,7 +140,7 @@ class Arrow(NamedTuple):
 
     @property
     def under(self) -> int:
-        """The number of the lower of its two lanes."""
+        """The number of the lower of the two lanes that the arrow connects."""
         return max(self.lanes)
 
 

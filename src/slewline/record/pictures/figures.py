@@ -41,7 +41,7 @@ NARROW = 6.0  # a narrower picture has less space next to its panels
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """The contents of a picture: a window (ps, in the time of the picture) of tracks and traces."""
+    """The contents of a picture: tracks and traces in a window (ps, in the time of the picture)."""
 
     title: str
     tracks: Sequence[Track]
@@ -80,7 +80,7 @@ def _picture_class() -> type[Figure]:
 
 
 def new_picture(width: float, height: float, dark: bool = False) -> Figure:
-    """Return an empty figure of a size in inches, in the style of slewline; call this function within `styled`."""
+    """Return an empty figure of the given size (inches) in the style of slewline; call this within `styled`."""
     picture = _picture_class()(figsize=(width, height), facecolor=palette(dark).ground)
     picture.dark = dark  # type: ignore[attr-defined]
     return picture
@@ -113,7 +113,7 @@ class Paper:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A panel to be drawn: its curves (empty if it shows the pins), heading, height and room above it, in inches."""
+    """A panel to be drawn: its curves (empty if it shows pins), heading, and its height and the room above, inches."""
 
     curves: Sequence[TrackCurve]
     heading: str
@@ -145,7 +145,7 @@ class FigureLayout:
         self.panels = self._panels(curves)
 
     def _longest_rate(self) -> int:
-        """Return the number of letters in the longest rate name, counting all names of equal rates together."""
+        """Return the number of letters in the longest rate label; a label lists all names of equal rates."""
         named: dict[float, list[str]] = {}
         in_force = ((track, rates) for track in self.contents.tracks for _, rates in track.rates())
         for track, rates in {id(rates): (track, rates) for track, rates in in_force}.values():  # motions may share them
@@ -155,7 +155,7 @@ class FigureLayout:
         return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
-        """Return the pin names for the space next to their lanes; None if they do not fit there."""
+        """Return the pin names, wrapped to fit next to their lanes; None if any of them does not fit there."""
         least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MAX_LEFT)
         for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
             names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
@@ -274,7 +274,7 @@ def _make_panels(paper: Paper, layout: FigureLayout, colours: Palette) -> list[A
 
 
 def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
-    """Draw into the caller's axes."""
+    """Draw into the caller's axes, and return their figure."""
     import numpy as np
     from matplotlib.axes import Axes
 
@@ -292,7 +292,7 @@ def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
 
 
 def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: bool) -> None:
-    """Draw everything into its panels; there may be only the first panel."""
+    """Draw all panels, or only the first if `made` has only one element; `whole` is False for the caller's axes."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis

@@ -131,7 +131,7 @@ def _draw_differing(
 
 
 def boxes(ends: Any, base: float, high: float) -> list[list[tuple[float, float]]]:
-    """Return boxes between starts and ends, (n, 2), `high` above a base."""
+    """Return the corners of boxes: each from a start to an end in `ends`, (n, 2), and from `base` up by `high`."""
     return [[(a, base), (b, base), (b, base + high), (a, base + high)] for a, b in ends]
 
 

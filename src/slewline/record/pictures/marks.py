@@ -23,7 +23,7 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A positioned mark: `at` is in units of the time axis; row 0 is the lowest, None if its text has no room.
+    """A positioned mark: `at` is in units of the time axis; row 0 is the lowest, and None means no room for the text.
 
     A flag that is not `shown` would cover the text of another.  At the right end, text is placed to the left of its
     flag.

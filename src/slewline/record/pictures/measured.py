@@ -28,7 +28,7 @@ REST = 10
 
 
 class Measured(Quantity):
-    """A quantity with values at some instants, (n,) int64 ps; each holds until the next; unknown before the first."""
+    """A quantity with values at some instants, (n,) int64 ps; each value holds until the next; NaN before the first."""
 
     is_staircase = True
 
@@ -65,7 +65,7 @@ def velocity(steps: Steps) -> Measured:
 
 
 def position(steps: Steps) -> Measured:
-    """Return the position after each of some measured steps, in steps."""
+    """Return the position, in steps, after each measured step."""
     import numpy as np
 
     return Measured("position", "steps", steps.times_ps, steps.positions.astype(np.float64))

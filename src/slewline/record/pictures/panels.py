@@ -29,7 +29,7 @@ PIECE = 250  # points of such a line, or of the area below it, drawn at a time
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
-    """Return the curves of each panel, quantity by quantity; curves that would be flat next to others are separate."""
+    """Return the curves of each panel, by quantity; curves that would be flat next to others have separate panels."""
     kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)
@@ -42,7 +42,7 @@ def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[lis
 
 
 def _to_the_end(outline: Outline, stop: int) -> Outline:
-    """Return the outline with a last point at the end of the window."""
+    """Return the outline, extended with its last value to the end of the window."""
     import numpy as np
 
     if not len(outline.times_ps) or outline.times_ps[-1] >= stop:
@@ -67,21 +67,21 @@ def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
 
 
 def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
-    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] if only one."""
+    """Return the track numbers in the legend: axes, and parts that share a panel; [] if there is only one."""
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []
 
 
 def heading(curves: Sequence[TrackCurve], several: bool) -> str:
-    """Return the quantity of a panel, with its unit; with `several`, also the owner, as there is another such panel."""
+    """Return the quantity and unit of a panel; if `several` panels show this quantity, also the names of its tracks."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
     return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
 def still(curves: Sequence[TrackCurve]) -> bool:
-    """Return whether these are velocities that are always zero."""
+    """Return whether the curves are velocities that are always zero."""
     return curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves)
 
 
@@ -172,7 +172,7 @@ def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple
 
 
 def _mark_outside(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
-    """Mark the value before the register is first loaded, if it is outside the panel."""
+    """Mark the value that a register has before it is first loaded, if this value is outside the panel."""
     value = float(curve.outline.values[0])
     if curve.rest_before() and not low <= value <= high:
         up = value > high

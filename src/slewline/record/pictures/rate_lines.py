@@ -84,7 +84,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return spans in order, (n, 2), joined where the gap is at most `apart` wide."""
+    """Return spans, (n, 2), sorted, and joined where the gap between two of them is at most `apart` wide."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T
@@ -121,14 +121,14 @@ def rate_text(names: Sequence[str], rate: float) -> str:
 
 
 def _joint(names: Iterable[str]) -> str:
-    """Return the names of one rate, with thin spaces in their numbers."""
+    """Return the names of equal rates as one text, with thin spaces in their numbers."""
     return re.sub(r"\b\d{5,}\b", lambda digits: number(int(digits[0])), ", ".join(names))
 
 
 def _write_over(
     panel: Axes, names: dict[float, list[str]], begins: dict[float, float], colours: Palette, height: float
 ) -> None:
-    """Write rate names above the starts of their lines, unless the lines are too close to each other."""
+    """Write rate names above the starts of their lines, except where a line is too close to a named line below it."""
     low, high = panel.get_ylim()
     apart, last = (high - low) * RATE_HEIGHT / height, float("-inf")
     for rate in sorted(names):

@@ -29,7 +29,7 @@ ROW = 0.21  # inches, of one value that was tried
 
 @dataclass(frozen=True, slots=True)
 class StripPicture:
-    """Values of one parameter, ascending, with pass or fail for each; and a search: indices tried, and result.
+    """Ascending values of one parameter, with pass or fail for each; the indices that a search tried, and its result.
 
     There are at least two values, all of them above 0.
     """
@@ -51,7 +51,7 @@ class StripPicture:
         return f"{found} Tried: {tried}. Answer: {self.values[self.answer]:.0f}, which {self.outcome(self.answer)}."
 
     def outcome(self, n: int) -> str:
-        """Return the result for the nth value as text."""
+        """Return the result for the value with index `n`: "holds" or "fails"."""
         return "holds" if self.holds[n] else "fails"
 
 

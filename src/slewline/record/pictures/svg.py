@@ -25,7 +25,7 @@ def compact(svg: bytes) -> bytes:
 
 
 def _once(found: re.Match[bytes]) -> bytes:
-    """Return a group of dots with a common style."""
+    """Return a group of dots, with their common style stated only once."""
     group, space, first, style, others, end = found.groups()
     dots = first + b"/>" + others.replace(b' style="%b"' % style, b"")
     dots = WHERE.sub(lambda at: b' %b="%b"' % (at[1], _number(_hundredths(at[2].decode())).encode()), dots)
@@ -69,6 +69,6 @@ def _number(hundredths: int) -> str:
 
 
 def _next(hundredths: int) -> str:
-    """Return a number that follows another number; a minus sign already separates the two."""
+    """Return a number as text to follow another number, separated from it by a blank or by its own minus sign."""
     text = _number(hundredths)
     return text if text.startswith("-") else f" {text}"

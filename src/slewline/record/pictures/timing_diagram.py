@@ -143,7 +143,7 @@ class Drawing:
         self._levels(self._runs(lane.signal, -EVER, EVER), foot, trace, f"{trace}60")
 
     def _levels(self, runs: Runs, foot: float, color: str, band: str, **how: Any) -> None:
-        """Draw levels and their edges, and bands where these are dense."""
+        """Draw levels and the edges between them, and bands where the edges are dense."""
         places, levels, bands = runs
         begin = 0
         for first, last in [*bands, (len(places) - 1, len(places) - 1)]:
@@ -156,7 +156,7 @@ class Drawing:
     def _edges(
         self, places: NDArray[np.float64], levels: NDArray[np.int64], foot: float, color: str, **how: Any
     ) -> None:
-        """Draw levels with slanted edges between them, as one line; edges of a narrow level are vertical."""
+        """Draw levels with slanted edges between them, as one line; if any level is narrow, all edges are vertical."""
         import numpy as np
 
         heights = foot + SWING * np.where(levels == FLOATING, 0.5, levels)

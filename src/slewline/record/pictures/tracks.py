@@ -21,13 +21,13 @@ class Track:
         motions: the motions in the window, with the rates that were in force.
         marks: events, including findings.
         phases: stretches with a label, start and end in ps.
-        ideals: the ideals drawn over the motions, with the deviations from them.
+        ideals: the unquantized motions, drawn over the real ones, with the deviations from them.
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last known instant, ps.
-        over: True if it was measured, and is drawn over the others.
+        over: True if the track was measured, and is drawn over the others.
         words: the meanings of parameters, keyed by name, where they add to the name.
-        part: True if it belongs to a part rather than an axis; the heading of its panel then names the part, unless the
-            panel is shared.
+        part: True if the track belongs to a part rather than an axis; the heading of its panel then names the part,
+            unless the panel is shared.
     """
 
     name: str

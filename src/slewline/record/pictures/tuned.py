@@ -31,7 +31,7 @@ CAPTION = "The curve does not decide: every move was simulated, and some far bel
 
 @dataclass(frozen=True, slots=True)
 class GridMap:
-    """A map over two parameters: for each cell (row, column), the number of the cause of failure, 0 for none."""
+    """A map over two parameters: for each cell (row, column), its outcome and its cause of failure (0 for none)."""
 
     names: tuple[str, str]
     columns: Sequence[object]
@@ -67,7 +67,7 @@ class TorqueCurve:
 
 @dataclass(frozen=True, slots=True)
 class LagCurve:
-    """The lag of a rotor with respect to its command: (n,) int64 ps, (n,) full steps."""
+    """The lag of a rotor with respect to its command: instants, (n,) int64 ps, and lags, (n,) full steps."""
 
     name: str
     times_ps: NDArray[np.int64]

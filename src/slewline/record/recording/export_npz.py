@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int) -> dict[str, NDArray[Any]]:
-    """Return the edges of some nets in start <= t <= stop (ps): for each name, name.times_ps and name.levels.
+    """Return the edges of some nets in start <= t <= stop (ps), keyed as "x.slew.times_ps" and "x.slew.levels".
 
     Returns:
         Times, (n,) int64 ps, ascending; and levels, (n,), as from `Recorder.edges`.
@@ -30,7 +30,7 @@ def edge_columns(nets: Mapping[str, Probe], recorder: Recorder, start: int, stop
 
 
 def step_columns(steps: Iterable[tuple[str, int, Steps]]) -> dict[str, NDArray[Any]]:
-    """Return steps: for each axis, x.axis1.times_ps, x.axis1.directions and x.axis1.positions.
+    """Return the steps of each axis, keyed as "x.axis1.times_ps", "x.axis1.directions" and "x.axis1.positions".
 
     Args:
         steps: for every axis, the name of its chip, its number (from 1), and its steps.

@@ -27,8 +27,8 @@ DENSE = 2  # with more edges in a stripe, a trace is a band
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     """Return as many of the recorded edges in start < t <= stop (ps) as a picture needs.
 
-    In a stripe with more than DENSE edges, these are only the first ones, and the last one where a band
-    ends; `logic` returns the same result as for all edges.
+    In a stripe with more than DENSE edges, these are only the first ones and, if a band ends in the stripe, the
+    last one; from these edges, `logic` returns the same result as from all edges.
 
     Raises:
         NotRecorded, TimeError: as for `Recorder.edges`.
@@ -53,7 +53,7 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
 
 
 def _last_edge(recorder: Recorder, probe: Probe, start: int, stop: int, width: int) -> tuple[int, int]:
-    """Return the last edge in a window, which has one; first search `width` before the end, then further back."""
+    """Return the last edge in a window that has at least one; search the last `width` ps first, then further back."""
     times, levels = recorder.edges(probe, max(start, stop - width), stop)
     while not len(times):
         width *= 4

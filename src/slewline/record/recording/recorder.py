@@ -59,7 +59,7 @@ LONGEST_CHUNK_PS = 10**12  # limits the cost of a burst after a long silence
 class EdgeLog(list[tuple[int, Any]]):
     """The log entries of a net.
 
-    With `keep_ps`, older entries are dropped when the list has doubled since the last time.
+    With `keep_ps`, entries older than that are dropped whenever the list has doubled since the last time.
     """
 
     __slots__ = ("full", "keep_ps")
@@ -111,7 +111,7 @@ class Recorder:
     """A recorder of nets that answers queries about their past."""
 
     def record(self, probe: Probe, keep_ps: int | None = None) -> None:
-        """Start recording a net: keep the last `keep_ps` or, with None, all of it.
+        """Start recording a net: keep the last `keep_ps` of its past or, with None, all of it.
 
         Recording of a net that is already recorded continues with the new `keep_ps`.
         """
@@ -217,8 +217,8 @@ class Recorder:
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
     """Yield the changes in start <= t <= stop window by window, since an array for an hour would be too large.
 
-    The length of a window depends on the density in the previous window.  All windows but the last end at a
-    whole `unit` (ps).
+    The length of a window depends on the density of changes in the previous one.  All windows but the last end
+    1 ps before a multiple of `unit` (ps).
 
     Args:
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and
@@ -252,7 +252,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """Return the current log entry: a promise if one driver alone determines the level, otherwise the level."""
+    """Return the current state of a net: a promise if one driver alone determines the level, otherwise the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -264,7 +264,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """Return a level as a number in the arrays; where a promise floats, the tie and the pull determine the level."""
+    """Return a level as a number in the arrays; if it is None, the tie of the net, or else its pull, determines it."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull
@@ -281,7 +281,7 @@ def _code(probe: Probe, level: Any) -> int:
 
 
 def columns(probe: Probe, times: Any, levels: Any) -> Edges:
-    """Return two lists of entries, or two arrays, as edges."""
+    """Return times and levels, as two lists (from log entries) or two arrays, as the arrays of edges."""
     import numpy as np
 
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16

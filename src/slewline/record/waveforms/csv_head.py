@@ -148,7 +148,7 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
 def _columns(signals: list[int], names: list[str], channels: list[str], own: list[list[str]]) -> dict[str, int]:
     """Return the signal columns, keyed by name.
 
-    Names are those of the columns if these differ, else those of channels or in the preamble, else D0, D1 ...
+    Names are those in a channel comment, else of the columns if distinct, else in the preamble, else D0, D1 ...
     """
     alike = len({names[n] for n in signals}) < len(signals) or all(_states_values(names[n]) for n in signals)
     if own and alike and not channels:
@@ -169,15 +169,15 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _numbers(cells: list[str]) -> bool:
-    """Return whether all non-empty cells are numbers, and there is at least one."""
+    """Return whether at least one cell is filled, and all filled cells are numbers."""
     filled = [cell for cell in cells if cell]
     return bool(filled) and all(_NUMBER.fullmatch(cell) for cell in filled)
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Return the number of rows that have a header next to them; move the start of the table to the first one.
+    """Return the number of rows with header cells at their left; move the start of the table to the first such row.
 
-    `begin` is the column at which that header ends.
+    `begin` is the column at which the numbers begin.
     """
     count = 0
     while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
@@ -186,7 +186,7 @@ def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
 
 
 def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
-    """Return the first column if it is time: fractions that rise from row to row, and not the only column."""
+    """Return the first column if it contains times: fractions that rise from row to row; None if not, or if alone."""
     at = [cells[known[0]].replace(",", ".") for row in rows if len(cells := _cells(row, delimiter)) > known[-1]]
     found = [float(cell) for cell in at if _NUMBER.fullmatch(cell)]
     rises = len(found) >= ENOUGH and all(one < other for one, other in pairwise(found))
@@ -210,7 +210,7 @@ def _states_values(cell: str) -> bool:
 
 
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
-    """Return the column names, and their units if these are on a line of their own."""
+    """Return the column names, and the column units if these are on a line of their own, otherwise []."""
     rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
     if rows and all(_states_values(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
@@ -218,7 +218,7 @@ def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
 
 
 def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
-    """Read the time between two samples from a separate column, whose only value is in the units line."""
+    """Read the time between two samples from the "Increment" column, whose only value is in the units line."""
     for n, name in enumerate(names):
         if name.lower() == "increment" and n < len(texts[-1]):
             head.rate = head.rate or _inverse(texts[-1][n])

@@ -80,7 +80,7 @@ class TableRows:
         self.used = [*([head.time] if head.time is not None else []), *head.columns.values()]
 
     def __iter__(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Yield the line number before a block, and the rows of the block: the time, if any, then each signal."""
+        """Yield, for each block, the number of lines before it, and its rows: the time, if any, then each signal."""
         self.file.seek(0)
         rest, number, skip = b"", self.head.lines, self.head.lines
         more = True
@@ -183,7 +183,7 @@ def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
 
 
 class Thresholds:
-    """The voltages at and above which each signal is 1, and at and below which it is 0."""
+    """The voltages at and above which each signal is 1, and below which it is 0; between them, it keeps its level."""
 
     def __init__(self, low: NDArray[np.float64], high: NDArray[np.float64], given: float | None) -> None:
         import numpy as np
@@ -199,8 +199,8 @@ class Thresholds:
 class TableChanges:
     """The changes in a table, in the form that `Waveforms` needs.
 
-    `analog` is true if it contains voltages, or anything but 0 and 1; they range from `lowest` to `highest`.  `rate` is
-    the sampling rate, Hz, of rows at equal intervals.
+    `analog` is true if the table contains any value other than 0 and 1; `lowest` and `highest` are the extreme values
+    of each signal.  `rate` is the sampling rate, Hz, of rows at equal intervals.
     """
 
     def __init__(self, head: CsvHead, table: TableRows, thresholds: Thresholds | None) -> None:

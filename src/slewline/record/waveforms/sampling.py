@@ -79,11 +79,11 @@ def sampling_of(
     """Return the sampling of a file.
 
     Args:
-        instants: a function that returns the instants of all changes, ps, ascending; called if the file does not state
-            enough.
-        unit: the unit in which they were written, ps.
-        rate: the rate stated in the file, Hz.  A rate as fine as the unit may stem from a conversion: a grid then takes
-            precedence.
+        instants: a function that returns the instants of all changes, ps, ascending; called only if `rate` and `exact`
+            do not determine the sampling.
+        unit: the unit in which the instants were written, ps.
+        rate: the rate stated in the file, Hz.  If its period is no longer than the unit, it may stem from a conversion:
+            a grid then takes precedence.
         exact: True if the instants were not sampled, but computed and rounded to the unit.
     """
     if exact:

@@ -139,7 +139,7 @@ class VcdStream(WholeOrNothing):
         self._next = max(self._next, stop + 1)
 
     def _begin(self, ps: int) -> None:
-        """Write the header of the file; the values are those at the end of the first unit."""
+        """Write the header of the file, with the values at `ps`, the end of the first time unit."""
         self._now = [value for source in self._sources for value in source.values_at(self._start)]
         if ps > self._start:
             self._settled([source.changes(self._start + 1, ps) for source in self._sources])
@@ -153,7 +153,7 @@ class VcdStream(WholeOrNothing):
         return f"{real(value) if kind == 'real' else string(value)} {self._ids[number]}\n"
 
     def _settled(self, changes: list[Changes]) -> list[tuple[NDArray[np.int64], Any]]:
-        """Return, for every variable, the units in which it changes, and its value at the end of each."""
+        """Return, for every variable, the units in which it changes, and its value at the end of each such unit."""
         settled: list[tuple[NDArray[np.int64], Any]] = []
         for source, (times, values) in zip(self._sources, changes, strict=True):
             for column in source.split(values):
@@ -171,7 +171,7 @@ class VcdStream(WholeOrNothing):
     def _last(
         self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
-        """Return the last change in each unit, and the number of others; if `shared`, not all times are changes."""
+        """Return the last change in each unit, and the number lost; if `shared`, first drop times without a change."""
         before = self._now[number]
         if shared:
             times, values = real_edges(times, values, before)
@@ -237,7 +237,7 @@ def write_vcd(
 
 
 def unit_of(timescale: str) -> int:
-    """Return the picoseconds of a timescale.
+    """Return the length of a timescale in picoseconds.
 
     Raises:
         UsageError: VCD files have no such timescale.
@@ -248,7 +248,7 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """Return the short name of variable `number` in the file: "!" for 0, and so on, then longer names."""
+    """Return the short name of variable `number` in the file: one character, "!" for 0; for later ones, several."""
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)
@@ -278,7 +278,7 @@ def string(text: str) -> str:
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
-    """Return the texts of each unit joined into one, so that none is lost."""
+    """Return the units that have texts, and for each of them all its texts joined into one, so that none is lost."""
     import numpy as np
 
     together: dict[int, str] = {}

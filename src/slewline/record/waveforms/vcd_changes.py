@@ -114,7 +114,7 @@ class Changes:
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
     def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the time before the block and the times in it, and, for each word, the index of its time."""
+        """Return the time before the block followed by all times in it; and for each word, the index of its time."""
         import numpy as np
 
         named = kinds == TIME
@@ -162,7 +162,7 @@ class Changes:
             self._parts[2].append((at[string], variables[string], texts))
 
     def _named(self, words: WordBounds, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
-        """Return the variables named by the identifiers of some words."""
+        """Return the numbers of the variables that are named by the identifiers in some words."""
         import numpy as np
 
         keys = words.keys(where, scalar, self._long)
@@ -178,7 +178,7 @@ class Changes:
     def _bits(
         self, words: WordBounds, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
-        """Return bit values: numbers, FLOATING or UNKNOWN."""
+        """Return the values of wires and buses in some words: numbers, FLOATING or UNKNOWN."""
         import numpy as np
 
         values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)

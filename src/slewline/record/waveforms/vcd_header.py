@@ -131,7 +131,7 @@ def _declare(header: Header, keyword: bytes, words: list[str]) -> None:
 
 
 def _unit(text: str) -> Fraction:
-    """Return the picoseconds of a timescale such as "10 us"."""
+    """Return the length in picoseconds of a timescale such as "10 us"."""
     match = _TIMESCALE.fullmatch(text)
     unit = UNITS_OF_FILES.get(match[2].lower()) if match else None
     if match is None or unit is None or not int(match[1]):

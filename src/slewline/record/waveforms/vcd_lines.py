@@ -34,7 +34,7 @@ class ChangeTexts:
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
     def with_more(self, texts: Sequence[str]) -> ChangeTexts:
-        """Return the table with further texts added, or the table itself if there are none to add."""
+        """Return a table that also has the given texts, or this table itself if none are given."""
         return ChangeTexts([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
@@ -42,7 +42,7 @@ class ChangeTexts:
 
         Args:
             units: (n,) int64, times in units of the file, ascending.
-            codes: (n,) int64.
+            codes: (n,) int64, the indices of the texts.
         """
         import numpy as np
 
@@ -77,7 +77,7 @@ class ChangeTexts:
 
 @cache
 def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Return the needed bytes of a row, for changes of 0 to `longest` bytes, first without the time, then with it."""
+    """Return masks of the needed bytes of a row, for changes of 0 to `longest` bytes: without, then with the time."""
     import numpy as np
 
     column = np.arange(digits + 2 + longest)
@@ -87,7 +87,7 @@ def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
 
 
 def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> bytes:
-    """Return all bytes of the rows, without the first `head` bytes of the `shorter` rows."""
+    """Return the bytes of all rows, leaving out the first `head` bytes of the rows numbered in `shorter`."""
     flat = rows.ravel().data
     begins = (shorter * rows.shape[1]).tolist()
     return b"".join(flat[a:b] for a, b in zip([0, *(n + head for n in begins)], [*begins, len(flat)], strict=True))
@@ -117,7 +117,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """Return all `count`-digit numbers, preceded by a character, as four-character words: (10**count,) uint32."""
+    """Return all `count`-digit numbers, each preceded by `sign`, as four-character words: (10**count,) uint32."""
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]

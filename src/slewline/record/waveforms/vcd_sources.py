@@ -31,7 +31,7 @@ BUSES = ("bits", "whole", "both")
 
 
 class Variable(NamedTuple):
-    """A variable in the file.  Dots in the name separate scopes.  A bus wire also has the name of its bus.
+    """A variable in the file.  Dots in the name separate scopes.  For a bus wire, `bus` is the name of its bus.
 
     Of several values within a unit of time, the last one counts; a string with `all` is written with all its values.
     """
@@ -47,7 +47,7 @@ class HasValue(Protocol):
     """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the value at `start` and every change in start < t <= stop (ps), the same for every window."""
+        """Return the value at `start` and every change in start < t <= stop (ps), identical in overlapping windows."""
 
 
 class VariableSource(Protocol):
@@ -69,7 +69,7 @@ class NetSource:
     """A net or a pin; a bus as its wires, as a whole, or both.
 
     Raises:
-        UsageError: `buses` has another value.
+        UsageError: `buses` is none of "bits", "whole" and "both".
     """
 
     def __init__(self, recorder: Recorder, name: str, probe: Probe, buses: Buses = "bits") -> None:

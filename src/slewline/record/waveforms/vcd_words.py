@@ -38,7 +38,7 @@ class WordBounds:
         return self.text[self.begins[number] : self.ends[number]]
 
     def error(self, number: Any, what: str) -> WaveformError:
-        """Return an error at a word."""
+        """Return an error at word `number`."""
         return self.place.error(int(self.begins[number]), what)
 
     def numbers(self, where: NDArray[np.intp]) -> NDArray[np.int64]:
@@ -61,7 +61,7 @@ class WordBounds:
         return out
 
     def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return identifiers as numbers; in `prefixed` words, they begin with the second character."""
+        """Return identifiers as numbers; in `prefixed` words, the identifier begins with the second character."""
         import numpy as np
 
         begins, ends = self.begins[where] + prefixed, self.ends[where]
@@ -78,9 +78,9 @@ class WordBounds:
         return out
 
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Return the values of words such as b10z1, and which of the words have too many bits.
+        """Return the values of words such as b10z1, and the indices of the words that have too many bits.
 
-        A bit that floats while others do not reads 1.  A value wider than MAX_BITS is UNKNOWN.
+        A floating bit reads 1 unless all bits float.  The value of a variable wider than MAX_BITS is UNKNOWN.
         """
         import numpy as np
 
@@ -150,7 +150,7 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Change the kind of words that follow values to IDENTIFIER; return whether the last value still needs one."""
+    """Mark words that follow values as IDENTIFIER; return whether the last value's identifier is yet to come."""
     import numpy as np
 
     like_values = kinds == VALUE

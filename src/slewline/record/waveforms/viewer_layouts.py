@@ -37,7 +37,7 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 class ViewerSetup(NamedTuple):
     """The initial view in a viewer: from `begin` to `end` in time units of the file, with marks (unit, text).
 
-    `scale` is 1, 10 or 100, the number before ns or us in the timescale: GTKWave counts in these units.
+    `scale` is the number before ns or us in the timescale: 1, 10 or 100.  GTKWave counts in ns or us.
     """
 
     begin: int
@@ -78,7 +78,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
     """Yield the lines of GTKWave's save file.
 
-    GTKWave finds the waveform if the file names both the waveform and itself.
+    GTKWave finds the waveform if the save file states both the waveform's name and its own.
     """
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
@@ -98,12 +98,12 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
 
 
 def _whose(scope: str, one_chip: bool) -> str:
-    """Return a prefix for the names in a group that keeps all rows distinct: "axis2", "x", "x axis2" or ""."""
+    """Return a prefix that keeps the names in a group distinct from all others: "axis2", "x", "x axis2" or ""."""
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """Yield the lines for a row; GTKWave shows the last part of its name, or the text in +{}."""
+    """Yield the lines for a row; GTKWave shows the last part of the row's name or, if given, the text in +{}."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":
@@ -150,7 +150,7 @@ class ViewerRow(NamedTuple):
 
 
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[ViewerRow]]]:
-    """Yield the rows of each axis and chip: first text and curves, then pins.
+    """Yield the name and the rows of each axis and each chip: first text and curves, then pins.
 
     The wires of a bus that is included as a whole are left out.
     """

@@ -110,7 +110,7 @@ class Waveforms:
     # ----------------------------------------------------------------------------------------------------- sampling
     @cached_property
     def sampling(self) -> Sampling:
-        """The sampling of the file: as stated in a comment, else the grid of its instants, else its time unit."""
+        """The sampling of the file: as stated in a comment, else from the grid of its instants, else its time unit."""
         return sampling_of(self._instants, self._unit, self._rate, self._exact)
 
     def _instants(self) -> NDArray[np.int64]:
@@ -280,7 +280,7 @@ class Waveforms:
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
-        """Check that a step signal is known wherever a step may occur: at the first edge, and anywhere later.
+        """Check that a step signal is known before its first edge, if a step may begin there, and from then on.
 
         Raises:
             UsageError: the signal is not known there.

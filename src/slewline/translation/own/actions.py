@@ -76,7 +76,7 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_label(self, action: Label) -> list[ResultPiece]:
-        """Return the label, with a mark if the target's loops need one; register values are not known there."""
+        """Return the label, with a mark if the target's loops need one; values that may vary there become unknown."""
         self.rates.joined()
         self.replaced = self.replaced or self.may_replace
         self.known_values = {name: value for name, value in self.known_values.items() if self.fixed.get(name) == value}
@@ -96,7 +96,7 @@ class Actions(MotionWriter):
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:
-        """Return the instruction that ends a loop, with the lowest sufficient count."""
+        """Return the end of a loop, by the loop command with the smallest range of counts that is sufficient."""
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
@@ -113,7 +113,7 @@ class Actions(MotionWriter):
     def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
         """Return the instruction that ends the program, or, if the part has none, a jump to the program's end.
 
-        At the end of the program, a part without such an instruction needs nothing.
+        Where the program ends anyway, a part without such an instruction needs nothing.
         """
         stop = self.rows.get("stop")
         if stop is not None:
@@ -133,7 +133,7 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(self.sheet.enter)]
 
     def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
-        """Return the commands that end program entry, including the run if the target's command does both."""
+        """Return the commands that end program entry; if the source then runs the program, they also run it."""
         rows = self.sheet.leave
         row = next((row for row in rows if row.starts == action.runs), None)
         if row is not None:
@@ -156,7 +156,7 @@ class Actions(MotionWriter):
         return [*self.end_shown(0), *self.pointer(), ResultPiece(row)]
 
     def end_shown(self, level: int) -> list[ResultPiece]:
-        """Return the instruction that sets the output for the end of a program, if there is one."""
+        """Return the instruction that sets the output for showing the end of a program, if there is such an output."""
         if not self.directives.end_pin:
             return []
         return [ResultPiece(self.rows["bits"], (self.end_output - 1 + (0 if level else LOW_BIT),))]
@@ -172,7 +172,7 @@ class Actions(MotionWriter):
         return [ResultPiece(self.row("store"))]
 
     def on_eraseprogram(self, action: EraseProgram) -> list[ResultPiece]:
-        """Return the command that erases the program; after it the registers have their reset values."""
+        """Return the command that erases the program; the registers then have their reset values."""
         self.rates.restarted()
         return [ResultPiece(self.row("erase"))]
 
@@ -189,7 +189,7 @@ class Actions(MotionWriter):
         return [ResultPiece(text=text) for text in found]
 
     def check_hold(self, text: str) -> None:
-        """Raise Impossible if the abort pin is driven before a motion, unless the target's abort pin acts alike."""
+        """Raise Impossible if the abort pin is driven before a motion, unless the target has an equivalent pin."""
         match = DRIVES.fullmatch(text)
         theirs = None if match is None else pin_of(self.source, match[3])
         mine = self.sheet.role("abort")
@@ -202,7 +202,7 @@ class Actions(MotionWriter):
         raise Impossible("acts on the start of the next motion", limit, "start the motion later")
 
     def on_query(self, action: Query) -> list[ResultPiece]:
-        """Return the comment for a query, whose answer differs between parts."""
+        """Return the comment that replaces a query, since the answer differs between parts."""
         raise Impossible(
             action.text,
             f"the {self.sheet.part.upper()} is queried differently",
@@ -210,7 +210,7 @@ class Actions(MotionWriter):
         )
 
     def on_special(self, action: Special) -> list[ResultPiece]:
-        """Return the comment for a command that other parts need not have."""
+        """Return the comment that replaces a command which other parts may not have."""
         theirs = self.source.commands.by_form.get(action.command)
         role = theirs.role if theirs is not None else ""
         if role == "pointer" and role in self.rows and action.needless:

@@ -108,14 +108,14 @@ class ActionWriter:
         return self.placed(action, self.in_order(action, first, found))
 
     def ended(self, action: Action) -> list[ResultPiece]:
-        """Return the wait, before the host's next command, for the end of a motion during which the host acted."""
+        """Return the wait for the end of a motion during which the host acted; the host's next command follows it."""
         if self.unended is None or acts_during_motion(action):
             return []
         found, self.unended = [self.unended], None
         return found
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
-        """Return the settings for the rates of the first motion, if the source moves with its reset rates."""
+        """Return the initial settings that must precede the first motion, such as the source's reset rates."""
         if not isinstance(action, EnterProgram | Motion):
             return []
         commands = self.rates.first(self.reset) if self.reset is not None else []
@@ -124,7 +124,7 @@ class ActionWriter:
         return found
 
     def start(self, actions: Sequence[Action]) -> None:
-        """Record the initial settings that source and target have in common: position 0 and the reset direction."""
+        """Record the commands that give the target the source's initial state: position 0 and the reset direction."""
         relative = placed = False
         skipped = skips(actions)
         for action in actions:
@@ -150,7 +150,7 @@ class ActionWriter:
                     self.known_values["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return the rate settings, then the pieces; settings allowed only in a program come after its entry."""
+        """Return the rate settings followed by the pieces; settings allowed only in a program follow its entry."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number
@@ -228,7 +228,7 @@ class ActionWriter:
         return row
 
     def fitting(self, row: Row, arg: Arg, value: int, remedy: str = "") -> int:
-        """Return a value for an argument; raise Impossible if it is out of range."""
+        """Return the value if the argument allows it; raise Impossible if it is out of range."""
         if not arg.allows(value):
             raise Impossible(f"{value}", out_of(self.sheet, row, arg), remedy)
         return value

@@ -39,13 +39,13 @@ class Conditions:
         return f"here{self._fresh}"
 
     def check(self, number: int) -> None:
-        """Refuse an input that does not exist on the target."""
+        """Raise CannotTest if the target has no input with this number."""
         if "wait_bits" not in self.rows and self.sheet.role(f"input{number}") is None:
             raise CannotTest(no_pin(self.sheet, "input", number), "let the host wait for it")
 
     # ----------------------------------------------------------------------------------------------------------- waits
     def wait(self, one: Input) -> list[ResultPiece]:
-        """Return the instructions that wait until an input has its level."""
+        """Return the instructions that wait until an input has the required level."""
         self.check(one.number)
         row = self.rows.get("wait_high" if one.level else "wait_low")
         if "wait_bits" in self.rows:
@@ -79,7 +79,7 @@ class Conditions:
         raise CannotTest(no_command(self.sheet, "jump"), "let the host run the program again")
 
     def branch(self, inputs: tuple[Input, ...], to: str, at_start: bool) -> list[ResultPiece]:
-        """Return the instructions that continue at a label if all inputs have their levels."""
+        """Return the instructions that continue at a label if all inputs have their required levels."""
         for one in inputs:
             self.check(one.number)
         if "branch_inputs" in self.rows:
@@ -95,7 +95,7 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """Return one branch per matching combination of levels; inputs that the program does not test are high."""
+        """Return one branch per matching combination of levels; inputs that the program never tests count as high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [
@@ -108,7 +108,7 @@ class Conditions:
         return [ResultPiece(row, (levels, Goto(to))) for levels in wanted]
 
     def _one_input(self, one: Input, to: str, at_start: bool) -> list[ResultPiece]:
-        """Return a branch that uses a command which tests one level of an input."""
+        """Return a branch by a command that tests a single input for one level."""
         for role, level in (("branch_low", 0), ("branch_high", 1)):
             row = self.rows.get(role)
             if row is None:

@@ -14,7 +14,7 @@ ROUNDS = 8  # addresses as text vary in length: the layout settles after a few p
 
 @dataclass(frozen=True, slots=True)
 class Goto:
-    """The address of an instruction, by the name of its label."""
+    """A jump target: the address of an instruction, given by the name of its label."""
 
     name: str
 
@@ -23,7 +23,7 @@ class Goto:
 class ResultPiece:
     """A line of the result before layout: an instruction, or another text (`row` is None).
 
-    An instruction that has a text is written as this text, because its values do not include a prefix, a
+    If an instruction has a `text`, that text is written, because its values do not include a prefix, a
     string or "#".  `labels` name the instruction; `source` is the source line, `block` the stored program
     that the instruction belongs to, and `program` the program that it enters, leaves or runs.
     """
@@ -80,7 +80,7 @@ class ResultLayout:
         return self.addresses.get((block, value.name), 0)
 
     def _name(self, block: int) -> None:
-        """Assign letters to a program's labels, if possible those of the source; surplus labels get no letter."""
+        """Assign letters to a program's labels, the source's if possible; if they are too few, assign none."""
         inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
         used = dict.fromkeys(
             value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)
@@ -122,5 +122,5 @@ def has_tokens(dialect: Dialect[Row]) -> bool:
 
 
 def alone(pieces: Iterable[ResultPiece], source: int) -> list[ResultPiece]:
-    """Return pieces as if they came from a line of the source."""
+    """Return pieces with `source` as their source line."""
     return [replace(piece, source=source) for piece in pieces]

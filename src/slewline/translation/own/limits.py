@@ -19,11 +19,11 @@ def no_pin(sheet: Sheet, role: str, number: int) -> str:
 
 
 def out_of(sheet: Sheet, row: Row, arg: Arg) -> str:
-    """Return the range of an argument, in words."""
+    """Return a text that states the range of an argument."""
     return f"{row.form} {arg.name} {arg.low}..{arg.high} ({sheet.part.upper()} manual, {row.where})"
 
 
 def memory(sheet: Sheet) -> str:
-    """Return the size of the program memory, in words."""
+    """Return a text that states the size of the program memory."""
     manual = f"{sheet.part.upper()} manual, {sheet.buffer_where}"
     return f"the program memory has {sheet.buffer_bytes} {sheet.memory_unit}s ({manual})"

@@ -121,7 +121,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
 
 
 def again(program: list[StreamStep], number: int) -> list[StreamStep]:
-    """Return the steps that enter a program again, because another one has replaced it, and run it."""
+    """Return the steps that enter and run a program again after another program has replaced it."""
     found: list[StreamStep] = []
     for step in program:
         match step.action:
@@ -141,7 +141,7 @@ def acts(step: StreamStep) -> bool:
 
 
 def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep]]:
-    """Yield the steps of each program to be run; a last motion during which the host acts has its own program."""
+    """Yield the steps of each program to be run; the last motion is its own program if the host acts during it."""
     if not any(acts(each) for each in steps):
         return
     last = max((n for n, each in enumerate(steps) if isinstance(each.action, Motion)), default=0)
@@ -152,7 +152,7 @@ def programs(steps: list[StreamStep], after: Action) -> Iterator[list[StreamStep
 
 
 def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
-    """Return steps as a program that is entered and run."""
+    """Return steps as program `number`, which is entered and then run."""
     nowhere = Line(0)
     inside = [replace(each, action=within(each.action, number)) for each in steps]
     last = max((n for n, each in enumerate(steps) if each.action is not None), default=len(steps) - 1) + 1
@@ -161,13 +161,13 @@ def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
 
 
 def waits(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return the wait for the end of a program with these steps; none if it has no end."""
+    """Return the wait for the end of a program with these steps, or an empty list if the program is endless."""
     endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
     return [] if endless else [StreamStep(HostDirective(text="@until ready"), Line(0))]
 
 
 def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
-    """Return a program with the surrounding settings at its head, and the index of the first step after it."""
+    """Return the program entered at `at`, with the settings around it at its head, and the next step's index."""
     enter = steps[at]
     assert isinstance(enter.action, EnterProgram)  # noqa: S101
     number = enter.action.number
@@ -197,13 +197,13 @@ def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[l
 
 
 def within(action: Action | None, number: int) -> Action | None:
-    """Return an action as part of a program."""
+    """Return an action as part of program `number`; None remains None."""
     return None if action is None else replace(action, block=number)
 
 
 # ------------------------------------------------------------------------------------------- programs for other parts
 def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return steps with the settings at each program's head moved before it, unless the program changes them again."""
+    """Return the steps with each program's head settings moved before its entry, unless its body also sets rates."""
     found: list[StreamStep] = []
     at = 0
     while at < len(steps):

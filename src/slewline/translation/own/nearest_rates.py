@@ -36,7 +36,7 @@ class Group:
 
     @property
     def profile(self) -> Profile | None:
-        """Profile after the settings, or None if it is not known."""
+        """The profile after the last setting, or None if it is not known."""
         return self.actions[-1].profile
 
 
@@ -72,7 +72,7 @@ class Rates:
         return {form: next(iter(found)) for form, found in values.items() if len(found) == 1}
 
     def joined(self) -> None:
-        """Drop the values that differ between the paths that meet here."""
+        """Drop the values that may differ between the paths that meet at this point."""
         self.known_values = {
             form: value for form, value in self.known_values.items() if self.constant.get(form) == value
         }
@@ -118,7 +118,7 @@ class Rates:
         return iter(self.groups.values())
 
     def _forms(self, action: SetProfile, fitted: Fitted, done: set[str]) -> Iterator[str]:
-        """Yield the commands for a setting of the source, as far as the group has not set it yet."""
+        """Yield the forms of the target commands for a source setting, except those already written for the group."""
         assert self.target is not None  # noqa: S101
         role = ROLES[action.sets]
         same = next((row for name, row in self.target.rows.items() if row.form == action.command), None)
@@ -183,7 +183,7 @@ class Rates:
         return LineVerdict(action.line, LineKind.IMPOSSIBLE, description, limit, remedy, off=off, off_ps=difference)
 
     def span(self, role: str) -> str:
-        """Return the rates that a target command can set, in words."""
+        """Return a text that states the range of rates that a target command can set."""
         assert self.target is not None  # noqa: S101
         low, high = self.target.ends(role)
         return f"{low:.0f} to {high:.0f} steps/s"
@@ -222,7 +222,7 @@ class Rates:
         return LineVerdict(action.line, kind, description, limit, remedy, off=off, off_ps=after - before)
 
     def _sister(self, action: SetProfile) -> Row | None:
-        """Return the same setting of a target whose ramps follow the same law, or None if they follow another."""
+        """Return the target's identical command for a setting; None if it has none or its ramps follow another law."""
         if self.source is None or self.target is None or self.source.hz != self.target.hz:
             return None
         if type(self.source.calculator) is not type(self.target.calculator):

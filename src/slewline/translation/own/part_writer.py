@@ -142,7 +142,7 @@ class OwnWriter:
 
     # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:
-        """Return the inputs and outputs that the program uses; a branch on all inputs uses those it requires low."""
+        """Return the inputs and outputs that the program uses; a branch on all inputs uses the ones required low."""
         inputs, outputs = set(), set()
         for action in self.program.actions:
             if isinstance(action, WaitInput):
@@ -154,7 +154,7 @@ class OwnWriter:
         return {"inputs": inputs, "outputs": outputs}
 
     def _learn(self) -> None:
-        """Collect the facts about the whole program that the individual actions need."""
+        """Collect the facts about the whole program that are needed to convert the individual actions."""
         actions = [step.action for step in self.steps if step.action is not None]
         blocks = {action.block for action in actions if action.block >= 0}
         for block in blocks:
@@ -190,7 +190,7 @@ class OwnWriter:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 
     def _show_ends(self, actions: list[Action]) -> None:
-        """Choose an unused output for the end of programs, if the host waits for that and no pin shows it."""
+        """Choose an unused output to show the end of programs, if the host waits for their end and no pin shows it."""
         free = [number for number in (3, 2, 1) if number not in self._used()["outputs"]]
         waits = any(
             isinstance(action, HostDirective) and waits_for_end(action.text, self.source, PROGRAM_OVER)
@@ -243,7 +243,7 @@ class OwnWriter:
         found.append(piece)
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions of a step; at the end of a program, also its last command."""
+        """Return the instructions of a step; at the end of program entry, also the command that ends the program."""
         action = step.action
         if action is None:
             return []
@@ -261,7 +261,7 @@ class OwnWriter:
         return made
 
     def _runs_out(self) -> bool:
-        """Return whether the target needs a command that ends the program, which the source does not have."""
+        """Return whether the target needs a command that ends the program, where the source program has none."""
         if "stop" not in self.actions.rows:
             return False
         inside = [action for action in self.program.block(self.actions.program) if not isinstance(action, Label)]
@@ -290,7 +290,7 @@ class OwnWriter:
         return found
 
     def _moved(self) -> list[LineVerdict]:
-        """Return verdicts on actions whose place has changed."""
+        """Return verdicts on actions that have been moved to another place."""
         lines: dict[int, str] = {}
         for step in self.steps:
             if step.moved and step.action is not None:
@@ -298,7 +298,7 @@ class OwnWriter:
         return [LineVerdict(number, LineKind.SAME, f"moved {where}") for number, where in lines.items()]
 
     def _wiring(self) -> list[tuple[str, str, str]]:
-        """Return the wires of the source and of the target."""
+        """Return the wires that the program uses: purpose, source pin, and target pin (empty: there is none)."""
         used = self._used()
         found = []
         for role in WIRED:
@@ -312,7 +312,7 @@ class OwnWriter:
         return found
 
     def _bit(self, kind: str, number: str) -> str:
-        """Return the bit for an output or input of a part that selects them by bits."""
+        """Return the name of the bit for an output or input; empty if the part does not select them by bits."""
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"

@@ -44,7 +44,7 @@ class Directives:
         return [f"@drive {pin.name}={pin.active}", at_rest(self.sheet), f"@drive {pin.name}={1 - pin.active}"]
 
     def stopping(self, row: Row) -> list[ResultPiece]:
-        """Return the instructions for a command that stops a motion, with the update that it may need."""
+        """Return the instructions that stop a motion by a command, followed by an update if the command needs one."""
         update = next(iter(self.sheet.acting("update")), None)
         return [ResultPiece(row), *([ResultPiece(update)] if waits_for_update(row) and update is not None else [])]
 
@@ -72,7 +72,7 @@ class Directives:
         return self._pin(*match.groups())
 
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
-        """Return a directive about a pin of the source, or about a named chip's pin on the same bench."""
+        """Return a directive about a pin, of a named chip if given, for the target, or a text that states why not."""
         chip = chip or ""
         theirs = pin_of(self.source, name)
         if theirs is None:
@@ -92,7 +92,7 @@ class Directives:
         return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
-        """Return the replacement for an abort through a pin, for a part that is stopped by a command."""
+        """Return the stop command that replaces driving an abort pin, or a text if the part has no such command."""
         row = stopping_row(self.sheet, "brake")
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
@@ -113,12 +113,12 @@ class Directives:
 
 
 def hides_the_end(sheet: Sheet) -> bool:
-    """Return whether no pin and no answer of a part shows the end of a program."""
+    """Return whether neither a pin nor an answer of a part shows the end of a program."""
     return sheet.role("running") is None and not sheet.acting("state")
 
 
 def over(pin: Pin) -> int:
-    """Return the level of a pin that shows the end of a program, of a command or of a motion."""
+    """Return the level at which a pin shows that a program, a command or a motion has ended."""
     sense = pin.sense if pin.sense is not None else 1
     return sense if pin.role in ("motion_complete", "ready") else 1 - sense
 
@@ -129,7 +129,7 @@ def at_rest(sheet: Sheet) -> str:
 
 
 def waiting(sheet: Sheet, roles: tuple[str, ...]) -> str:
-    """Return the directive that waits for the first pin with one of the roles, or, for a module, for its answer."""
+    """Return the directive that waits for the first pin with one of the roles, or until a module is ready."""
     if sheet.acting("state"):
         return "@until ready"
     pin = next(pin for role in roles if (pin := sheet.role(role)) is not None)

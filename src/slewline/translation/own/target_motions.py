@@ -115,7 +115,7 @@ class MotionWriter(ActionWriter):
         return found
 
     def sets(self, kind: type[Action]) -> bool:
-        """Return whether the source sets distance and direction with separate commands."""
+        """Return whether the source has a separate command for the distance or the direction, depending on `kind`."""
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:

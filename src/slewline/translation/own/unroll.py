@@ -69,7 +69,7 @@ def unrolled(steps: list[StreamStep], most: int, source: Sheet, interrupted: boo
 
 
 def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
-    """Return the steps that a program executes, line by line."""
+    """Return the steps that a program executes, line by line, starting at the label `at` or at its beginning."""
     places = {step.action.name: n for n, step in enumerate(block) if isinstance(step.action, Label)}
     counts: dict[int, int] = {}
     found: list[StreamStep] = []
@@ -103,7 +103,7 @@ def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
 
 
 def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
-    """Return a step as a host command; the comment is kept only on the first of its lines."""
+    """Return a step as a host command; only the first of the commands made from a line keeps its comment."""
     action: Action | None = step.action
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 

@@ -80,7 +80,7 @@ class Compared:
 
     @property
     def text(self) -> str:
-        """The scope of the comparison, in one line."""
+        """A description of what was compared, in one line."""
         counts = ((self.moves, "move"), (self.outputs, "output change"), (self.inputs, "input change"))
         what = ", ".join(counted(number, name) for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
@@ -109,8 +109,8 @@ def compared(
     """Return the comparison of two traces.
 
     Args:
-        bounds: the bounds of the report.
-        levels: the levels of the outputs at the start of both runs, by number.
+        bounds: the bounds stated in the report.
+        levels: the levels of the outputs at the start of each run, by number.
         wired: the outputs that the result also has; the source's other outputs are left out.
     """
     theirs = [each for each in one.happened if each.kind != "output" or each.number in wired]
@@ -186,8 +186,8 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
 def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
     """Return the events except delays, each with the pause before it, ps.
 
-    The pause is None if it is unknown, or is a wait.  Before and after a single step it counts as unknown, since some
-    parts wait there for the period of their start rate.
+    The pause is None if it is unknown, or is a wait for an input.  A pause before or after a single step counts as
+    unknown, since some parts wait there for the period of their start rate.
     """
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
@@ -211,7 +211,7 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 
 
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
-    """Return the events without the first change of some outputs, which sets the other part's initial level."""
+    """Return the events, leaving out the first change of each given output: it sets the initial level of the other part."""
     found, left = [], set(outputs)
     for each in happened:
         if each.kind == "output" and each.number in left:

@@ -35,14 +35,14 @@ MOST_STEPS = 3_000_000
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The surroundings of the parts in a proof, the same on both sides.
+    """The surroundings of the parts in a proof, the same for source and result.
 
     Attributes:
-        inputs: the numbers of the inputs that change when a part waits.
+        inputs: the numbers of the inputs that change while a part waits.
         start: the levels of inputs at the start, by number; other inputs are open.
         quiet_ps: the time without an event after which a part counts as waiting, ps.
-        moves: the number of moves after which a run ends.
-        endless: whether the program has a motion without an end; such a run is cut off when only steps follow.
+        moves: the number of moves after which a run is cut off.
+        endless: whether the program has an endless motion; the run is cut off when there are only steps left.
     """
 
     inputs: tuple[int, ...] = ()
@@ -103,7 +103,7 @@ def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[lis
     """Return the events of a part, and its output levels at the start.
 
     Args:
-        outputs: the pins of the outputs, by number; they are recorded.
+        outputs: the names of the recorded output pins, by output number.
     """
     levels: dict[int, int] = {}
     happened = moves(chip)
@@ -117,7 +117,7 @@ def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[lis
 
 
 def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
-    """Return the events of a part, in order."""
+    """Return the events of a part as a trace, in order of time."""
     order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
     in_order = sorted(happened, key=lambda each: (each.time_ps or 0, order[each.kind]))
     return PlayedTrace(f"the model of the {part}", tuple(in_order), stopped)
@@ -158,7 +158,7 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
 
 
 def made(chip: Chip) -> tuple[int, ...]:
-    """Return the activity of a part: its steps, and its output levels."""
+    """Return the total number of steps that a part has made, followed by the levels of its outputs."""
     outputs = (pin.name for pin in chip.sheet.pins if pin.in_out in ("out", "both") and pin.role.startswith("output"))
     steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
     return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))

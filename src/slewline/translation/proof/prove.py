@@ -65,7 +65,7 @@ def prove(done: Translation, source: Played | None = None) -> Proof:
     """Run source and result of a translation, and compare them.
 
     Args:
-        source: the run of the source, if there has been one.
+        source: an earlier run of the source; None: the source is run here.
 
     Raises:
         ProgramError: a line cannot be sent by a host.
@@ -98,7 +98,7 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
 
 
 def around(scene: Scene, source: Played) -> dict[str, str]:
-    """Return the surroundings of a program that is read back; its inputs change like the source's inputs."""
+    """Return the settings for reading a program back, so that its inputs change like those of the source."""
     found = {
         "waits": " ".join(map(str, scene.inputs)),
         "inputs": " ".join(f"{number}={level}" for number, level in scene.start),
@@ -109,7 +109,7 @@ def around(scene: Scene, source: Played) -> dict[str, str]:
 
 
 def scene_of(program: Program) -> Scene:
-    """Return the surroundings of the parts: the inputs that the program tests, and the longest time without events."""
+    """Return the surroundings for a proof: the inputs that the program tests, and when a part counts as waiting."""
     inputs = {action.input.number for action in program.actions if isinstance(action, WaitInput)}
     inputs |= {one.number for action in program.actions if isinstance(action, Jump) for one in action.inputs}
     driven = any(
@@ -151,7 +151,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return the number of events at the start that are caused by host commands, or None if possibly all are."""
+    """Return the number of initial events that host commands cause, or None if all events may be caused by them."""
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

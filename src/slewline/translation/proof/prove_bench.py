@@ -17,7 +17,7 @@ from .prove import bounds_of
 
 @dataclass(frozen=True, slots=True)
 class BenchProof:
-    """The results of a proof, by chip name."""
+    """The results of the comparison for every chip, by chip name."""
 
     compared: Mapping[str, Compared]
 
@@ -28,7 +28,7 @@ class BenchProof:
 
 
 def prove_bench(done: BenchTranslation, result: str | PathLike[str]) -> BenchProof:
-    """Run a bench and its translation, which has been written to a file.
+    """Run a bench file, and its translation from the file `result`, and compare their chips.
 
     Raises:
         BenchFileError, ProgramError: the result is not a bench that runs.

@@ -41,7 +41,7 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
 
 
 class Machine:
-    """A grbl board that processes line after line; a caller may also query `status()`, like a host."""
+    """A grbl board that processes line after line; like a host, a caller may also query its `status()`."""
 
     def __init__(self, options: WriterOptions) -> None:
         self.around = Surroundings(options)
@@ -132,6 +132,6 @@ class Machine:
                 self.around.move(axis, steps)
 
     def status(self, pins: str = "") -> str:
-        """Return a status report, with the letters of the triggered pins."""
+        """Return a status report that includes `pins`, the letters of the triggered pins."""
         fields = ["Idle", "MPos:" + ",".join(f"{self.at[letter]:.3f}" for letter in AXES), "FS:0,0"]
         return "<" + "|".join([*fields, f"Pn:{pins}"] if pins else fields) + ">"

@@ -81,7 +81,7 @@ class _Klipper:
 
     # ------------------------------------------------------------------------------------------------------- templates
     def worked_out(self, lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-        """Return the commands that a template now produces."""
+        """Return the commands that a template produces in the current state."""
         out: list[tuple[int, str]] = []
         self._template(lines, {}, out)
         return out
@@ -117,7 +117,7 @@ class _Klipper:
                 raise RefusedLine(number, line, "not a tag that writers use")
 
     def _filled(self, line: str, names: dict[str, Any], number: int) -> str:
-        """Return a line with the values of its expressions in braces."""
+        """Return a line with each expression in braces replaced by its value."""
         return VALUE.sub(lambda found: str(self._value(found[1], names, number)), line)
 
     def _end(self, lines: list[tuple[int, str]], place: int, word: str) -> int:
@@ -173,7 +173,7 @@ class _Klipper:
                 raise TypeError(ast.unparse(it))
 
     def _status(self, of: str, name: str) -> Any:
-        """Return a value of one of Klipper's objects, as a template reads it."""
+        """Return a value of one of Klipper's objects, in the form in which a template reads it."""
         kind, _, which = of.partition(" ")
         if (kind, which) not in self.sections:
             raise KeyError(of)
@@ -196,7 +196,7 @@ class _Klipper:
                 self._command(number, command)
 
     def _meet(self, lines: list[tuple[int, str]], name: str) -> None:
-        """End a wait that nothing else ends, by setting the inputs to the expected levels."""
+        """End a wait that has no other end, by setting the input to the expected level."""
         again = any(f"ID={name} DURATION=0.02" in line for _, line in lines)
         found = re.search(r'gcode_button input(\d+)"\]\.state == "(\w+)"', lines[0][1])
         if again and found:

@@ -94,7 +94,7 @@ class _OWordMachine:
 
     # -------------------------------------------------------------------------------------------------------- o-words
     def run(self, start: int, end: int) -> None:
-        """Run lines."""
+        """Run the lines from index `start` up to, but not including, `end`."""
         place = start
         while place < end:
             self.around.statement()
@@ -199,7 +199,7 @@ class _OWordMachine:
         raise RefusedLine(line.number, line.text, f"no value: {word or sign}")
 
     def _sum(self, text: str, line: _Line, least: int) -> tuple[float, str]:
-        """Return the value of operations with a higher precedence than `least`, from the left."""
+        """Return the value of the operations that bind more tightly than `least`, and the text that follows them."""
         value, rest = self._primary(text, line)
         while found := TOKEN.match(rest):
             operator = (found[4] or found[5] or "").upper()
@@ -211,7 +211,7 @@ class _OWordMachine:
 
     # ---------------------------------------------------------------------------------------------------------- blocks
     def _block(self, line: _Line) -> None:
-        """Run a line of words, or an assignment."""
+        """Run a line that consists of words, or that assigns a value to a parameter."""
         assigned = re.match(r"#(?:<(\w+)>|(\d+))\s*=\s*(.+)$", line.text)
         if assigned:
             value, rest = self._sum(assigned[3], line, 0)

@@ -57,7 +57,7 @@ class _Script:
             raise RefusedLine(board.lineno, board.name, f"without {', '.join(METHODS - offered)}")
 
     def called(self, name: str) -> None:
-        """Follow a function."""
+        """Follow the statements of a function."""
         if name not in self.functions:
             raise RefusedLine(0, name, "no such function")
         with suppress(_FunctionLeft):
@@ -139,7 +139,7 @@ class _Script:
         return {str(each.arg): self._value(each.value) for each in it.keywords}
 
     def _method(self, name: str, values: list[Any], named: dict[str, Any]) -> Any:
-        """Follow a method of the board, through its commands to grbl."""
+        """Follow a call to a method of the board, through the commands that it sends to grbl."""
         spm = self.grbl.around.steps_per_mm
         letter = named.get("axis", AXES[0])
         match name:

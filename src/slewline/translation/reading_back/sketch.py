@@ -46,7 +46,7 @@ class _Function(NamedTuple):
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return the events of a sketch in setup().
+    """Return the events of a sketch while its setup() runs.
 
     Raises:
         RefusedLine: the compiler, or a library, would not accept a line.
@@ -74,7 +74,7 @@ class _SketchMachine(SketchTokens):
 
     # --------------------------------------------------------------------------------------------------- declarations
     def declarations(self) -> None:
-        """Read the declarations outside functions."""
+        """Read the declarations outside all functions."""
         while self.here:
             if self.here.startswith("#"):
                 name = self.take().partition(" ")[2].strip()
@@ -223,7 +223,7 @@ class _SketchMachine(SketchTokens):
             self.statement()
 
     def _waits(self) -> bool:
-        """Handle while (digitalRead(pin) != level), which is a wait."""
+        """Return whether a loop is while (digitalRead(pin) != level); if so, handle it as a wait."""
         words = [token.text for token in self.tokens[self.at : self.at + 8]]
         if words[:3] != ["(", "digitalRead", "("] or words[4:6] != [")", "!="]:
             return False

@@ -9,19 +9,19 @@ from .surroundings import Surroundings
 
 
 class SketchPin(int):
-    """A pin, with the name of the constant that has its number."""
+    """The number of a pin, with the name of its constant in the sketch."""
 
     name: str
 
     def __new__(cls, value: int, name: str) -> SketchPin:
-        """Return a pin."""
+        """Return a pin with a number and a name."""
         made = super().__new__(cls, value)
         made.name = name
         return made
 
 
 class SketchStepper:
-    """A stepper of either library, reduced to its motion."""
+    """A stepper object of either supported library, reduced to its motion."""
 
     def __init__(self, axis: int, around: Surroundings) -> None:
         self.axis, self.around = axis, around

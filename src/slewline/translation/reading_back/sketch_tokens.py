@@ -41,7 +41,7 @@ class SketchTokens:
 
     @property
     def here(self) -> str:
-        """Next token; empty at the end."""
+        """The next token; empty at the end."""
         return self.tokens[self.at].text if self.at < len(self.tokens) else ""
 
     def take(self, text: str = "") -> str:
@@ -53,12 +53,12 @@ class SketchTokens:
         return found
 
     def refused(self, reason: str) -> RefusedLine:
-        """Return the error at this position."""
+        """Return the error for the line at the current position."""
         token = self.tokens[min(self.at, len(self.tokens) - 1)]
         return RefusedLine(token.line, token.text, reason)
 
     def skip(self) -> None:
-        """Skip a statement, or a block."""
+        """Skip the next statement or block."""
         if self.here == "{":
             depth = 0
             while True:

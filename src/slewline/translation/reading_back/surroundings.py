@@ -84,7 +84,7 @@ class Surroundings:
         self.happened.append(Happened("input", number, self.levels[number]))
 
     def run(self, axis: int, sign: int) -> None:
-        """Record a motion that is ended externally."""
+        """Record a motion that is ended from outside the program."""
         self.happened.append(Happened("run", axis, sign))
 
     def move(self, axis: int, steps: int, rate: float | None = None) -> None:

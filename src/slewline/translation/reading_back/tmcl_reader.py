@@ -269,7 +269,7 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """End a wait for an input, unless inputs change by themselves."""
+        """End a wait loop by setting its input to the level that it expects, unless listed inputs change in turn."""
         del command
         self.around.wait(self.inputs[int(self.program[to].operands[0])], int(self.program[to + 1].operands[0]))
 

@@ -34,7 +34,7 @@ class Numbers:
         return sorted(bits)
 
     def outputs(self, statement: Statement) -> list[tuple[int, int]] | None:
-        """Return the outputs that a command sets, with their levels, or None if it does not set single bits."""
+        """Return the output that a command sets, with its level, as a list; None if it does not set a single bit."""
         level = self._one(statement)
         return None if level is None else [(self.outs.index(level[0]) + 1, level[1])]
 

@@ -11,7 +11,7 @@ class ProgramLabels:
 
     Attributes:
         labels: the names, by program and address.
-        loops: the same for loops that begin at a mark.
+        loops: the names of the labels of loops that begin at a mark, by program and address.
     """
 
     def __init__(self, source: Source) -> None:
@@ -43,7 +43,7 @@ class ProgramLabels:
         return next((each for each in marks if each.end == address), None)
 
     def _block_before(self, statement: Statement) -> int:
-        """Return the number of the last program entered before the host sends a command."""
+        """Return the number of the last program entered before a command of the host, or -1 if there is none."""
         found = -1
         for item in self.source.statements:
             if item is statement:

@@ -140,7 +140,7 @@ class ActionReader:
                 yield Assumed(f"output {name[-1]} ({wire})", f"{'high' if pin.reset else 'low'} after reset")
 
     def sends_while_running(self) -> bool:
-        """Return whether the host sends an action after it has started a program, without waiting for its end."""
+        """Return whether the host acts after starting a program, without first waiting for the program's end."""
         running = False
         for item in self.source.items:
             if isinstance(item, Directive):

@@ -111,7 +111,7 @@ class RoleReader:
         )
 
     def motion(self, before: Mapping[Key, int], common: Mapping[str, object]) -> dict[str, object]:
-        """Return the data of a motion that are determined by the registers before it."""
+        """Return the data of a motion: the given common ones, and those determined by the registers before it."""
         axis = int(str(common["axis"]))
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
@@ -138,7 +138,7 @@ class RoleReader:
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_update(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that start the motions set up before."""
+        """Yield the actions that start the motions set up by earlier commands."""
         axis = int(str(common["axis"]))
         if (axis, "stop") in before:
             yield Stop(ramped=STOPS[before[axis, "stop"]] == "brake", **common)  # type: ignore[arg-type]
@@ -169,7 +169,7 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_distance(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that sets the number of steps of relative moves."""
+        """Yield the action that sets the number of steps for relative moves."""
         yield SetDistance(steps=statement.values[0], **common)  # type: ignore[arg-type]
 
     def on_target(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
@@ -177,7 +177,7 @@ class RoleReader:
         yield SetTarget(position=statement.values[0], **common)  # type: ignore[arg-type]
 
     def on_plus(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that sets the direction of relative moves."""
+        """Yield the action that sets the direction for relative moves."""
         yield SetDirection(sign=1 if statement.row.role == "plus" else -1, **common)  # type: ignore[arg-type]
 
     on_minus = on_plus
@@ -191,7 +191,7 @@ class RoleReader:
         yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
 
     def on_clear(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that clear position and outputs."""
+        """Yield the actions that clear the position and the outputs."""
         if statement.values[0] & 1:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
         if statement.values[0] & 2:
@@ -207,7 +207,7 @@ class RoleReader:
     on_output_low = on_output_high
 
     def on_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the actions that set outputs by a number."""
+        """Yield the actions that set the outputs selected by a number."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
             yield Special(description=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
@@ -235,7 +235,7 @@ class RoleReader:
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_jump(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a jump or, if a host sends the command, a run of the program from that address."""
+        """Yield a jump or, if a host sends the command, a run of the program from the command's address."""
         to = self.goal(statement)
         if statement.block < 0:
             yield RunProgram(at=to, **common)  # type: ignore[arg-type]
@@ -257,13 +257,13 @@ class RoleReader:
         yield Loop(to=self.goal(statement), passes=passes, **common)  # type: ignore[arg-type]
 
     def on_mark(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the start of a loop: a label, if a loop leads to it."""
+        """Yield the start of a loop: a label, if any loop command leads back to it."""
         name = self.loops.get((statement.block, statement.end))
         if name is not None:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
     def on_branch_low(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch on the level of an input: the command's own input, or the second input."""
+        """Yield a branch on the level of an input: the input that the command names, or else input 2."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
         yield Jump(to=self.goal(statement), inputs=(Input(number, level),), **common)  # type: ignore[arg-type]
@@ -271,12 +271,12 @@ class RoleReader:
     on_branch_high = on_branch_low
 
     def on_branch_inputs(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch that is taken if all inputs have their levels."""
+        """Yield a branch that is taken if all inputs have the levels given by the command."""
         levels = tuple(Input(n + 1, statement.values[0] >> n & 1) for n in range(3))
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
     def on_branch_bits(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield a branch that repeats until inputs match: it is taken at the opposite level."""
+        """Yield a branch that is taken until an input has the selected level, so while it has the opposite level."""
         one = self.bits.input(statement)
         if one is None:
             yield Special(description=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
@@ -294,7 +294,7 @@ class RoleReader:
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
     def on_leave(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that ends program entry, or that runs an entered program."""
+        """Yield the action that ends program entry or, outside entry, the action that runs the entered program."""
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
             yield LeaveProgram(runs=statement.row.starts, **common)  # type: ignore[arg-type]
@@ -302,7 +302,7 @@ class RoleReader:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
     def on_run(self, statement: Statement, before: RegisterValues, common: Common) -> Iterable[Action]:
-        """Yield the action that runs the program from its start; in a program, a restart."""
+        """Yield the action that runs the program from its start; inside a program, this restarts it."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
@@ -338,7 +338,7 @@ class RoleReader:
                 yield from self._updates(statement, common)
 
     def _updates(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """Yield the motions of several axes that begin in one cycle: a `MoveTo` for each axis with a target."""
+        """Yield the motions of several axes that one command starts together: a `MoveTo` for each axis with a target."""
         before = self.registers.before(statement)
         for axis in range(1, self.sheet.axes + 1):
             if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:

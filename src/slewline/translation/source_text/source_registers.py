@@ -38,11 +38,11 @@ class KnownRegisterValues:
         self._follow()
 
     def before(self, statement: Statement) -> dict[Key, int]:
-        """Return the known registers before a statement."""
+        """Return the register values that are known before a statement."""
         return merged(self._seen.get(id(statement), ()))
 
     def after(self, statement: Statement) -> dict[Key, int]:
-        """Return the known registers after a statement."""
+        """Return the register values that are known after a statement."""
         return merged(self._step(statement, state) for state in self._seen.get(id(statement), ()))
 
     # ----------------------------------------------------------------------------------------------------- following
@@ -92,7 +92,7 @@ class KnownRegisterValues:
             explored(block, block.base, states, step)
 
     def _step(self, statement: Statement, before: State) -> State:
-        """Return the registers after a statement."""
+        """Return the register values after a statement that begins with the values `before`."""
         row, values, state = statement.row, statement.values, dict(before)
         axis = state.get((0, "axis"), UNKNOWN)
         if from_switches(statement):
@@ -154,7 +154,7 @@ class KnownRegisterValues:
             state.pop(place, None)
 
     def _reach(self, position: int, axis: int, state: dict[Key, int]) -> None:
-        """Set the direction after a motion to a position; it remains set for the next motion."""
+        """Set the position that a motion reaches, and the direction of this motion, which remains set after it."""
         here = state.get((axis, "position"))
         if here is None:
             state.pop((axis, "sign"), None)
@@ -169,7 +169,7 @@ def nowhere(state: Iterable[tuple[Key, int]]) -> State:
 
 
 def overflows(state: Mapping[Key, int], axis: int) -> bool:
-    """Return whether the target of a motion is not in the set direction, so that the position register overflows."""
+    """Return whether a target lies opposite to the set direction, so that the position register overflows."""
     here, sign = state.get((axis, "position")), state.get((axis, "sign"))
     return here is not None and sign is not None and (state[axis, "target"] - here) * sign < 0
 
@@ -180,7 +180,7 @@ def runs(row: Row, statement: Statement, block: Block) -> bool:
 
 
 def from_switches(statement: Statement) -> bool:
-    """Return whether a part reads the number of a command from switches."""
+    """Return whether the part reads the argument of a command from switches."""
     return bool(statement.row.args) and SWITCHES in statement.text
 
 
@@ -192,6 +192,6 @@ def start_of(statement: Statement, block: Block) -> int:
 
 
 def merged(states: Iterable[State]) -> dict[Key, int]:
-    """Return the values that are common to all states."""
+    """Return the register values that are the same in all states."""
     found = list(states)
     return dict(frozenset.intersection(*found)) if found else {}
