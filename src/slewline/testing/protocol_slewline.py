@@ -46,7 +46,7 @@ WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait fo
 
 
 def waits_for_a_file() -> bool:
-    """Return whether the caller is a library that needs a real file, and that would fail without an error."""
+    """Return whether the caller is a library that needs a real file, and would wait forever for this port."""
     if not WAIT_FOR_FILES & sys.modules.keys():
         return False
     frame = sys._getframe()

@@ -176,7 +176,7 @@ class Profiles:
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:
-        """Return the factor and the rate parameter whose rate is nearest; among equals, those with the lowest factor."""
+        """Return the factor and rate parameter whose rate is nearest; among equals, those with the lowest factor."""
         row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
         steepest = self.rows["ramp"].args[0].high
         form, slope = self.rows["top_rate"].form, self.rows["ramp"].form

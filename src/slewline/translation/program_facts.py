@@ -79,8 +79,8 @@ def runs(program: Program) -> dict[int, int]:
 def started_plainly(program: Program) -> Program:
     """Return a program whose host only runs stored programs from the text, from their start or from a label.
 
-    These other host commands each become a `Special`: a loop or branch, a level at a pin that is not a program
-    input, a stop of a running motion, and a run of a program that the text does not enter.
+    These other host commands each become a `Special`: a loop or branch, a level at a pin that is not a
+    program input, a stop of a running motion, and a run of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]

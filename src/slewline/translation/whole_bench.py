@@ -319,7 +319,7 @@ class _BenchWriter:
 
 
 def may_interrupt(chip: Chip, driven: set[str]) -> bool:
-    """Return whether the bench may end a motion of a chip early, through a driven pin or a wire to the chip."""
+    """Return whether the bench may end a motion of a chip early: a pin with this effect is driven or wired."""
     pins = [chip.pin(pin.name) for pin in chip.sheet.pins if pin.role in ENDING]
     roots = [pin.net.root for pin in pins]
     return any(root.drivers or root.joined for root in roots) or not driven.isdisjoint(

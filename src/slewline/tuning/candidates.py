@@ -19,10 +19,10 @@ EVERY = 500  # places between two reports
 
 
 class Candidates:
-    """The moves of a grid: the duration of each, and the instants of its steps.
+    """The moves at the points of a grid: the duration of each move, and the instants of its steps.
 
     Args:
-        steps: the number of steps in the move.
+        steps: the number of steps in every move.
         on_listed: a function that is called from time to time with the number of points computed so far.
 
     Raises:
@@ -75,11 +75,11 @@ class Candidates:
         return self.ramp(place).move(self.steps).times()
 
     def key(self, place: int) -> str:
-        """Return the key of a move, equal for two grid points with the same steps."""
+        """Return the key of the move at a grid point; two points have equal keys if their step instants are equal."""
         if place not in self._keys:
             self._keys[place] = blake2b(self.times(place).tobytes(), digest_size=8).hexdigest()
         return self._keys[place]
 
     def neighbours(self, place: int) -> list[int]:
-        """Return those neighbours of a grid point that have a move, fastest first."""
+        """Return the neighbours of a grid point, fastest first, except any whose move the part refuses."""
         return sorted((each for each in self.grid.neighbours(place) if each in self.rank), key=self.rank.__getitem__)

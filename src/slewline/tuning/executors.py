@@ -81,7 +81,7 @@ class WorkerContext(SpawnContext):
 
 @contextmanager
 def cancelled_quietly() -> Iterator[None]:
-    """Hide the error in a pool's own thread, which fails at an already cancelled task when workers are killed."""
+    """Hide the error that a pool's own thread raises at a cancelled task when the workers are killed."""
     from concurrent.futures import InvalidStateError
 
     before = threading.excepthook
@@ -161,7 +161,7 @@ def dask(address: str) -> Iterator[Workers]:
 
 
 def version_here() -> str:
-    """Return the version of slewline, which must be the workers' version, too."""
+    """Return the version of slewline in this process, which the workers must have as well."""
     return __version__
 
 

@@ -29,7 +29,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The result of a trial: whether steps were lost; the lag at rest and the maximum in motion, full steps."""
+    """The result of a trial: `lost`, whether steps were lost; the lag at rest, and the maximum lag, full steps."""
 
     lost: bool
     error: float

@@ -71,20 +71,20 @@ CHANGES: dict[str, Callable[[System, float], System]] = {
 # -------------------------------------------------------------------------------------------------------------- rows
 @dataclass(frozen=True, slots=True)
 class Perturbation:
-    """Changes that are applied together, as pairs (quantity, factor)."""
+    """Changes to a system that are applied together, as pairs (quantity, factor)."""
 
     name: str
     changes: tuple[tuple[str, float], ...] = ()
 
     def of(self, system: System) -> System:
-        """Return a system with these changes."""
+        """Return a system to which these changes have been applied."""
         for what, factor in self.changes:
             system = CHANGES[what](system, factor)
         return system
 
 
 def alone(what: str, percent: float) -> Perturbation:
-    """Return a row with a single change, in percent."""
+    """Return a perturbation that changes a single quantity by a given percentage."""
     return Perturbation(f"{what} {percent:+g} %", ((what, 1 + percent / 100),))
 
 
@@ -163,7 +163,7 @@ class Scenario:
 def scenarios(
     system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, suffix: str = ""
 ) -> tuple[Scenario, ...]:
-    """Return all scenarios: each row that changes the system, in both directions; half steps also from an odd step.
+    """Return a scenario for each differing row in both directions; for half steps, also from an odd step.
 
     Args:
         suffix: a suffix for the names of all scenarios.

@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
 
 @dataclass(slots=True)
 class _Chain:
-    """The scenarios of a candidate, one after another until steps are lost."""
+    """The scenarios of a candidate, which are judged one after another until steps are lost in one."""
 
     number: int
     place: int
@@ -60,7 +60,7 @@ class _Chain:
 
     @property
     def next(self) -> Scenario:
-        """The next scenario, whose verdict is not yet known."""
+        """The next scenario to be judged: the first one without a known verdict."""
         return self.scenarios[len(self.names)]
 
     @property
@@ -98,7 +98,7 @@ class Runs:
 
         Args:
             order: a function that returns the scenarios of the nth candidate.
-            known: a function that returns the number of outcomes that must be yielded before that order is defined.
+            known: a function that returns how many outcomes must be yielded before `order` can be called for n.
         """
         row = _Row()
         begun = yielded = 0
@@ -135,7 +135,7 @@ class Runs:
             self._land(row, normal)
 
     def _go_on(self, chain: _Chain, row: _Row) -> None:
-        """Advance a chain as far as verdicts are known, and submit its next run."""
+        """Advance a chain as far as verdicts are known; then record its outcome, or submit its next run."""
         outcome = chain.follow(self.verdicts)
         if outcome is not None:
             row.done[chain.number] = outcome
@@ -151,7 +151,7 @@ class Runs:
             row.waiting[chain.asks] = []
 
     def _keep(self, chain: _Chain, future: Future[Verdict]) -> None:
-        """Record a verdict returned by an executor."""
+        """Record the verdict that an executor has returned for the next run of a chain."""
         try:
             verdict = future.result()
         except EXECUTORS_FAIL as error:
@@ -166,7 +166,7 @@ class Runs:
         self.verdicts[chain.asks] = verdict
 
     def _land(self, row: _Row, normal: bool) -> None:
-        """Cancel runs that have not begun; keep finished ones, and wait for the rest if nothing has failed."""
+        """Cancel the runs that have not begun, and record those finished; if nothing has failed, wait for the rest."""
         left = {future: chain for future, chain in row.flying.items() if not future.cancel()}
         if normal:
             wait(left)

@@ -38,7 +38,7 @@ OnProgress = Callable[[Progress], object]
 
 @dataclass(frozen=True, slots=True)
 class Picked:
-    """Grid points: the fastest move that holds, the recommended move, and the maximum lag of each."""
+    """The fastest move that holds, the recommended move, and whether the latter also holds when switching."""
 
     best: Outcome | None
     recommended: Outcome | None
@@ -106,7 +106,7 @@ class BestFirst:
 
     # ------------------------------------------------------------------------------------------------- the recommended
     def _recommended(self, best: Outcome) -> Picked:
-        """Return the first move, beginning with the best, that has enough margin to be recommended."""
+        """Return the best move, and the fastest move that has enough margin to be recommended."""
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
         for done, place in enumerate(self.candidates.order[first:], first):
@@ -123,7 +123,7 @@ class BestFirst:
         return Picked(best, None, False)
 
     def _settled(self, places: Sequence[int], order: Sequence[Scenario]) -> Iterator[Outcome]:
-        """Yield the outcomes of grid points; unknown ones are judged, up to the first point that does not hold."""
+        """Yield the outcomes of grid points, known ones first; the others are judged on demand."""
         yield from (self.known[each] for each in places if each in self.known)
         unknown = [each for each in places if each not in self.known]
         for outcome in self.runs.outcomes(unknown, lambda _: order, lambda _: 0):
@@ -131,7 +131,7 @@ class BestFirst:
             yield outcome
 
     def _switched(self, place: int, around: Sequence[int]) -> bool:
-        """Return whether a move holds with the switching chopper, too, and its neighbours under nominal conditions."""
+        """Return whether a move holds with the switching chopper, and its neighbours do so without perturbations."""
         nominal = [each for each in self.switching if each.nominal]
         if not self.switching:
             return True

@@ -35,10 +35,10 @@ def digest(task: Mapping[str, Any]) -> str:
 
 
 def interrupted(log: Log | None, here: int, most: int | None) -> str:
-    """Return the message for an interrupted search: the number of kept runs, and how to resume.
+    """Return the message for an interrupted search: the number of runs kept or lost, and how to resume.
 
     Args:
-        here: the number of runs judged since the start.
+        here: the number of runs judged since the start of this session.
         most: the maximum number of runs; None if they have not been counted yet.
     """
     of = "" if most is None else f" of up to {most:,}"
@@ -119,7 +119,7 @@ class Log:
 
     @property
     def runs(self) -> int:
-        """The number of complete verdicts in the file; an interrupted `add` may not have counted its own."""
+        """The number of complete verdicts in the file, including any that an interrupted `add` has not counted."""
         return Path(self.path).read_bytes().count(b"\n") - 1
 
     def add(self, key: tuple[str, str], values: Mapping[str, Any], verdict: Verdict) -> None:
@@ -183,7 +183,7 @@ def _object(line: bytes) -> dict[str, Any] | None:
 
 
 def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
-    """Yield the differences between two JSON values, outermost names first."""
+    """Yield the differences between two JSON values as text, each with the path of names that leads to it."""
     if isinstance(was, dict) and isinstance(now, dict):
         for name in dict.fromkeys([*was, *now]):
             yield from differences(was.get(name, _ABSENT), now.get(name, _ABSENT), f"{where}.{name}".lstrip("."))

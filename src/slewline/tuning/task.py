@@ -44,7 +44,7 @@ class TuningTask:
         return scenarios(self.system, self.perturbations, self.stepping, self.step_ps)
 
     def switching(self) -> tuple[Scenario, ...]:
-        """Return the same scenarios with a switching chopper, if the driver is an averaged chopper."""
+        """Return the scenarios with a switching chopper in place of an averaged one; empty for any other driver."""
         if self.driver.kind != "averaged":
             return ()
         system = self.motor, replace(self.driver, kind="chopper"), self.load
@@ -145,7 +145,7 @@ class Tuned:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Effects other than the ramps that may decide the result, such as a large chopper ripple, as text."""
+        """Effects, apart from the ramps, that may decide the result, such as a large chopper ripple, as text."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.given.get("driver"))
 
     @property

@@ -97,7 +97,7 @@ def task_of(
     crystal: str | int | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> tuple[TuningTask, Calculator]:
-    """Return the task that a user describes; raise as `tune` does."""
+    """Return the task that a user describes; the arguments and exceptions are those of `tune`."""
     calculator = ramps_of(part, options)
     name = calculator.sheet.part
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
@@ -200,7 +200,7 @@ def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
     """Return the error that states why the slowest candidate fails, and a remedy.
 
     Args:
-        note: an error in the motor's current, which explains the failures.
+        note: an error in the motor's current, which explains all failures; if given, it is stated instead.
     """
     from .task import NothingHolds
 

@@ -71,7 +71,7 @@ def _values_text(calculator: Calculator, values: object) -> str:
 
 
 def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
-    """Return the map over the two parameters with the most values, with the others as in the chosen move."""
+    """Return the map over the two parameters with the most values (others as in the chosen move), or None."""
     grid, chosen = tuned.task.grid, tuned.chosen
     sizes = dict(zip(grid.names, map(len, grid.values), strict=True))
     names = sorted(grid.free, key=lambda name: -sizes[name])[:2]
@@ -150,7 +150,7 @@ def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
 
 
 def outline(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices to be drawn, (n,) ascending: those of the minimum and maximum values in every stretch."""
+    """Return the indices to be drawn, (n,) ascending: those of the minimum and the maximum in each stretch."""
     import numpy as np
 
     if len(values) <= 2 * STRETCHES:

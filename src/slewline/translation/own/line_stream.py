@@ -203,7 +203,7 @@ def within(action: Action | None, number: int) -> Action | None:
 
 # ------------------------------------------------------------------------------------------- programs for other parts
 def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return the steps with each program's head settings moved before its entry, unless its body also sets rates."""
+    """Return the steps with each program's head settings moved before its entry, unless its body sets rates."""
     found: list[StreamStep] = []
     at = 0
     while at < len(steps):

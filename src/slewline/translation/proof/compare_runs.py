@@ -186,8 +186,8 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
 def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
     """Return the events except delays, each with the pause before it, ps.
 
-    The pause is None if it is unknown, or is a wait for an input.  A pause before or after a single step counts as
-    unknown, since some parts wait there for the period of their start rate.
+    The pause is None if it is unknown, or is a wait for an input.  A pause before or after a single step
+    counts as unknown, since some parts wait there for the period of their start rate.
     """
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
@@ -211,7 +211,7 @@ def subsets(numbers: Sequence[int]) -> list[set[int]]:
 
 
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
-    """Return the events, leaving out the first change of each given output: it sets the initial level of the other part."""
+    """Return the events without the first change of each given output, the other part's initial level."""
     found, left = [], set(outputs)
     for each in happened:
         if each.kind == "output" and each.number in left:

@@ -42,7 +42,7 @@ class Scene:
         start: the levels of inputs at the start, by number; other inputs are open.
         quiet_ps: the time without an event after which a part counts as waiting, ps.
         moves: the number of moves after which a run is cut off.
-        endless: whether the program has an endless motion; the run is cut off when there are only steps left.
+        endless: whether the program has an endless motion; such a run is cut off when only steps follow.
     """
 
     inputs: tuple[int, ...] = ()

@@ -109,7 +109,7 @@ def around(scene: Scene, source: Played) -> dict[str, str]:
 
 
 def scene_of(program: Program) -> Scene:
-    """Return the surroundings for a proof: the inputs that the program tests, and when a part counts as waiting."""
+    """Return the surroundings for a proof: the inputs that change, and the time after which a part is waiting."""
     inputs = {action.input.number for action in program.actions if isinstance(action, WaitInput)}
     inputs |= {one.number for action in program.actions if isinstance(action, Jump) for one in action.inputs}
     driven = any(
@@ -151,7 +151,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return the number of initial events that host commands cause, or None if all events may be caused by them."""
+    """Return the number of initial events that host commands cause; None if they may cause any of the events."""
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

@@ -338,7 +338,7 @@ class RoleReader:
                 yield from self._updates(statement, common)
 
     def _updates(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """Yield the motions of several axes that one command starts together: a `MoveTo` for each axis with a target."""
+        """Yield the motions of all axes that one command starts together: a `MoveTo` per axis with a target."""
         before = self.registers.before(statement)
         for axis in range(1, self.sheet.axes + 1):
             if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:

@@ -80,7 +80,7 @@ class SketchWriter(Structured):
         return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
-        """Return a function that performs the actions of the part or of its host."""
+        """Return a function of the sketch for a stored program, or for the host's commands if `block` is negative."""
         self.sheet.lines = []
         self.known, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
@@ -112,11 +112,11 @@ class SketchWriter(Structured):
         super().leave(action)
 
     def calls(self, name: str) -> str:
-        """Return a call to a function."""
+        """Return a call to a function of the sketch."""
         return f"{name}();"
 
     def profile(self, action: SetProfile) -> None:
-        """Write speed and acceleration."""
+        """Write the speed and the acceleration of a profile."""
         sheet, profile, line = self.sheet, action.profile, action.line
         if profile is not None:
             self._prepare(action.axis, profile, line)
@@ -137,7 +137,7 @@ class SketchWriter(Structured):
             sheet.impossible(line, f"{number(top, 0)} steps/s", limit, self.library.faster)
 
     def _prepare(self, axis: int, profile: Profile, line: int) -> None:
-        """Write the speed and the acceleration of a profile, unless they are those last written."""
+        """Write the speed and the acceleration of a profile, leaving out a value equal to the last one written."""
         stepper = self.pins.stepper(axis)
         if profile.top != self.known.get((axis, "speed")):
             self.sheet.add(self.library.speed(stepper, profile.top), line)
@@ -232,7 +232,7 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------- the language
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a variable, as a declaration the first time."""
+        """Write the assignment of a number to a variable; the first assignment also declares the variable."""
         self.sheet.add(f"{'' if name in self.declared else 'int '}{name} = {value};", source)
         self.declared.add(name)
 
@@ -248,13 +248,13 @@ class SketchWriter(Structured):
         )
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write a for loop."""
+        """Write the head of a for loop; return its closing text."""
         name = f"pass{next(self.numbers)}"
         self.sheet.add(f"for (long {name} = 0; {name} < {passes}; {name}++) {{", source)
         return "}"
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write a while loop."""
+        """Write the head of a while loop; return its closing text."""
         self.sheet.add(f"while ({condition}) {{", source)
         return "}"
 
@@ -265,6 +265,6 @@ class SketchWriter(Structured):
         self.sheet.add(f"}} while ({self.condition(node.inputs, node.line)});", node.line)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write an if statement."""
+        """Write the head of an if statement; return the text for "else", and the closing text."""
         self.sheet.add(f"if ({condition}) {{", source)
         return "} else {", "}"

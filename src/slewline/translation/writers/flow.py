@@ -40,7 +40,7 @@ class Forever:
 
 @dataclass(frozen=True)
 class AsLongAs:
-    """A loop that runs `body`, and repeats it as long as all inputs have their levels after it."""
+    """A loop that runs `body`, and repeats it as long as all inputs have their given levels after a pass."""
 
     inputs: tuple[Input, ...]
     body: tuple[Node, ...]
@@ -50,7 +50,7 @@ class AsLongAs:
 
 @dataclass(frozen=True)
 class Fork:
-    """A branch: `then` if all inputs have their levels, else `otherwise`; one of the two may be empty."""
+    """A branch: `then` if all inputs have their given levels, else `otherwise`; one of the two may be empty."""
 
     inputs: tuple[Input, ...]
     then: tuple[Node, ...]
@@ -62,8 +62,8 @@ class Fork:
 class Stage:
     """A piece of a program: its actions, and the number of the piece that follows, or -1 at the program's end.
 
-    With `inputs`, the piece `to` follows if all inputs have their levels; with `passes`, `to` follows until this
-    piece has been left `passes` times; otherwise `below` follows.
+    With `inputs`, the piece `to` follows if all inputs have their given levels; with `passes`, it follows
+    until this piece has been left `passes` times.  In all other cases, the piece `below` follows.
     """
 
     number: int
@@ -87,7 +87,7 @@ Node = Action | Repeat | Forever | AsLongAs | Fork | Stages
 
 
 class _NotNested(Exception):
-    """A jump out of a loop, or into one."""
+    """A jump into a loop or out of a loop, which a tree of loops and branches cannot express."""
 
 
 def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
@@ -107,7 +107,7 @@ def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
 
 
 def _nested(items: list[Action], wanted: Counter[str]) -> tuple[Node, ...]:
-    """Return the tree for a part of a program; the jumps found in it are removed from `wanted`."""
+    """Return the tree for a part of a program; the jumps that it replaces are subtracted from `wanted`."""
     out: list[Node] = []
     place = 0
     while place < len(items):
@@ -135,7 +135,7 @@ def _leads_to(item: Action, label: str) -> bool:
 
 
 def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
-    """Return the loop made by a backward jump, with the actions from its label, which comes first, to the jump."""
+    """Return the loop made by a backward jump; `inside` holds the actions from its label up to the jump."""
     assert isinstance(back, Jump | Loop)  # noqa: S101
     wanted[back.to] -= 1
     head = inside[0].line
@@ -147,7 +147,7 @@ def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
 
 
 def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node, int]:
-    """Return the branch made by a forward jump, and the index after it."""
+    """Return the branch made by a forward jump, and the index of the first action after the branch."""
     jump = items[place]
     assert isinstance(jump, Jump)  # noqa: S101
     target = next((at for at in range(place + 1, len(items)) if _is_label(items[at], jump.to)), None)
@@ -171,7 +171,7 @@ def _is_label(item: Action, name: str) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- pieces
 def _pieces(items: list[Action]) -> Stages:
-    """Return a program in pieces, which begin after jumps, and at labels that are jump targets."""
+    """Return a program as pieces; a new one begins after each jump, and at each label that is a jump target."""
     wanted = {each.to for each in items if isinstance(each, Jump | Loop)}
     begins: list[tuple[list[Action], Action | None]] = []
     number: dict[str, int] = {}
@@ -221,5 +221,5 @@ def nodes(tree: Sequence[Node]) -> list[Node]:
 
 
 def counters() -> count[int]:
-    """Return distinct numbers for names: 1, 2 ..."""
+    """Return an iterator over distinct numbers for names: 1, 2 ..."""
     return count(1)

@@ -86,7 +86,7 @@ def rate_of(action: SetProfile) -> float | None:
 
 
 def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
-    """Record the verdict on a rate or a ramp on a grbl board."""
+    """Record the verdict on the setting of a rate or a ramp, for a grbl board."""
     sheet, line = writer.sheet, action.line
     if action.sets == "top rate" and rate is not None and rate > FASTEST:
         limit = f"{FASTEST:,} steps/s (README of grbl)"
@@ -107,7 +107,7 @@ def probing(action: RunEndless | Home) -> str:
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has an output; if not, record a verdict."""
+    """Return whether grbl has a counterpart of an output; if not, record a verdict."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
@@ -152,7 +152,7 @@ class GrblWriter(LanguageWriter):
         return self.finished(out, assumed)
 
     def _not_run(self) -> list[OutLine]:
-        """Return the programs that the text enters but does not run; they are placed after M2, which ends the run."""
+        """Return the programs that the text enters but does not run; they follow the M2 that ends the G-code."""
         out: list[OutLine] = []
         for block in stored(self.program):
             if block in self.runs.values():
@@ -223,11 +223,11 @@ class GrblWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def preset(self, action: SetPosition) -> None:
-        """Write G92."""
+        """Write G92, which sets the position."""
         self._add(f"G92 {self.words.distance(action.axis, action.position)}", action.line)
 
     def leave(self, action: EndProgram) -> None:
-        """Record the end of the stored program, after which no actions are written."""
+        """Record the end of a stored program, after which none of its actions are written."""
         super().leave(action)
         self.ended = True
 
@@ -244,11 +244,11 @@ class GrblWriter(LanguageWriter):
         self.moved = moves
 
     def call(self, block: int, at: str, line: int) -> None:
-        """Write a stored program at its run command."""
+        """Write the commands of a stored program in place of the command that runs it."""
         self.inside(block)
 
     def inside(self, block: int) -> None:
-        """Write a stored program."""
+        """Write the commands of a stored program, with the comments of its source lines."""
         before = self.sheet.lines
         self.sheet.lines = []
         self.tree(structured(self.inner(block)))
@@ -256,7 +256,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.lines = [*before, *self.commented(block)]
 
     def profile(self, action: SetProfile) -> None:
-        """Write the feed."""
+        """Write the feed of a profile."""
         rate = rate_of(action)
         if rate is not None and rate != self.known.get("feed") and action.sets != "ramp":
             self.sheet.add(self.words.feed(rate), action.line)
@@ -295,7 +295,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write the command for coolant or spindle."""
+        """Write the coolant or spindle command that sets an output."""
         if has_output(self, action):
             self._add(OUTPUTS[action.number][1 - action.level], action.line)
             self.sheet.same(action.line)

@@ -1,6 +1,6 @@
-"""A host script in Python, which sends each command to grbl; it adds the loops, waits and branches.
+"""A host script in Python, which sends each command to grbl, and makes loops, waits and branches itself.
 
-G-code for grbl has none of these.  Inputs are the pins that grbl reports: the probe and the limit
+G-code for grbl has none of these three.  Inputs are the pins that grbl reports: the probe and the limit
 switches, with hard limits ($21) and homing ($22) off.
 """
 
@@ -73,7 +73,7 @@ class ScriptWriter(Structured):
         return self.finished(out, assumed)
 
     def _function(self, name: str, block: int) -> list[OutLine]:
-        """Return a function that performs the actions of the part or of its host."""
+        """Return a function of the script for a stored program, or for the host's commands if `block` is negative."""
         self.sheet.lines = []
         self.sheet.depth = 1
         self.known = dict(self.ran_with.get(block, {}))
@@ -129,7 +129,7 @@ class ScriptWriter(Structured):
         super().leave(action)
 
     def calls(self, name: str) -> str:
-        """Return a call to a function."""
+        """Return a call to a function of the script."""
         return f"{name}(grbl)"
 
     def _axis(self, action: Action) -> str:
@@ -141,7 +141,7 @@ class ScriptWriter(Structured):
             self.known["rate"] = rate
 
     def profile(self, action: SetProfile) -> None:
-        """Write the rate."""
+        """Write the rate of a profile."""
         rate = rate_of(action)
         if action.sets != "ramp":
             self._set_rate(rate, action.line)
@@ -166,7 +166,7 @@ class ScriptWriter(Structured):
         return distance if action.sign > 0 else f"-{distance}"
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a probing move of the board."""
+        """Write a call that makes the board perform a probing move."""
         line, code = action.line, probing(action)
         self._set_rate(action.profile.top if action.profile else None, line)
         word = "" if code == "G38.3" else f', code="{code}"'
@@ -176,7 +176,7 @@ class ScriptWriter(Structured):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write the command for coolant or spindle."""
+        """Write the coolant or spindle command that sets an output."""
         if has_output(self, action):
             self.sheet.add(f'grbl.send("{OUTPUTS[action.number][1 - action.level]}")', action.line)
             self.sheet.same(action.line)
@@ -206,12 +206,12 @@ class ScriptWriter(Structured):
         return f"not ({condition})" if " and " in condition else condition.replace("==", "!=")
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write a for loop."""
+        """Write the head of a for loop; return its closing text, which is empty in Python."""
         self.sheet.add(f"for _ in range({passes}):", source)
         return ""
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write a while loop."""
+        """Write the head of a while loop; return its closing text, which is empty in Python."""
         self.sheet.add(f"while {condition}:", source)
         return ""
 
@@ -226,6 +226,6 @@ class ScriptWriter(Structured):
         self.sheet.depth -= 2
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write an if statement."""
+        """Write the head of an if statement; return the text for "else", and the closing text."""
         self.sheet.add(f"if {condition}:", source)
         return "else:", ""

@@ -68,7 +68,7 @@ class KlipperWriter(LanguageWriter):
         self.macros = {name: f"{self.main}_{at}" if at else self.main for at, name in enumerate(self.pieces.pieces)}
 
     def _inside(self, action: RunProgram | LeaveProgram) -> Sequence[Node]:
-        """Return the tree of the stored program that a command runs."""
+        """Return the tree of the stored program that a command runs; empty if it is run from a label."""
         if isinstance(action, RunProgram) and action.at:
             description = f"the program runs from {action.at} on"
             self.sheet.impossible(action.line, description, self.entry, self.entry_remedy)
@@ -100,7 +100,7 @@ class KlipperWriter(LanguageWriter):
         return self.finished(out, assumed)
 
     def _written(self) -> list[OutLine]:
-        """Return the pieces and decisions of a program."""
+        """Return the lines for all pieces and decisions of a program."""
         out: list[OutLine] = []
         for piece in self.pieces.pieces.values():
             out += [OutLine(""), *self._macro(piece)]
@@ -189,7 +189,7 @@ class KlipperWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def _write(self, node: Node) -> None:
-        """Write a node without a wait or a decision, with the comments of its lines."""
+        """Write a node that contains neither a wait nor a decision, with the comments of its lines."""
         if isinstance(node, Repeat):
             self.sheet.add(f"{{% for _ in range({node.passes}) %}}", node.head)
             self.sheet.depth += 1
@@ -213,7 +213,7 @@ class KlipperWriter(LanguageWriter):
         self.sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", action.line)
 
     def output(self, action: SetOutput) -> None:
-        """Write SET_PIN."""
+        """Write SET_PIN for an output."""
         self.sheet.add(f"SET_PIN PIN=output{action.number} VALUE={action.level}", action.line)
         self.sheet.same(action.line)
 
@@ -229,7 +229,7 @@ class KlipperWriter(LanguageWriter):
         return number(value / self.options.steps_per_mm, 4)
 
     def profile(self, action: SetProfile) -> None:
-        """Write rate and acceleration, if a later move uses them."""
+        """Write rate and acceleration, if a later move reads them from variables."""
         if self.variable_rates and action.profile is not None:
             ramp = action.profile.acceleration if action.profile.ramped else 0.0
             self.sheet.add(f"{{% set ns.speed = {self._mm(action.profile.top)} %}}", action.line)

@@ -80,24 +80,24 @@ class LanguageWriter(ABC):
         """Return pairs of a wire's purpose and its pin on the target."""
 
     def finished(self, lines: Iterable[OutLine], assumed: Iterable[tuple[str, str]]) -> Written:
-        """Return the result, preceded by the comments at the beginning of the program."""
+        """Return the result of the lines, preceded by the comments at the beginning of the source program."""
         out = (*heading(self.program), *lines)
         assumed = [*assumed, *self._counted()]
         return Written(out, tuple(self.sheet.verdicts), wired(self.program, self.wires()), tuple(assumed))
 
     def _counted(self) -> list[tuple[str, str]]:
-        """Return the assumption about positions, since the source's counter wraps at its limits."""
+        """Return the assumption that positions stay within the limits of the source's counter, if it matters."""
         ends = counter_of(sheet_of(self.program.part)) if counts_positions(self.program) else None
         if ends is None:
             return []
         return [("positions", f"never beyond a limit of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
 
     def commented(self, block: int) -> list[OutLine]:
-        """Return the lines written for a block, with the comments of the source."""
+        """Return the lines written for a block, with the comments of its source lines."""
         return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
 
     def inner(self, block: int) -> list[Action]:
-        """Return the actions of a stored program."""
+        """Return the actions of a stored program, except the ones that begin and end its entry."""
         return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
 
     def first_axis(self, letters: str) -> int:
@@ -159,7 +159,7 @@ class LanguageWriter(ABC):
                 unspoken(sheet, action, self.keeps, self.target.language)
 
     def unknown(self, line: int, what: str, remedy: str = "write the command with a number") -> None:
-        """Record that a value cannot be determined from the text."""
+        """Record that a line is not possible, because the text does not determine the value that `what` names."""
         self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
@@ -183,7 +183,7 @@ class LanguageWriter(ABC):
         self.handed_over(block)
 
     def handed_over(self, block: int) -> None:
-        """Keep the values at the start of a stored program; the values at its end are not known."""
+        """Record the known values with which a stored program starts; after its run no values are known."""
         self.ran_with[block] = dict(self.known) if self.ran_with.get(block, self.known) == self.known else {}
         self.known = {}
 
@@ -196,7 +196,7 @@ class LanguageWriter(ABC):
         self.sheet.same(action.line)
 
     def register(self, name: str, value: int, line: int) -> None:
-        """Write the command that sets the distance, or the direction, of relative moves."""
+        """Write the command that sets the distance or the direction of the relative moves that follow."""
         raise NotImplementedError
 
     @abstractmethod
@@ -209,7 +209,7 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move; the target of an absolute move is known."""
+        """Write a move; for a move to a position, this is called only if the position is known."""
 
     @abstractmethod
     def search(self, action: RunEndless | Home, sign: int) -> None:
@@ -217,7 +217,7 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def output(self, action: SetOutput) -> None:
-        """Write an output."""
+        """Write the command that sets an output."""
 
     def wait(self, action: WaitInput) -> None:
         """Write a wait for an input."""

@@ -39,11 +39,11 @@ class Library(NamedTuple):
     rest: str
 
     def of(self, stepper: str) -> str:
-        """Return the prefix for a call to a stepper."""
+        """Return the name of a stepper with the operator that a call to one of its methods needs."""
         return stepper + self.calls
 
     def helper(self, name: str) -> str:
-        """Return a function of the sketch; a name that ends with OfAxis also takes the stepper."""
+        """Return the text of a helper function; a name that ends with OfAxis adds the stepper as a parameter."""
         plain = name.removesuffix("OfAxis")
         text = self.helpers[plain]
         return text if plain == name else text.replace(f"{plain}(", f"{name}({self.parameter}, ", 1)
@@ -151,7 +151,7 @@ FAST = Library(
 
 
 def chosen(program: Program, options: WriterOptions) -> Library:
-    """Return the library selected by the user, or the library that reaches the rates of a program."""
+    """Return the library that the user has selected, or else a library that is fast enough for the program."""
     named = options.values.get("library", "")
     if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
         allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"

@@ -113,7 +113,7 @@ class LinuxCncWriter(Structured):
         self.assign({"distance": "steps"}.get(name, name), value, line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write G92."""
+        """Write G92, which sets the position."""
         self.sheet.add(f"G92 {self._word(action.axis, action.position)}", action.line)
 
     def delay(self, action: Delay) -> None:
@@ -126,7 +126,7 @@ class LinuxCncWriter(Structured):
         return f"o<{name}> call"
 
     def leave(self, action: EndProgram) -> None:
-        """Write the end of a program; in a subroutine, its return."""
+        """Write the end of a program; in a subroutine, the return from it."""
         name = self.names.get(action.block)
         if name and action is not self.final:
             self.sheet.add(f"o<{name}> return", action.line)
@@ -142,7 +142,7 @@ class LinuxCncWriter(Structured):
         return f"F{number(rate * 60 / self.options.steps_per_mm, 3)}"
 
     def profile(self, action: SetProfile) -> None:
-        """Write F."""
+        """Write the F word of a profile."""
         rate = rate_of(action)
         if rate is not None and rate != self.known.get("feed") and action.sets != "ramp":
             self.sheet.add(self._f(rate), action.line)
@@ -156,7 +156,7 @@ class LinuxCncWriter(Structured):
             self.sheet.nearly(action.line, f"the ramp is that of the machine: MAX_ACCELERATION = {mm} mm/s^2")
 
     def _feed(self, profile: Profile | None) -> str:
-        """Return the F word of a move, with a space, unless F has that value."""
+        """Return the F word for a move, preceded by a space; empty if F already has this value."""
         if profile is None or profile.top == self.known.get("feed"):
             return ""
         self.known["feed"] = profile.top
@@ -177,7 +177,7 @@ class LinuxCncWriter(Structured):
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def _product(self, action: MoveBy) -> str:
-        """Return the number of millimetres of a move whose values are in registers."""
+        """Return an expression for the distance of a move, mm, in which unknown factors are parameters."""
         factors = []
         factors.append("#<_direction>" if action.sign is None else number(action.sign))
         factors.append("#<_steps>" if action.distance is None else number(action.distance))
@@ -197,7 +197,7 @@ class LinuxCncWriter(Structured):
             self.sheet.nearly(action.line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write M64 or M65."""
+        """Write M64 or M65, which set an output."""
         if action.number > OUTPUTS:
             limit = f"{OUTPUTS} digital outputs (M62 to M65)"
             self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a larger num_dio")
@@ -206,7 +206,7 @@ class LinuxCncWriter(Structured):
         self.sheet.same(action.line)
 
     def wait(self, action: WaitInput) -> None:
-        """Write M66 in a loop."""
+        """Write a wait for an input: M66 in a loop."""
         pin, level = action.input.number, action.input.level
         if not self._is_input(pin, action.line):
             return
@@ -239,7 +239,7 @@ class LinuxCncWriter(Structured):
         return f"#<_{name}> {({'==': 'EQ', '>=': 'GE', '<': 'LT'})[sign]} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return a condition; M66 reads each input before it."""
+        """Return a condition on inputs, after writing an M66 for each of them, which reads its level."""
         if len(inputs) == 1:
             self._is_input(inputs[0].number, source)
             self.sheet.add(f"M66 P{inputs[0].number - 1} L0", source)
@@ -256,13 +256,13 @@ class LinuxCncWriter(Structured):
         return f"[{condition}] EQ 0"
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write the O-word of a repeat loop."""
+        """Write the O-word that begins a repeat loop; return the O-word that ends it."""
         loop = self._o()
         self.sheet.add(f"o{loop} repeat [{passes}]", source)
         return f"o{loop} endrepeat"
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write the O-word of a while loop."""
+        """Write the O-word that begins a while loop; return the O-word that ends it."""
         loop = self._o()
         self.sheet.add(f"o{loop} while [{condition}]", source)
         return f"o{loop} endwhile"
@@ -280,7 +280,7 @@ class LinuxCncWriter(Structured):
         self.forget(node.body)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write the O-word of an if branch."""
+        """Write the O-word that begins an if branch; return the O-words for "else" and for its end."""
         branch = self._o()
         self.sheet.add(f"o{branch} if [{condition}]", source)
         return f"o{branch} else", f"o{branch} endif"

@@ -17,7 +17,7 @@ END = ""
 
 @dataclass
 class Portion:
-    """Actions without a wait, and the piece or decision that follows, or END if none does."""
+    """Actions without a wait, and the name of the piece or decision that follows, or END if none follows."""
 
     name: str
     body: list[Node] = field(default_factory=list)
@@ -29,10 +29,10 @@ class Decision:
     """A decision about which piece or decision follows.
 
     Attributes:
-        inputs: `to` follows if all these inputs have their levels, otherwise `other`.
+        inputs: `to` follows if all these inputs have their given levels, otherwise `other`.
         waits: whether the decision is repeated until the inputs have these levels.
         passes: for a decision without inputs, `to` follows this number of times, then `other`.
-        counter: the name of the variable that counts.
+        counter: the name of the variable that counts the passes.
         line: the line of the source.
     """
 
@@ -47,7 +47,7 @@ class Decision:
 
 
 def simple(node: Node) -> bool:
-    """Return whether a node contains neither waits nor decisions."""
+    """Return whether a node can be written in one piece: no waits, decisions, runs or ends of a program."""
     if isinstance(node, Repeat):
         return all(simple(each) for each in node.body)
     runs_one = isinstance(node, RunProgram) or (isinstance(node, LeaveProgram) and node.runs)
@@ -84,7 +84,7 @@ class Pieces:
         return name
 
     def _flow(self, tree: Sequence[Node], name: str, then: str, leave: str) -> None:
-        """Put nodes into a piece and its successors; `then` follows the nodes; `leave` follows the end of a program."""
+        """Put nodes into piece `name` and its successors; `then` follows them, `leave` follows a program's end."""
         piece = self.pieces[name]
         for place, node in enumerate(tree):
             if simple(node):
@@ -98,7 +98,7 @@ class Pieces:
         piece.then = then
 
     def _cut(self, node: Node, after: str, leave: str) -> str:
-        """Return the piece or decision that follows a piece ended by a node; `after` follows the node."""
+        """Return the name of the piece or decision for a node that cannot be in a piece; `after` follows the node."""
         match node:
             case WaitInput():
                 return self._decision(to=after, inputs=(node.input,), waits=True, line=node.line)
@@ -166,7 +166,7 @@ class Pieces:
         self.decisions = {name: decision for name, decision in self.decisions.items() if name in used}
 
     def _real(self, name: str) -> str:
-        """Return the first piece or decision that is not empty, starting with a given one."""
+        """Return the first piece or decision that is not empty, from the piece `name` onwards."""
         seen = set()
         while name in self.pieces and not self.pieces[name].body and name not in seen:
             seen.add(name)
@@ -174,7 +174,7 @@ class Pieces:
         return name
 
     def returns(self, name: str) -> bool:
-        """Return whether a piece leads back to itself through other pieces, without a decision in between."""
+        """Return whether a piece leads back to itself through pieces alone, without a decision in between."""
         at = self.pieces[name].then
         seen = set()
         while at in self.pieces and at not in seen:

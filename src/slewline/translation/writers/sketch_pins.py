@@ -21,7 +21,7 @@ class SketchPins:
         self.used: dict[str, str] = {}
 
     def pin(self, name: str, pin: str) -> str:
-        """Return the name of a pin, and have it declared."""
+        """Return the name of a pin, and record the pin for declaration."""
         self.used[name] = pin
         return name
 
@@ -54,7 +54,7 @@ class SketchPins:
         return str(axis) if len(self.axes) > 1 else ""
 
     def stepper(self, axis: int) -> str:
-        """Return the name of an axis's stepper."""
+        """Return the name of the stepper object of an axis."""
         return f"stepper{self._suffix(axis)}"
 
     def steppers(self) -> list[OutLine]:

@@ -56,11 +56,11 @@ class Draft:
         self.add(self.comment(text), source)
 
     def same(self, line: int, description: str = "") -> None:
-        """Record that a line of the source is the same."""
+        """Record that the result of a source line has the same effect."""
         self.verdicts.append(LineVerdict(line, LineKind.SAME, description))
 
     def nearly(self, line: int, description: str, off: float = 0.0, off_ps: int = 0) -> None:
-        """Record that a line of the source is nearly the same, and by how much it differs."""
+        """Record that the result of a source line has nearly the same effect, and by how much it differs."""
         verdict = LineVerdict(line, LineKind.NEARLY, description, off=off, off_ps=off_ps)
         if verdict not in self.verdicts:  # an unrolled loop repeats the remark in each pass
             self.verdicts.append(verdict)
@@ -74,7 +74,7 @@ class Draft:
 
 
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
-    """Return a result with the comments of the source: next to the same code, or before the code that follows them."""
+    """Return a result with the source's comments, next to the code they belong to or before the next code."""
     found = list(out)
     for line in lines:
         if not line.comment:
@@ -93,7 +93,7 @@ def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callab
 
 
 def heading(program: Program) -> list[OutLine]:
-    """Return the comments at the beginning of a program."""
+    """Return the comments at the beginning of a program as lines of the result."""
     return [OutLine("", line.comment, line.number) for line in _heading(program) if line.comment]
 
 
@@ -147,7 +147,7 @@ def digits_for(steps_per_mm: float) -> int:
 
 # --------------------------------------------------------------------------------------------------------------- times
 def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
-    """Record the difference in the time of a move, which the target starts from standstill."""
+    """Record how much the time of a move differs in a target that starts every move from standstill."""
     profile, steps = action.profile, action.steps
     if profile is None or not steps:
         sheet.nearly(action.line, f"the steps are the same; {why}")
@@ -168,7 +168,7 @@ class RegisterCache:
         self.profile: Profile | None = None
 
     def note(self, action: Action) -> None:
-        """Apply an action."""
+        """Update the values by the effect of an action."""
         match action:
             case SetDistance():
                 self.distance = action.steps
@@ -192,7 +192,7 @@ class RegisterCache:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the profile after a setting whose profile depends on the path, from the profile known here."""
+        """Return the profile after a setting whose own profile depends on the path, derived from the one before it."""
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -250,6 +250,6 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
 
 
 def wired(program: Program, names: Iterable[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
-    """Return the wires of the source and of the target; the name is empty if the target has no such wire."""
+    """Return triples of a wire's purpose, its name in the source, and its name in the target (empty: none)."""
     known = dict(names)
     return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())

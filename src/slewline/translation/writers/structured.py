@@ -42,11 +42,11 @@ class Structured(LanguageWriter):
 
     @abstractmethod
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return the condition that a variable is equal to, at least, or less than a number: ==, >=, <."""
+        """Return the condition that a variable is equal to (==), at least (>=) or less than (<) a number."""
 
     @abstractmethod
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return the condition that all inputs have their levels; write any lines that it needs first."""
+        """Return the condition that all inputs have their given levels; first write any lines that it needs."""
 
     @abstractmethod
     def repeat(self, passes: int, source: int) -> str:
@@ -87,7 +87,7 @@ class Structured(LanguageWriter):
         self.forget(tree)
 
     def forget(self, tree: Sequence[Node]) -> None:
-        """Drop the known register values where several paths meet: the values set in the tree are unknown there."""
+        """Drop the register values that a tree changes, because several paths meet before and after the tree."""
         if any(isinstance(each, SetProfile) for each in nodes(tree)):
             self.registers.profile, self.known = None, {}
         self.registers.position = None
@@ -129,7 +129,7 @@ class Structured(LanguageWriter):
             self.inside(node.otherwise, close, node.line)
 
     def _states(self, node: Stages) -> None:
-        """Write pieces that select each other, as a loop around one branch per piece."""
+        """Write pieces that select their successors, as a loop around one branch per piece."""
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"
         counted = [piece.number for piece in node.states if piece.passes]

@@ -48,7 +48,7 @@ DISTANCE, DIRECTION, FIRST_LOOP = 0, 1, 2  # user variables
 
 
 def parameters(profile: Profile) -> dict[int, float]:
-    """Return the axis parameters of a profile, with their values."""
+    """Return the values of the axis parameters for a profile, keyed by parameter number."""
     start = profile.start if profile.ramped else profile.top
     wanted = {TOP: profile.top, START: start, STOP: max(start, SLOWEST_STOP)}
     if profile.ramped:
@@ -160,7 +160,7 @@ class TmclWriter(LanguageWriter):
                 self.action(action)
 
     def _label(self, name: str, line: int, after: list[Action]) -> None:
-        """Write a label that is a target of jumps."""
+        """Write a label if a jump or a run of the program leads to it."""
         block = [each for each in self.program.actions if each.block == self.block]
         jumps = [each for each in block if isinstance(each, Jump | Loop) and each.to == name]
         entered = any(isinstance(each, RunProgram) and each.at == name for each in self.program.actions)
@@ -218,11 +218,11 @@ class TmclWriter(LanguageWriter):
         self.sheet.same(action.line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the commands that set actual and target position."""
+        """Write the commands that set the actual position and the target position."""
         self._all(action.line, "MST 0", f"SAP 1, 0, {action.position}", f"SAP 0, 0, {action.position}")
 
     def wait(self, action: WaitInput) -> None:
-        """Write a loop around a comparison."""
+        """Write a wait for an input: a loop around a comparison."""
         wait, line = self._new("Wait"), action.line
         self.sheet.add(f"{wait}:", line)
         self._compare(action.input, line)
@@ -281,7 +281,7 @@ class TmclWriter(LanguageWriter):
         sheet.nearly(line, description, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
     def _turn(self, position: int, line: int) -> None:
-        """Write the command that sets the direction to that of a move to a position."""
+        """Write the commands that set the direction to the one in which a move to a position will go."""
         ahead = self._new("Ahead")
         self._all(line, f"SGP {DIRECTION}, 2, 1", "GAP 1, 0", f"COMP {position}", f"JC LE, {ahead}")
         self._all(line, f"SGP {DIRECTION}, 2, -1", f"{ahead}:")
@@ -339,7 +339,7 @@ class TmclWriter(LanguageWriter):
         self.sheet.same(action.line)
 
     def delay(self, action: Delay) -> None:
-        """Write a wait."""
+        """Write a wait for a given time."""
         ticks = max(1, (action.time_ps + TICK_PS // 2) // TICK_PS)
         self.sheet.add(f"WAIT TICKS, 0, {ticks}", action.line)
         off = abs(ticks * TICK_PS - action.time_ps)
