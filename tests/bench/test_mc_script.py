@@ -309,7 +309,7 @@ def test_two_chipsets_of_one_bus():
         ("wait", 3, "@wait needs an argument"),
         ("wait moving", 3, "no status bit 'moving'"),
         ("@wait !moving", 3, "no status bit 'moving'"),
-        ("expect five", 3, "'five': expected a number"),
+        ("expect five", 3, "'five': expected a decimal number, or a hexadecimal number after 0x or $"),
         ("@live B", 3, "a directive for a chip that takes letters; x (mc1151a) takes packets"),
         ("@rate 60", 3, "takes packets"),
         ("@read position", 3, "takes packets"),

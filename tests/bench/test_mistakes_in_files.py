@@ -87,7 +87,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "my_lab.mx10:Mx10"\n',
-        "that (allow_code=True, --allow-code), or install it with an entry point slewline.chips",
+        "the import (allow_code=True, --allow-code), or install it with an entry point slewline.chips",
     ),
     (
         "[bench]\nuntil = 2.5\n",

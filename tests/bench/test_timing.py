@@ -393,7 +393,7 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
     assert [each.start for each in bench.intervals(["t13"])] == ["x.hostwrite rises", "x.hostread rises"]
     with pytest.raises(UsageError, match="the data sheet has no time with this symbol; its symbols: t6, t7"):
         bench.intervals(["t99"])
-    with pytest.raises(UsageError, match="does not occur in the window"):
+    with pytest.raises(UsageError, match="this time is not in the window"):
         bench.intervals(["t18"], stop="1 ms")
 
 

@@ -339,7 +339,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "describe cy525 K": (2, "cy525 has no command 'K'; it has A (ABSOLUTE)"),
     "demo --output|good.txt": (
         2,
-        "good.txt: cannot create this folder (File exists); give another one",
+        "good.txt: cannot create this folder (File exists); give another folder with --output",
     ),
     "frobnicate": (2, "No such command 'frobnicate'"),
     "chips extra": (2, "unexpected extra argument (extra)"),

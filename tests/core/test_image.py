@@ -65,7 +65,7 @@ def test_an_address_is_added_to_the_base_with_its_carry() -> None:
 @rows(
     ("text", "says"),
     [
-        (PRINTED.replace(":00000001FF\n", ""), "no end record (type 01)"),
+        (PRINTED.replace(":00000001FF\n", ""), r"no end record \(type 01\)"),
         (PRINTED.replace("D2190140", "D2190141"), "line 1: checksum 41, calculated 40"),
         (PRINTED.replace("1928", "28"), "line 2: 15 bytes of data, but the count is 16"),
         ("hello\n", "line 1: 'hello' is not a record"),

@@ -78,7 +78,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "torque -300; allowed up to 100 N m; a number alone",
     ),
-    ('b.part("stepper", to=x, load={"friction": 10})', "UsageError", "at 1 A: check the unit of its figures"),
+    ('b.part("stepper", to=x, load={"friction": 10})', "UsageError", "at 1 A: check the units of the load"),
     ("x.slew", "NoSuchAttribute", "x has no 'slew'; it is a pin: x.pin(\"slew\")"),
     ("x.velocity", "NoSuchAttribute", "x has no 'velocity'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
     ("x.speed", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
@@ -190,7 +190,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.at_instruction(-1)",
         "UsageError",
-        "x: instruction at -1; allowed 0..59, the addresses of a program, or None for any instruction",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any instruction",
     ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (

@@ -105,7 +105,7 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
     Args:
         path: the path of the file.
         chip: the value of --chip.
-        fits: raises UsageError for a part that the command does not support; error messages omit it.
+        fits: raises UsageError for a part that the command does not support; error messages do not suggest such parts.
 
     Raises:
         UsageError: neither --chip nor the file extension names a part.

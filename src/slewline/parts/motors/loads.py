@@ -117,7 +117,7 @@ def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str 
         if wanted > most:
             raise UsageError(
                 f"{name}: {wanted:.4g} N m {when} ({how}); the {motor.name} holds {most:.4g} N m at {current:.4g} A: "
-                f"{'check the unit of its figures' if wanted > FAR * most else REMEDY}"
+                f"{'check the units of the load' if wanted > FAR * most else REMEDY}"
             )
 
 
