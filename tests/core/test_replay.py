@@ -313,7 +313,11 @@ def test_a_journal_of_other_laws_is_replayed_only_on_demand(tmp_path):
     entries[0]["slewline"] = "7.0"
     path = rewritten(tmp_path / "other", entries)
     says = f"made by slewline 7.0, this is {slewline.__version__}: cy525 had behaviour 3 and now has 2; the run"
-    with pytest.raises(BenchFileError, match=says + r" would differ: replay the journal with the version that made it.*other_laws=True \(--other-laws\)"):
+    with pytest.raises(
+        BenchFileError,
+        match=says
+        + r" would differ: replay the journal with the version that made it.*other_laws=True \(--other-laws\)",
+    ):
         slewline.replay(path)
     with pytest.warns(OtherLaws, match=says + " may differ"):
         assert slewline.replay(path, other_laws=True).now_ps == 2 * 10**9
