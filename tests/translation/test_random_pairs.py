@@ -22,7 +22,8 @@ def test_programs_of_the_pairs_that_people_need(pair: tuple[str, str], seeds: ra
         assert what != FAILED, (seed, about)
 
 
-@pytest.mark.parametrize("pair", [in_long_runs(pair) for pair in OTHERS], ids="-".join)
+@pytest.mark.check  # not in every run of the tests, but in every one of the checks
+@pytest.mark.parametrize("pair", OTHERS, ids="-".join)
 @pytest.mark.timeout(600)
 def test_programs_of_all_other_pairs(pair: tuple[str, str]) -> None:
     for seed in TWENTY:
