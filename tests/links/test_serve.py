@@ -187,7 +187,7 @@ def test_a_transcript_that_would_hang_the_start_is_refused(capfd):
 def test_two_servers_do_not_share_a_memory(serve, capfd):
     serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
-    assert "another server uses it" in capfd.readouterr().err
+    assert "used by another server" in capfd.readouterr().err
 
 
 ONE_MORE = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0"]
