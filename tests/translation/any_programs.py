@@ -34,6 +34,15 @@ def some(chance: Random, kinds: list[Callable[[], Lines]], least: int, most: int
     return [line for _ in range(chance.randint(least, most)) for line in chance.choice(kinds)()]
 
 
+def moves(chance: Random, number: Callable[[], int]) -> list[Callable[[], Lines]]:
+    """Return the kinds of a relative move: both registers set, one, or none."""
+    return [
+        lambda: [chance.choice("+-"), f"N {number()}", "G"],
+        lambda: [f"N {number()}", "G"],
+        lambda: ["G"],
+    ]
+
+
 def letters(chance: Random, part: str) -> Iterator[str]:
     """Yield a program of a CY500, CY512 or CY525."""
     old = part != "cy525"
@@ -44,9 +53,7 @@ def letters(chance: Random, part: str) -> Iterator[str]:
         return chance.randint(low, high)
 
     acts: list[Callable[[], Lines]] = [
-        lambda: [chance.choice("+-"), f"N {number()}", "G"],
-        lambda: [f"N {number()}", "G"],
-        lambda: ["G"],
+        *moves(chance, number),
         lambda: [chance.choice("BCWU")],
         lambda: [f"R {number(20, 100)}"],
         lambda: ["R 40", zero, chance.choice("+-")],
@@ -89,9 +96,7 @@ def bits(chance: Random, part: str) -> Iterator[str]:
         return chance.randint(low, high)
 
     acts: list[Callable[[], Lines]] = [
-        lambda: [chance.choice("+-"), f"N {number()}", "G"],
-        lambda: [f"N {number()}", "G"],
-        lambda: ["G"],
+        *moves(chance, number),
         lambda: [f"B {chance.choice((0, 1, 2, 16, 17, 18))}"],
         lambda: [f"{chance.choice('WH')} {chance.choice((3, 19))}"],
         lambda: [f"R {number(30, 160)}"],

@@ -29,7 +29,6 @@ from ..meaning import (
     acts_during_motion,
 )
 from ..rows_of_roles import after_reset, rows_by_role, takes_part
-from ..special_commands import OVERFLOW
 from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions
 from .layout import ResultPiece, has_tokens
@@ -179,8 +178,6 @@ class ActionWriter:
         if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
             return None
         if isinstance(action, RunProgram) and "pointer" in self.rows:
-            return None
-        if getattr(action, "description", "") == OVERFLOW:
             return None
         if isinstance(action, EndProgram) and self.directives.end_pin:
             return None

@@ -127,7 +127,7 @@ class RoleReader:
             yield RunEndless(sign=sign, **its)  # type: ignore[arg-type]
         elif (axis, "target") in before:
             if overflows(before, axis):
-                yield Special(description=OVERFLOW, remedy=SET_DIRECTION, **common)  # type: ignore[arg-type]
+                yield Special(description=OVERFLOW, remedy=SET_DIRECTION, **{**common, "command": ""})  # type: ignore[arg-type]
             else:
                 yield MoveTo(position=before[axis, "target"], **its)  # type: ignore[arg-type]
         else:
@@ -325,7 +325,7 @@ class RoleReader:
     def other(self, statement: Statement, common: Common) -> Iterable[Action]:
         """Yield the action of a command whose role is not common to all parts."""
         row = statement.row
-        if row.at_once and not waits_for_update(row) and row.form not in REMEDIES:
+        if row.at_once and not waits_for_update(row) and row.form not in REMEDIES:  # MTR_OFF does more than stop
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
         elif row.form.startswith("GET_"):
             yield Query(**common)  # type: ignore[arg-type]
