@@ -387,3 +387,9 @@ def test_a_motor_that_is_off_does_not_move_at_a_target_without_such_a_command() 
     for to in ("cy525", "gs-c200s", "linuxcnc"):
         (line,) = [line for line in translate_text(text, "mc1451a", to).report if line.code == "MTR_OFF"]
         assert line.kind is LineKind.IMPOSSIBLE, to
+
+
+def test_a_motion_without_an_end_is_cut_off_in_both_runs() -> None:
+    proof = prove(translate_text("A 0\nF 3\nR 40\nS 200\nZ 1\n+\nN 65000\nH\nG\n", "cy525", "cy545b"))
+    assert proof.result is not None and proof.compared is not None and proof.compared.cut
+    assert max(proof.source.bench.now_ps, proof.result.bench.now_ps) < 150 * 10**12
