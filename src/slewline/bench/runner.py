@@ -172,7 +172,8 @@ class Runner:
         for stream in [*self.streams]:
             stream.check_entered()
         self.circuit.finish_wiring()
-        self._forget_if_due()
+        if self.kernel.now >= self._forget_ps:
+            self._forget(self.kernel.now)
 
     def _run_to(self, ps: int) -> None:
         self._begin()
@@ -294,29 +295,31 @@ class Runner:
     def _until(self, condition: Condition, timeout: Time) -> None:
         """Run instant by instant until a condition is met."""
         self._start()
-        kernel = self.kernel
-        wait = Wait(condition.met, kernel.now + picoseconds(timeout), when=condition.foreseen, nets=condition.nets)
-        wait.begin()
+        kernel, met, when = self.kernel, condition.met, condition.foreseen
+        limit = kernel.now + picoseconds(timeout)
+        for net in condition.nets:
+            net.watch(_seen)
         try:
-            reached = self._foreseen(wait, wait.when) if wait.when else not self._pass(wait.met, wait.limit_ps)
+            reached = not self._pass(met, limit) if when is None else self._foreseen(met, limit, when)
         finally:
-            wait.end()
+            for net in condition.nets:
+                net.unwatch(_seen)
         if not reached:
             dead = kernel.next_time() is None
-            self._advance(wait.limit_ps)
-            reached = wait.met()
+            self._advance(limit)
+            reached = met()
         self.outside.record("run", to=kernel.now)
         if not reached:
             raise self._timeout(condition, timeout, dead)
 
-    def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met, at an event or when `when` foresees it; return whether it is met in time."""
+    def _foreseen(self, met: Callable[[], bool], limit: int, when: Callable[[], int | None]) -> bool:
+        """Run until a condition is met, at an event or when `when` foresees it; return False if not by `limit` (ps)."""
         kernel = self.kernel
-        while not wait.met():
+        while not met():
             following, early = kernel.next_time(), when()
-            if early is not None and early <= wait.limit_ps and (following is None or early <= following):
+            if early is not None and early <= limit and (following is None or early <= following):
                 kernel.run(early)
-            elif following is None or following > wait.limit_ps:
+            elif following is None or following > limit:
                 return False
             else:
                 kernel.run(following)

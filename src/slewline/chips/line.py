@@ -21,12 +21,12 @@ from ..core.datasheet.table import Sheet
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel, Task
 from ..core.time.timebase import Clock
-from ..core.wires.characters import frames_of, transmit
+from ..core.wires.characters import frames_of
 from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
 from ..core.wires.receiver import Character, Receiver
 from ..core.wires.serial import RS232, CharacterFormat, Straps, bit_clock
-from ..core.wires.waits import next_round
+from ..core.wires.waits import next_round, transmit
 from ..errors import UsageError
 from ..language.dialect import Refusal, dialect_of
 from ..language.lines import KEPT, parse, refusal
@@ -227,28 +227,24 @@ class LineInterface:
             item = self.work[0]
             if isinstance(item, Line):
                 owner.busy(True)
-                if owner.on_command and (data := owner.meant(item)) is not None:
+                if owner.on_command.listeners and (data := owner.meant(item)) is not None:
                     owner.on_command(data.decode("latin-1"))
                 await owner.at_tick(owner.clock.ticks_from(item.end_ps + self.turnround_ps))
                 await next_round(self.kernel)  # a line acts after all timed work of its instant
                 owner.sync()
                 answers = await owner.obey(item)
                 owner.busy(False)
-                if owner.on_command:
+                if owner.on_command.listeners:
                     owner.on_command(owner.under_way)
             else:
                 answers = [item]
+            driver = owner.drivers["txd"]
             for answer in answers:
-                await self._send(answer + b"\r")
+                await transmit(driver, self.frames, answer + b"\r")
+                driver.release()
             self.work.popleft()
         self.worker = None
         self.owner.refresh_idle()
-
-    async def _send(self, data: bytes) -> None:
-        """Send characters, then release TXD."""
-        driver = self.owner.drivers["txd"]
-        await transmit(driver, self.frames, data)
-        driver.release()
 
 
 def _line_end(data: bytes, at: int) -> int:

@@ -102,7 +102,8 @@ class Component:
         Raises:
             UsageError: no method of this name is declared as an input.
         """
-        input_of(self, verb)
+        if verb not in self._input_names:
+            input_of(self, verb)  # raises the error
         outside = self.kernel.outside
         if outside.has_listeners:
             plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]

@@ -141,7 +141,7 @@ class Kernel:
             args: its arguments.
             name: the name of the task, for messages.
         """
-        task = Task(partial(function, *args), name)
+        task = Task(partial(function, *args) if args else function, name)
         self.woken.append(task)
         return task
 

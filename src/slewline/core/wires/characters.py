@@ -14,7 +14,6 @@ from ..time.events import When
 from ..time.timebase import Clock
 from .net import Driver, Level, Wave
 from .serial import OVERSAMPLING, CharacterFormat
-from .waits import until
 
 MAX_BITS = 8
 
@@ -97,18 +96,17 @@ class Characters:
         return self.wave.edges(start, stop)
 
 
-async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> None:
-    """Send consecutive characters, starting at this instant; return at the end of the last stop bit.
+def begin_line(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> int:
+    """Promise consecutive characters, the first starting at this instant; return the end (ps) of the last stop bit.
 
     Args:
         fault: "parity" for a wrong parity bit, or "framing" for space instead of the first stop bit, in every
             character.
     """
-    kernel = driver.kernel
-    line = Characters(frames, data, kernel.now)
+    line = Characters(frames, data, driver.kernel.now)
     if fault or not handed_over(driver, line):
         driver.drive(faulty(line, fault) if fault else line)
-    await until(kernel, line.end)
+    return line.end
 
 
 def handed_over(driver: Driver, line: Characters) -> bool:
@@ -122,7 +120,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
     active = root.active
     if not kernel.sole or root.pending_drivers or root.exchange is not None or (active and active != [driver]):
         return False
-    nets = root.joined or (root,)
+    nets, frames = root.joined or (root,), line.frames
     for net in nets:
         readers = net.readers
         if net.observers or net.latched or len(net.before_change) != len(readers):
@@ -132,19 +130,20 @@ def handed_over(driver: Driver, line: Characters) -> bool:
             if len(net.waiters) > len(readers):
                 return False
         for reader in readers:
-            if not reader.rests or reader.frames is not line.frames:
+            if not reader.rests or reader.frames is not frames:
                 return False
     driver.promise = line
     if not active:
         root.sort_drivers()
-    now, space = kernel.now, 1 - line.frames.mark
+    now, space = kernel.now, 1 - frames.mark
     for net in nets:
         net.promise, net.plain = line, None
         net.token += 1
         net.value, net.changed_at = space, now
         net.changes += 1
         net.waiters = []
-        net.log_from(now, line)
+        if net._log is not None:
+            net.log_from(now, line)
         for reader in net.readers:
             reader.take_over(line)
     return True

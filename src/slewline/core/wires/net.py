@@ -121,7 +121,9 @@ class Driver:
         nets = root.joined or (root,)
         rest = root.tie if root.tie is not None else root.pull
         quiet = kernel.sole and not kernel.pending and len(root.active) == 1 and root.exchange is None
-        if not quiet or self.at(kernel.now) != rest or any([net._log is not None for net in nets]):
+        for net in nets:
+            quiet = quiet and net._log is None
+        if not quiet or self.at(kernel.now) != rest:
             self.drive(None)
             return
         for net in nets:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
+from heapq import heappush
 from typing import ClassVar, NamedTuple
 
 from ..time.hook import Hook
@@ -133,10 +134,27 @@ class Receiver:
         self.taken, self.acts, self.task = taken, acts, self.kernel.current()
         if passed is not None:
             self.passed = passed
+        kernel = self.kernel
         while True:
-            planned = not self.looks and await self._start_bit()
-            if self.line is not None:
-                await self._line(self.line, planned)
+            planned = False  # True: a sender has handed over the line, and the owner acts now
+            if self.line is None and not self.looks:
+                if self.broken:
+                    await self._mark()
+                if self.whole_lines and self._at_rest():
+                    self.rests = True
+                    await edge_from_rest(self.net, self.mark)
+                    planned = not self.rests
+                    self.rests = False
+                    if not planned:
+                        self._start_found()
+                else:
+                    await level(self.net, 1 - self.mark)
+                    self._start_found()
+            if (line := self.line) is not None:
+                if not planned:
+                    await until(kernel, self._plan(line))
+                if self.line is line:
+                    self._take_planned(line)
             elif self.looks and (character := await self._character()) is not None:
                 taken(character)
 
@@ -144,38 +162,29 @@ class Receiver:
         """Wait for a character, and return it in the middle of its first stop bit."""
         self.task = self.kernel.current()
         while True:
-            await self._start_bit(alone=True)
+            if self.broken:
+                await self._mark()
+            await level(self.net, 1 - self.mark)
+            self._begin(self.kernel.now)
             if (character := await self._character()) is not None:
                 return character
 
     # ------------------------------------------------------------------------------------------ character by character
-    async def _start_bit(self, alone: bool = False) -> bool:
-        """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character.
+    async def _mark(self) -> None:
+        """Wait for mark after a character without a stop bit."""
+        await level(self.net, self.mark)
+        self.broken = False
 
-        Return whether a sender has handed over the line meanwhile; in that case, the wait lasts until the owner
-        acts.  If `alone`, only a single character is planned.
-        """
-        net, mark = self.net, self.mark
-        if self.broken:
-            await level(net, mark)
-            self.broken = False
-        if not alone and self.whole_lines and self._at_rest():
-            self.rests = True
-            await edge_from_rest(net, mark)
-            if not self.rests:
-                return True
-            self.rests = False
-        else:
-            await level(net, 1 - mark)
+    def _start_found(self) -> None:
+        """Receive the line that begins on the wire at this instant or, if there is none, a single character."""
         now = self.kernel.now
-        if not alone and self.whole_lines and (line := self._line_on_wire(now)) is not None:
+        if self.whole_lines and (line := self._line_on_wire(now)) is not None:
             self.line, self.at = line, (now - line.start) // self.frames.length
         else:
             self._begin(now)
-        return False
 
     def _at_rest(self) -> bool:
-        """Return whether the wire is at mark and no edge on it is foreseen."""
+        """Return whether the wire is at mark and no edge on it is foreseen, so that a line can be handed over."""
         net = self.net
         promise = net.promise
         if promise is None:
@@ -258,38 +267,28 @@ class Receiver:
         number = self.acts(line.data, self.at)
         return len(line.data) if number < 0 else number
 
-    def _comes(self, line: Characters) -> bool:
-        """Return whether a line is still received as planned; as a call, since type checkers ignore the wait."""
-        return self.line is line
-
     def _plan(self, line: Characters) -> int:
         """Find the next character in a line on which the owner acts; return the end (ps) of it, or of the line."""
-        self.acts_at = self._acts_next(line)
-        self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
-        return self.due
+        self.acts_at = number = self._acts_next(line)
+        self.due = due = self._complete_at(line, min(number, len(line.data) - 1))
+        return due
 
     def take_over(self, line: Characters) -> None:
         """Receive a line that a sender hands over at its start, planning it as if the start bit had been detected."""
         task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
         self.line, self.at, self.rests = line, 0, False
         task.token += 1
-        self.kernel.wake_at(self._plan(line), task)
-
-    async def _line(self, line: Characters, planned: bool) -> None:
-        """Receive a line; return when it is complete or withdrawn."""
         kernel = self.kernel
-        while self._comes(line):
-            if not planned:
-                await until(kernel, self._plan(line))
-                if not self._comes(line):
-                    return
-            planned = False
-            self.acting = True
-            if kernel.now == self.due:
-                self._take(line, min(self.acts_at, len(line.data) - 1), self.acts_at)
-            else:
-                self._take_until(line, kernel.now)
-            self.acting = False
+        heappush(kernel.heap, (self._plan(line), next(kernel.order), task, task.token))
+
+    def _take_planned(self, line: Characters) -> None:
+        """Take the characters of a line that are complete now, at the planned instant or earlier."""
+        self.acting = True
+        if self.kernel.now == self.due:
+            self._take(line, min(self.acts_at, len(line.data) - 1), self.acts_at)
+        else:
+            self._take_until(line, self.kernel.now)
+        self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
         """Take the characters of a line up to `number`; `acts` is the next number on which the owner acts."""
@@ -306,7 +305,7 @@ class Receiver:
     def _take_until(self, line: Characters, ps: int) -> None:
         """Take the characters of a line that are complete by an instant (ps)."""
         number = self._complete_by(line, ps)
-        while self._comes(line) and self.at <= number:
+        while self.line is line and self.at <= number:
             acts = self._acts_next(line)
             self._take(line, min(acts, number), acts)
 

@@ -1,4 +1,4 @@
-"""The waits of a task: for an instant, a level, an edge, or the first of several.
+"""The waits of a task: for an instant, a level, an edge, the first of several, or the end of a line of characters.
 
 Each wait is a generator-based coroutine that registers the running task (waiters.py) and suspends it.
 """
@@ -9,17 +9,30 @@ from collections.abc import Generator
 from types import coroutine
 from typing import TYPE_CHECKING, Any
 
+from .characters import begin_line
 from .waiters import wait_at_rest, wait_for, wait_for_first, wait_until
 
 if TYPE_CHECKING:
     from ..time.kernel import Kernel
-    from .net import Net
+    from .characters import FrameTable
+    from .net import Driver, Net
 
 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
     """Wait until an instant (ps); return immediately if it is not in the future."""
     if wait_until(kernel, ps):
+        yield
+
+
+@coroutine
+def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> Generator[None, Any, None]:
+    """Send consecutive characters, starting at this instant; return at the end of the last stop bit.
+
+    Args:
+        fault: "parity" or "framing": every character is sent with this fault, as in `begin_line`.
+    """
+    if wait_until(driver.kernel, begin_line(driver, frames, data, fault)):
         yield
 
 

@@ -44,6 +44,7 @@ def checksum(text: bytes, kept: int = KEPT) -> int:
     return sum(text) & 0x7F | kept
 
 
+@lru_cache(maxsize=1024)  # hosts repeat the same commands
 def framed(text: str | bytes, check: bool = True, kept: int = KEPT) -> bytes:
     """Return the bytes of a line, with its checksum if `check`, and a carriage return."""
     line = text.encode("ascii") if isinstance(text, str) else text

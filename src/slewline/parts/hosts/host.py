@@ -65,7 +65,7 @@ class Host(Part):
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up, rest=self._rest)
         self.on_event: Hook[[str]] = Hook()  # descriptions of its activities, such as a script line or an answer
         self.chips = {chip.name: chip for chip in chips}
-        self._to = chips[0].name
+        self._chip = chips[0]
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name} of {', '.join(self.chips)}: {self.waiting.partition(': ')[2]}>"
@@ -73,7 +73,7 @@ class Host(Part):
     @property
     def chip(self) -> Connection:
         """The chip selected with `to`; initially the first chip."""
-        return self.chips[self._to]
+        return self._chip
 
     @property
     def channel(self) -> Channel:
@@ -86,7 +86,7 @@ class Host(Part):
         Raises:
             UnknownName: the host is not connected to this chip.
         """
-        self._to = served(self.name, self.chips, chip).name
+        self._chip = self.chips[served(self.name, self.chips, chip).name]
         return self
 
     # -------------------------------------------------------------------------------------------------- out and back

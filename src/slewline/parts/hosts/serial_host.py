@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from ...core.messages.calls import answering
@@ -42,7 +41,7 @@ class SerialHost(UartHost, Host):
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
         super().__init__(kernel, name, chips)
-        self.uart = StrappedUart(self, chips, lambda: self.chip, baud)
+        self.uart = StrappedUart(self, chips, baud)
         self.answers, self.on_character = self.uart.answers, self.uart.on_character
 
     # --------------------------------------------------------------------------------------------------- the line
@@ -74,13 +73,13 @@ class SerialHost(UartHost, Host):
         uart = self.uart
         uart.begin()
         before = uart.faulty
-        self.send(uart.framed(command))
+        self.write(uart.framed(command))
         try:
-            self.queue.let_pass(partial(uart.answered, command), f"an answer to {command!r}", timeout)
+            self.queue.let_pass(uart.answered(command), f"an answer to {command!r}", timeout)
         except Timeout as error:
             if not (why := uart.far.disagreement):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         if uart.faulty != before:
             raise ChecksumError(f"{self.name}: parity or framing error in the answer to {command!r}: {self.answers!r}")
-        return "\r".join(uart.stripped(line) for line in self.answers)
+        return "\r".join(map(uart.stripped, self.answers))

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.time.inputs import from_outside
-from ...core.wires.characters import frames_of, transmit
+from ...core.wires.characters import frames_of
 from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.receiver import Character, CharacterHook, Receiver
 from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
-from ...core.wires.waits import until
+from ...core.wires.waits import transmit, until
 from ...errors import UsageError
 from ..base.written_data import Data, as_bytes
 from .far_end import FarEnd
@@ -96,7 +96,7 @@ class HostUart:
         if data[:1] == b"\xff":
             self.far.look_for_telnet(data)
         burst = 1 if fault == "late" else self.burst  # every character is late
-        self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
+        self.outgoing += [(data[at : at + burst], fault) for at in range(0, len(data), burst)]
         if self.outgoing and (self.sender is None or not self.sender.alive):
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
@@ -122,8 +122,9 @@ class HostUart:
         self.outgoing.clear()
         self.driver.drive(self.mark)
 
-    async def before_sending(self) -> None:
-        """Wait until the host may begin to send."""
+    def may_send_ps(self) -> int:
+        """Return the instant (ps) from which the host may send."""
+        return 0
 
     async def before_burst(self) -> None:
         """Wait until the host may send the next burst of characters."""
@@ -132,7 +133,7 @@ class HostUart:
         """Record that a burst of characters has been sent."""
 
     async def _send(self) -> None:
-        await self.before_sending()
+        await until(self.kernel, self.may_send_ps())
         while self.outgoing:
             data, fault = self.outgoing[0]
             if fault == "late":
@@ -204,7 +205,8 @@ class HostUart:
         """Receive one character."""
         self._received.append(character.byte)
         self.faulty += not character.good
-        self.on_character(character)
+        if self.on_character.listeners:
+            self.on_character(character)
 
     def got(self, data: Data) -> Condition:
         """Return a condition for `bench.run_until`: these bytes have been received, consecutively."""

@@ -119,10 +119,11 @@ class BusPort:
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
         while True:
-            letter, stage = self.reader.at_letter, HandshakeStage.AWAITED
+            stage = HandshakeStage.AWAITED
             if request.value != request.active_level:
                 chip.idle = idle
-                chip.waits(f"waiting for {'the rest of a command' if not letter else COMMANDS[live]}")
+                letter = self.reader.at_letter
+                chip.waits(f"waiting for {COMMANDS[live]}" if letter else "waiting for the rest of a command")
                 others, asked = self.others if letter else (), request.when_active
                 if others:
                     woken = await first_of(kernel, None, asked, *others)
@@ -131,7 +132,6 @@ class BusPort:
                         return -1
                 else:
                     stage = await self._requested(asked)
-                    letter = self.reader.at_letter
                 chip.idle = False
             elif request.changes == self.ended_wait and not live:
                 chip.waits("waiting for io_request=1 (its low ended a wait)")
@@ -153,7 +153,7 @@ class BusPort:
                 if request.value == request.when_inactive[1]:
                     chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                     continue
-                self.byte = self.accept(letter)
+                self.byte = self.accept(self.reader.at_letter)
                 await until(kernel, self.busy_ps)
                 stage = HandshakeStage.ACCEPTED
             if stage is HandshakeStage.ACCEPTED:

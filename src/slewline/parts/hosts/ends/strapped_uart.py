@@ -3,41 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ....core.wires.event import Event
 from ....core.wires.receiver import Character
 from ....core.wires.serial import RS232, CharacterFormat, LineSetting, Straps
-from ....core.wires.waits import first_of, until
+from ....core.wires.waits import first_of
 from ....errors import ChecksumError, UsageError
 from ....language.dialect import spoken_as
 from ....language.lines import Lines, checksum, framed
 from ...lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
 
 if TYPE_CHECKING:
-    from ...base.part import Part
     from ..connection import Connection
+    from ..host import Host
 
 
 class StrappedUart(HostUart):
     """A UART that follows the straps of a module: rate, checksum, address.  `answers` holds the answers since `begin`.
 
     Args:
-        spoken_to: a function that returns the selected module.
+        host: the host, whose `chip` is the selected module.
         baud: a fixed rate, used regardless of the straps; None: the module's rate.
     """
 
-    def __init__(
-        self, part: Part, chips: Sequence[Connection], spoken_to: Callable[[], Connection], baud: int | None
-    ) -> None:
+    def __init__(self, host: Host, chips: Sequence[Connection], baud: int | None) -> None:
         self.port = straps_of(chips[0]).port
-        super().__init__(part, LineSetting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
+        super().__init__(host, LineSetting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
         self.far.receivers = {chip.name: straps_of(chip) for chip in chips}
-        self.spoken_to = spoken_to
+        self.host = host
         self.fixed_baud: int | str | None = baud
         self.up_ps = max(chip.up_ps for chip in chips)  # when the last module was switched on
         self.answers: list[str] = []
-        self.recent_answers = part.keep_recent(self.answers)
+        self.recent_answers = host.keep_recent(self.answers)
         self.line = bytearray()
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
@@ -45,9 +44,9 @@ class StrappedUart(HostUart):
         """Record that a module is switched on at this instant, and reads its straps."""
         self.up_ps, self.far.compared = self.kernel.now, False
 
-    async def before_sending(self) -> None:
-        """Wait until the modules can receive."""
-        await until(self.kernel, self.up_ps + POWER_UP_PS)
+    def may_send_ps(self) -> int:
+        """Return the instant (ps) from which the modules can receive."""
+        return self.up_ps + POWER_UP_PS
 
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
@@ -58,7 +57,7 @@ class StrappedUart(HostUart):
     @property
     def straps(self) -> Straps:
         """Straps of the selected module."""
-        return straps_of(self.spoken_to())
+        return self.host.chip.straps or straps_of(self.host.chip)
 
     def follow_straps(self) -> None:
         """Use the rate that the module has read from its straps, unless the host has a fixed rate."""
@@ -126,16 +125,17 @@ class StrappedUart(HostUart):
             raise ChecksumError(f"{self.name}: {line!r} ends in checksum {found:#04x}; expected {expected:#04x}")
         return text
 
-    def answered(self, command: str) -> bool:
-        """Return whether a command has been answered completely; the answer to a listing command has several lines."""
-        if not self.answers:
-            return False
-        sheet = self.spoken_to().sheet
+    def answered(self, command: str) -> Callable[[], bool]:
+        """Return a function that returns whether a command has been answered completely.
+
+        The answer to a listing command has several lines.
+        """
+        sheet, answers = self.host.chip.sheet, self.answers
         row = sheet.commands.by_form.get(command)
         if row is None or row.role != "list":
-            return True
-        last = self.answers[-1][:-1] if self.straps.checked else self.answers[-1]
-        return last in spoken_as(sheet, Lines).answers  # a program line is not an answer
+            return partial(bool, answers)
+        last_lines, cut = spoken_as(sheet, Lines).answers, -1 if self.straps.checked else None
+        return lambda: bool(answers) and answers[-1][:cut] in last_lines  # a program line is not an answer
 
     async def exchange(self, command: str | bytes) -> list[str]:
         """Send a command in a task; return its answers, which are incomplete if the line is silent for too long.
@@ -146,7 +146,8 @@ class StrappedUart(HostUart):
         self.begin()
         with self.kernel.outside.nested():  # in the calling script
             self.write(command if isinstance(command, bytes) else self.framed(command))
-        while not self.answered(command if isinstance(command, str) else ""):
+        answered = self.answered(command if isinstance(command, str) else "")
+        while not answered():
             limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
             if await first_of(self.kernel, limit, (self.line_end.net, None)) is None:
                 break
