@@ -18,7 +18,7 @@
 #define POLARITY_ENABLE_LOW 2 /* the driver is on while ENABLE is low */
 #define HOST 255 /* `which` of an event without an input as its cause */
 
-/* Kinds of frames: from the host to the board below 0x80, and from the board to the host at 0x80 and above. */
+/* Kinds of frames: numbers below 0x80 are sent by the host, 0x80 and above by the board. */
 #define FRAME_HELLO 1
 #define FRAME_PUSH 2
 #define FRAME_START 3
@@ -34,7 +34,7 @@
 #define FRAME_IDENT 129
 #define FRAME_EVENT 130
 
-/* Results of a frame; only a frame that is accepted uses up its number. */
+/* Results of a frame sent to the board; only a frame that is accepted (TAKEN) uses up its frame number. */
 #define RESULT_TAKEN 0
 #define RESULT_DAMAGED 1
 #define RESULT_WRONG_NUMBER 2
@@ -64,7 +64,7 @@
 #define EVENT_BOOT 11
 #define EVENT_CHECKED 12
 
-/* Immediate reactions of a board to an active input; UPWARDS and DOWNWARDS restrict STOP and BRAKE. */
+/* Immediate reactions of a board to an active input; STOP and BRAKE may be UPWARDS or DOWNWARDS only. */
 #define REFLEX_NONE 0
 #define REFLEX_STOP 1
 #define REFLEX_BRAKE 2
@@ -73,16 +73,16 @@
 #define REFLEX_UPWARDS 16
 #define REFLEX_DOWNWARDS 32
 
-/* Properties of the driver: ENABLE is wired and its active level known; the run is dry (STEP has no edges). */
+/* Properties of the driver: ENABLE is wired, and its active level known; DRY: a dry run (no edges on STEP). */
 #define DRIVER_ENABLE 1
 #define DRIVER_DRY 2
 
-/* Conditions under which a board switches the driver off by itself; at an emergency stop it always does. */
+/* Conditions under which a board switches the driver off by itself; in an emergency stop it always does so. */
 #define OFF_NEVER 0
 #define OFF_HALT 1
 #define OFF_REST 2
 
-/* Flags of RESET: a position is given; it is the motor's position; the driver may be switched on again. */
+/* Flags of RESET: it sets the count; the count is the motor's position; the driver may be switched on. */
 #define RESET_POSITION 1
 #define RESET_KNOWN 2
 #define RESET_POWER 4

@@ -14,7 +14,7 @@ CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return text; if it exceeds `most` characters, return only its start and end, and its total length."""
+    """Return a text; if it exceeds `most` characters, return its start and end, its total length in between."""
     if len(text) <= most:
         return text
     half = most // 2
@@ -53,7 +53,7 @@ class UnknownName(SlewlineError, KeyError):
 
 
 class NoSuchAttribute(SlewlineError, AttributeError):
-    """An attribute that an object does not have, or that cannot be set; the message names the one to use instead."""
+    """An attribute that an object does not have, or that cannot be set; the message names the alternative."""
 
 
 class WiringError(SlewlineError, ValueError):
@@ -85,11 +85,11 @@ class BenchFileError(SlewlineError, ValueError):
 
 
 class JournalWarning(UserWarning):
-    """A journal whose replay may differ from the recorded run, or end before it."""
+    """A journal whose replay may differ from the recorded run, or end before the run does."""
 
 
 class OtherLaws(JournalWarning):
-    """A journal whose parts behaved differently when it was recorded, so the replay may differ."""
+    """A journal whose parts behaved differently at the time of recording than now, so the replay may differ."""
 
 
 class TornJournal(JournalWarning):
@@ -109,7 +109,7 @@ class NotRecorded(SlewlineError, LookupError):
 
 
 class NoSuchStep(SlewlineError, IndexError):
-    """An index for which there is no step."""
+    """An index at which an axis has no step."""
 
 
 class Timeout(SlewlineError, TimeoutError):
@@ -117,7 +117,7 @@ class Timeout(SlewlineError, TimeoutError):
 
 
 class Endless(SlewlineError, RuntimeError):
-    """A hundred thousand rounds in one instant: tasks react to each other without letting time pass."""
+    """Tasks that have reacted to each other a hundred thousand times in one instant, without letting time pass."""
 
 
 class ChecksumError(SlewlineError, ValueError):

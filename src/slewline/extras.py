@@ -1,7 +1,7 @@
-"""The packages in each extra, and the message for a user who lacks one.
+"""The packages in each optional extra of slewline, and the message for a user who lacks one of them.
 
-The command in the message installs the packages by their own names.  So it also works if slewline was
-installed from a clone or a wheel, and does not need a package index that contains slewline.
+The command in the message installs the packages by their own names.  So the command also works if
+slewline was installed from a clone or a wheel, and does not need a package index that contains slewline.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ EXTRAS = {  # by extra: packages, each by its names for installation and for imp
 
 
 def lacking() -> dict[str, list[str]]:
-    """Return the packages that are not installed, keyed by extra."""
+    """Return the packages that are not installed, keyed by extra; extras without such packages are left out."""
     from importlib.util import find_spec
 
     found = {extra: [name for name, module in rows if find_spec(module) is None] for extra, rows in EXTRAS.items()}

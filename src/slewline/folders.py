@@ -22,9 +22,9 @@ def state_folder() -> Path:
 
 
 def cache_folder() -> Path | None:
-    """Return the folder for files that can be recreated: SLEWLINE_CACHE, or slewline's folder in the system's cache.
+    """Return the folder for files that can be recreated: SLEWLINE_CACHE, or slewline's in the system's cache.
 
-    Return None if SLEWLINE_CACHE is empty: no file is then kept.
+    Return None if SLEWLINE_CACHE is set, but empty: then no such files are kept.
 
     Raises:
         UsageError: the user has no home directory.
@@ -47,8 +47,8 @@ def _home(variables: str) -> Path:
     """Return the user's home directory.
 
     Raises:
-        UsageError: there is none, as for a container user that has only a numeric ID; the message names the
-            variables to set.
+        UsageError: the user has none, like a container user with only a numeric ID; the message names
+            `variables`, the environment variables to set.
     """
     try:
         return Path.home()
@@ -59,9 +59,9 @@ def _home(variables: str) -> Path:
 
 
 def keep_source(text: str) -> Path | None:
-    """Return the path of a cached file with this text, named after its SHA-256; None if it cannot be created.
+    """Cache a text in a file named after its SHA-256, and return the file's path; None if it cannot be cached.
 
-    Files next to it may be executed, so the folder must not be writable by others.
+    Files in the same folder may be executed, so nothing is cached if other users can write to the folder.
     """
     with suppress(OSError, UsageError):  # UsageError: the user has no home
         folder = cache_folder()
@@ -82,7 +82,7 @@ def keep_source(text: str) -> Path | None:
 
 
 def drop_source(path: Path) -> None:
-    """Remove the file that `keep_source` has created, and the files compiled from it."""
+    """Remove a file that `keep_source` has created, and the files compiled from it."""
     with suppress(OSError):
         for each in (*path.parent.glob(f"{path.stem}.*"), *path.parent.glob(f"__pycache__/{path.stem}.*")):
             each.unlink(missing_ok=True)

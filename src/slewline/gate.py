@@ -1,17 +1,18 @@
 """The gate: all user files are read here, and the names in them are allowed or refused here.
 
-A bench file, journal, dialogue, log, black box, backup or memory image may come from anyone.  The names
-in it belong to one of three classes, and the code that reads the file checks them with a `FileGate`:
+A bench file, journal, dialogue, log, black box, backup or memory image may come from anyone.  Each name
+in it is of one of three classes, and the code that reads the file checks the name with a `FileGate`:
 
     of the folder    a file that is, once all links are followed, in the folder of the naming file or
                      below; a link for a pty in this folder or below, under a name that no tool runs,
                      with no other link on the way; a serial device of this system
     elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
-    code             a chip or part as module:Class, whose import runs it; only with `allow_code` (--allow-code)
+    code             a chip or part as module:Class, whose import runs the module's code; only with
+                     `allow_code` (--allow-code)
 
-A name given on the command line or in Python is trusted.  The limits apply in both cases: a file must be
-a regular file; files and lines have a maximum length; JSON has a maximum depth and number of values, and
-only finite numbers.
+A name given on the command line or in Python is trusted.  Trusted or not, every file must be a regular
+file; files and lines have a maximum length; JSON has a maximum depth and number of values, and only
+finite numbers.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class FileGate:
     Args:
         path: the file; the names in it are relative to its folder.
         anywhere: allow the file to name files, links and devices outside its folder.
-        allow_code: allow it to name chips and parts as module:Class, whose import runs code from the module.
+        allow_code: allow the file to name chips and parts as module:Class, whose import runs code.
     """
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
@@ -90,7 +91,8 @@ class FileGate:
         """Return the path of a file to read.
 
         Raises:
-            SlewlineError: the file is outside the folder once all links are followed.
+            SlewlineError: the file, once all links are followed, is outside the folder of the naming file, which
+                `anywhere` does not allow.
             OSError, ValueError: the name is not a path.
         """
         path = self.folder / self._text(name)
@@ -102,7 +104,8 @@ class FileGate:
         """Return the path of a link for a pty, which `links.ports.symbolic_link` creates without following links.
 
         Raises:
-            SlewlineError: the path is outside the folder, or a tool would run a file with this name.
+            SlewlineError: the path is outside the folder of the naming file, or a tool would run a file of this
+                name.
         """
         path = PurePath(self._text(name))
         if self.anywhere:
@@ -134,7 +137,7 @@ class FileGate:
         """Return the name of a serial port of this machine.
 
         Raises:
-            SlewlineError: it is not a serial device: opening any other device may have side effects.
+            SlewlineError: it is not a serial device; opening any other device may have side effects.
         """
         device = self._text(name)
         if not self.anywhere and not SERIAL.fullmatch(device if os.name == "nt" else os.path.realpath(device)):
@@ -148,7 +151,7 @@ class FileGate:
         """Return the class of a chip or part; module:Class is imported only if code is allowed.
 
         Args:
-            find: `chip_class` or `part_class`.
+            find: the function that finds the class: `chip_class` or `part_class`.
 
         Raises:
             UnknownName: there is no such class.
@@ -183,7 +186,7 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
         data: the content of the file, if it has already been read.
 
     Raises:
-        BenchFileError: the file does not exist, or is not text.
+        BenchFileError: the file does not exist, is not a regular file, is too long, or is not text.
     """
     data = read_file(path) if data is None else _bounded(path, data)
     try:
@@ -211,7 +214,7 @@ def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
 
 
 def opened(path: str | PathLike[str]) -> BinaryIO:
-    """Open a regular file to read its bytes; a FIFO would block, and a device may have side effects.
+    """Open a regular file to read its bytes; opening a FIFO would block, a device may have side effects.
 
     Raises:
         BenchFileError: the file does not exist, or is not a regular file.
@@ -224,12 +227,12 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
 
 
 def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
-    """Yield the lines of an open file, each with its line feed, which a truncated last line lacks.
+    """Yield the lines of an open file, each with its line feed; a truncated last line has none.
 
-    Blank lines at the end are left out.
+    Blank lines at the end of the file are left out.
 
     Args:
-        path: the file, for messages.
+        path: the path of the file, for messages.
 
     Raises:
         BenchFileError: a line is too long, or cannot be read.
@@ -250,7 +253,7 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
 
 @contextmanager
 def refusals(path: str | PathLike[str]) -> Iterator[None]:
-    """Raise BenchFileError, which names the file, for each OSError or ValueError in the `with` block."""
+    """Replace any OSError or ValueError in the `with` block by a BenchFileError, which names the file."""
     try:
         yield
     except BenchFileError:
@@ -265,8 +268,8 @@ def from_json(line: bytes) -> Any:
     """Return the value that a line of JSON in UTF-8 represents.
 
     Raises:
-        ValueError: the line is not JSON, is nested too deeply, or has too many values, a number that is not finite, or
-            an incomplete character.
+        ValueError: the line is not JSON, is nested too deeply, or has too many values, a number that is not
+            finite, or one half of a surrogate pair.
     """
     if len(line) > MAX_VALUES and sum(_BARE.sub(b"", line).count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
         raise ValueError(f"more than {MAX_VALUES} values")
@@ -280,7 +283,7 @@ def from_json(line: bytes) -> Any:
 
 
 def error_number(error: Exception) -> int | None:
-    """Return the number of a system error: its own, or one in the text of the package that raised it; or None."""
+    """Return the errno of an error or, if it has none, the errno in its text, as pySerial writes it; or None."""
     inside = ERRNO.search(str(error))
     return getattr(error, "errno", None) or (int(inside[1]) if inside else None)
 

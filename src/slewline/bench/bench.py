@@ -59,7 +59,7 @@ FIXED = {  # arguments and attributes of a bench, with the remedy for setting th
 
 
 def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
-    """Check the arguments passed to `Bench` that have these names."""
+    """Check the arguments `journal`, `shuffle` and `stores` of `Bench`."""
     for name, given, fits, allowed in (
         ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
         ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the task order"),
@@ -74,7 +74,7 @@ R = TypeVar("R")
 
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """Return a bench method that calls the method of attribute `to`, with the same signature and docstring."""
+    """Return a bench method that calls `method` on the bench's attribute `to`, with its signature and docstring."""
     owner, answered = attrgetter(to), answering(f"{method.__name__}()")(method)
 
     @wraps(method)
@@ -93,17 +93,17 @@ class Bench:
         journal: the file to which every external input is written; replay it with `slewline.replay`.
         shuffle: a second seed, for tests: tasks that are due in the same round then run in a random order, which
             must not change the results; None keeps the usual order.
-        stores: a function that returns the non-volatile memory of a chip, given the name of the chip; by default this
-            memory is lost with the bench.
+        stores: a function that returns the non-volatile memory of a chip or part, given its name; by default
+            this memory is lost with the bench.
         keep: for endless runs, the length of the past that is kept.  It applies to positions of axes and
             shafts, recorded pins (unless `record(keep=)` overrides it), findings, and data received by
             hosts.  None keeps everything, which takes 1 to 4 KB per move, or hundreds of megabytes for an
             hour of short moves.
 
     Attributes:
-        chips: the chips, by name, in the order in which they were added.
-        parts: the parts and hosts, by name, in the order in which they were added.
-        recorded: the pins that are recorded, by their full names.
+        chips: the chips, keyed by name, in the order in which they were added.
+        parts: the parts and hosts, keyed by name, in the order in which they were added.
+        recorded: the pins that are recorded, keyed by full name.
         journal: the `Journal` that is being written; None if there is none.
         seed: the seed of every random element.
         on_finding: hook, called with each `Finding` of any chip or part.
@@ -181,9 +181,9 @@ class Bench:
 
     @property
     def stores(self) -> Callable[[str], Any] | None:
-        """The function that returns the non-volatile memory of a chip, given the chip's name.
+        """The function that returns the non-volatile memory of a chip or part, given its name.
 
-        With None, this memory is lost with the bench.
+        If this is None, such memories are lost with the bench.
         """
         return self._circuit.stores
 
@@ -273,18 +273,18 @@ class Bench:
             axes: the axes to draw: numbers counted from 1, names of chips, or names such as "x axis 2"; by
                 default all.
             parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
-                default all changing quantities of parts around the chips; [] for none.
+                default all changing quantities of parts connected to the chips; [] for none.
             runs: further benches, keyed by their names in the legend; each is drawn over this one, shifted so that the
-                motions begin together, and `start` and `stop` count from there.  Measured steps are allowed as well,
-                such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
+                motions begin together; `start` and `stop` then count from there.  Measured steps are allowed as
+                well, such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
-                its pin, stretches in which trace and pin differ are marked, and the trace's greatest lag is noted.
+                its pin, with marks where the two differ, and a note of the trace's greatest lag relative to the pin.
             ideal: draw the ideal curve of each motion as well, if the chip defines one, and note the motion's greatest
                 deviation from it.
             cursors: instants that are marked by numbered lines; `readings` returns the values at these instants.
             dark: draw light lines on a dark background.
             width: "page", "phone", or a number of inches.
-            marks: flag commands, findings, limits and home above the panels.
+            marks: mark commands, findings, limits and home with flags above the panels.
             ax: matplotlib axes to draw into, one for each panel; a single axes object is used for the first
                 panel.
 

@@ -1,4 +1,4 @@
-"""The return types of `bench.add`, `bench.part` and `bench.host`, which depend on the name passed.
+"""The return types of `bench.add`, `bench.part` and `bench.host`, which depend on the arguments.
 
-See the stub file next to this one.
+The stub file `by_name.pyi` declares them.
 """

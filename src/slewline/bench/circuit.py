@@ -1,4 +1,4 @@
-"""The circuit of a bench: chips, parts and the wires between them, added before time passes or later."""
+"""The circuit of a bench: chips, parts and the wires between them, all of which can be added at any time."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Circuit:
     """Chips, parts and wires.
 
     Args:
-        stores: a function that returns the memory of a chip or part, given the name of that chip or part.
-        keep_ps: the length of the past that chips, parts and hosts keep; None for everything.
+        stores: a function that returns the non-volatile memory of a chip or part, given the name of that chip or part.
+        keep_ps: the length (ps) of the past that chips, parts and hosts keep; None for everything.
     """
 
     def __init__(self, kernel: Kernel, stores: Callable[[str], Any] | None, keep_ps: int | None) -> None:
@@ -59,8 +59,8 @@ class Circuit:
     ) -> Chip:
         """Put a chip on the bench, at any time; it powers up immediately.
 
-        Open strap pins read as the data sheet states: a GS-C module communicates at 110 baud, with checksums.  The
-        command line, slewline:// and the pytest plugin strap it for 9600 baud (see the table in docs/reference/api.md).
+        Unconnected strap pins read as the data sheet states: GS-C modules communicate at 110 baud, with checksums.
+        The command line, slewline:// and the pytest plugin strap modules for 9600 baud (table: docs/reference/api.md).
 
         Args:
             part: the part number in lower case, such as "cy525"; for a chip of your own, the name of its entry point
@@ -72,7 +72,7 @@ class Circuit:
             options: options of the part, such as rate=80 or stepwise=True.
 
         Raises:
-            UnknownName: there is no such part, or it has no such pin to strap; the message lists the existing ones.
+            UnknownName: there is no such part, or the part lacks a pin to strap; the message lists the existing ones.
             UsageError: the name is taken, a crystal, strap or option is out of range, or the module cannot be imported.
         """
         if not isinstance(bare, bool):
@@ -129,14 +129,14 @@ class Circuit:
                 module, or the class itself.
             name: the name on the bench; by default the kind, or the name of the class in lower case, with a number if
                 there are several.
-            to: a chip or part; the pins of the new part are wired to its pins with the matching roles.
+            to: a chip or part; the pins of the new part are wired to the pins of `to` with matching roles.
             on: the part on whose shaft the new part is mounted: a motor, a gear, a carriage.
             options: options of the part.
 
         Raises:
             UnknownName: there is no such kind, or no such chip or part on the bench.
-            UsageError: the name is taken, the kind does not have an option or allow its value, the part cannot be
-                mounted there, or the module cannot be imported.
+            UsageError: the name is taken, the kind lacks an option or does not allow its value, the part cannot be
+                mounted on `on`, or the module cannot be imported.
             WiringError: the chip or part given as `to` lacks a pin that is needed; nothing is added to the bench then.
         """
         try:
@@ -183,8 +183,8 @@ class Circuit:
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
         """Return a function that returns {"store": content}, to be recorded as part of an input.
 
-        The function returns {} if there is no store, or neither journal nor listener.  Call it when the owner of the
-        store is ready: it reads the content.  With a journal, the faults of the store are recorded as well.
+        The function returns {} if there is no store, or no journal and no listener to inputs.  Call it when the owner
+        of the store is ready: it reads the content.  With a journal, the faults of the store are recorded as well.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
@@ -218,7 +218,7 @@ class Circuit:
         return {"on": shaft}
 
     def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
-        """Return a chip or part of this bench, given as its name or as the object."""
+        """Return a chip or part of this bench, given by its name or as the object itself."""
         if isinstance(neighbour, str):
             return self[neighbour]
         if not any(neighbour is owner for owner in self.owners()):
@@ -294,13 +294,13 @@ class Circuit:
 
     @answering("wire()", "; two pins, such as bench.wire('x.run', 'y.wait')")
     def wire(self, a: str, b: str, invert: bool = False) -> None:
-        """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
+        """Connect two pins, at any time; with `invert`, an inverter drives `b` from `a`.
 
         "x.db" and "y.db" are whole buses ("x.hostdata" on a chip whose manual uses that name).
 
         Raises:
             UnknownName: there is no such pin; the message lists the existing ones.
-            WiringError: one is a bus and the other a single pin, or a pin carries no signal.
+            WiringError: one is a bus and the other a single pin, both are the same, or a pin carries no signal.
         """
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
@@ -358,7 +358,7 @@ class Circuit:
     def forget(self) -> None:
         """Drop the past that is older than the length to be kept.
 
-        A moving axis drops its past by itself; at rest, an axis with a turned encoder or a loaded register needs this.
+        A moving axis drops its past by itself; at rest it needs this if its encoder is turned or a register loaded.
         """
         if self.keep_ps is None:
             return

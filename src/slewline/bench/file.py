@@ -11,11 +11,11 @@
     crystal = "11 MHz"
     straps = { ascii_binary = 0 }   # fixed levels of inputs
     bare = false                    # true: without the standard wiring (ABORT high, STEP INHIBIT low ...)
-    options = { rate = 80 }         # of the part: values of registers at power-up, stepwise, cold
+    options = { rate = 80 }         # of the part: register values at power-up, stepwise, cold
 
     [[part]]                        # anything else with pins; further keys are its own options
     kind = "inverter"               # or a plug-in, as above
-    name = "not"                    # file = "dump.hex": the image of a memory, in this folder or below
+    name = "not"                    # a memory may have file = "dump.hex", its image, in this folder or below
 
 
     [[wire]]
@@ -33,7 +33,7 @@
     tcp = "127.0.0.1:4001"          # or: rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0", or pty = "x": a link in
                                     # this folder or below
     framing = false                 # true: lines of text with read-back, for a chip on a bus
-    prologix = false                # true: a GPIB controller that accepts Prologix commands, for such chips
+    prologix = false                # true: a GPIB controller that accepts Prologix commands, for a chip on a bus
 
     [[drive]]
     pin = "x.abort"
@@ -46,7 +46,7 @@
 
 Times are text with a unit, or whole picoseconds.
 
-A bench file may come from an untrusted source, so all names in it are checked by its gate (`gate.py`).
+A bench file may come from an untrusted source, so all names in it are checked by a `FileGate` (`gate.py`).
 """
 
 from __future__ import annotations
@@ -114,9 +114,9 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file in memory: its `tables`, and its text, in which messages find the lines of keys.
+    """A bench file in memory: its `tables`, and its text, which is searched for the line numbers in messages.
 
-    `text`: used instead of the contents of the file; the names in it are still relative to the file's folder.
+    `text`: used instead of the contents of the file; file names in it are still relative to the file's folder.
     """
 
     def __init__(
@@ -139,7 +139,7 @@ class BenchFile:
 
     # --------------------------------------------------------------------------------------------------------- errors
     def error(self, place: Place, message: str) -> BenchFileError:
-        """Return an error that states file, line and key."""
+        """Return an error that states the file, and the line and the key of a place in it."""
         line = self.line_of(place)
         at = f"{self.path}, line {line}" if line else str(self.path)
         found = BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{message}")
@@ -165,7 +165,7 @@ class BenchFile:
         return found
 
     def explained(self, message: str) -> BenchFileError:
-        """Return a msgspec error, reworded for the user."""
+        """Return an error with the message of a msgspec error, reworded for the user."""
         reason, _, path = message.partition(" - at `")
         place = [int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
         unknown = re.match(r"Object contains unknown field `(.*)`", reason)
@@ -187,14 +187,14 @@ class BenchFile:
         return self.error(place, f"found {found!r}; allowed {allowed}")
 
     def allowed(self, place: Place, key: str) -> str:
-        """Return a description of the allowed values of a key; for straps, the pins of the chip in question."""
+        """Return a description of the allowed values of a key (for straps, the pins of the chip); "" if unknown."""
         if "straps" in place:
             pins = self.straps_of(place[:2])
             return f"0, 1 for a pin, such as {{ {pins[0]} = 0 }}; its inputs: {', '.join(pins)}" if pins else ""
         return ALLOWED.get(key, "")
 
     def as_option(self, place: Place, key: str) -> str:
-        """Return a hint for a key of a [[chip]] that belongs in its options; "" for any other key."""
+        """Return a hint for a key of a [[chip]] table that belongs in its `options`; "" for any other key."""
         part = self.value(place).get("part") if len(place) == 2 and place[0] == "chip" else ""
         known = [row.name for row in sheet_of(part).options] if part in CHIPS.ours else []
         found = f"options = {{ {key} = {self.value(place)[key]!r} }}"
@@ -218,7 +218,7 @@ class BenchFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Report any error in the block with file, line and key."""
+        """Make any error in the `with` block state file, line and key; a ProgramError is unchanged."""
         try:
             yield
         except ProgramError:
@@ -243,7 +243,7 @@ class BenchFile:
         return bench
 
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
-        """Return the bench that the file describes, and its hosts with their scripts."""
+        """Return the bench that the file describes, and its hosts, each with its script, which is not queued yet."""
         self.check_times()
         programs = self.programs()
         bench = Bench(seed=self.tables.bench.seed, **options)
@@ -251,7 +251,7 @@ class BenchFile:
         return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
 
     def put_around(self, bench: Bench) -> list[Host]:
-        """Put chips, parts, hosts and wires on a bench; return the hosts."""
+        """Put chips, parts, hosts and wires on a bench, start recorders, and drive pins; return the hosts."""
         self.put_parts(bench)
         hosts = self.hosts(bench)
         self.wire(bench)
@@ -308,7 +308,7 @@ class BenchFile:
         return self.error(("part", number, key), message)
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
-        """Return the options of a [[part]]; for a part with a memory image, `file` names the image file."""
+        """Return the options in a [[part]] table; for a part with a memory image, `file` names the image file."""
         options = {key: value for key, value in part.items() if key != "kind"}
         if "file" in options and any(row.name == "image" for row in cls.options):
             if "image" in options:
@@ -317,7 +317,7 @@ class BenchFile:
         return options
 
     def hosts(self, bench: Bench) -> list[Host]:
-        """Put the hosts on the bench."""
+        """Put the hosts on the bench, and return them."""
         found = []
         for number, host in enumerate(self.tables.host):
             chips = self.chips_of(bench, "host", number, host.chips)
@@ -327,7 +327,7 @@ class BenchFile:
         return found
 
     def chips_of(self, bench: Bench, key: str, number: int, names: list[str]) -> list[Chip]:
-        """Return the chips that a table names; by default the only chip."""
+        """Return the chips that a table names; if it names none, the only chip of the bench."""
         names = names or (list(bench.chips) if len(bench.chips) == 1 else [])
         if not names:
             raise self.error((key, number), f'no chip named; write chips = ["{next(iter(bench.chips), "x")}"]')
@@ -372,7 +372,7 @@ class BenchFile:
         return found
 
     def wire(self, bench: Bench) -> None:
-        """Connect wires, start recorders, and drive pins externally."""
+        """Connect the wires, start the recorders, and drive the pins that the file lists."""
         for number, wire in enumerate(self.tables.wire):
             with self.at("wire", number):
                 bench.wire(wire.from_, wire.to, wire.invert)

@@ -28,7 +28,7 @@ OnBus = TypeVar("OnBus", "BusHost", "PacketHost", "FlowHost")
 
 
 class HostRequest(NamedTuple):
-    """The request for a host on some chips of a circuit, over one of their channels."""
+    """The request for a host on some chips of a circuit, over a channel that all of them have."""
 
     circuit: Circuit
     chips: Sequence[Any]
@@ -40,7 +40,7 @@ class HostRequest(NamedTuple):
     over: str | None
 
     def new_name(self) -> str:
-        """Return the name of the host."""
+        """Return the name for the new host: the requested one, or by default an unused one."""
         return self.circuit.new_name(self.name, "host")
 
     def connections(self) -> list[Connection]:
@@ -48,7 +48,7 @@ class HostRequest(NamedTuple):
         return [connection(chip, self.channel) for chip in self.chips]
 
     def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
-        """Return a host of this kind that already serves some of the chips, and the names of these chips, or None."""
+        """Return a host of this kind that already serves some of the chips, and their names; None if there is none."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
             if isinstance(other, kind) and taken:
@@ -56,10 +56,10 @@ class HostRequest(NamedTuple):
         return None
 
     def refuse_second(self, kind: type[Host]) -> None:
-        """Refuse a second host on the same chip.
+        """Refuse a second host of the same kind on any of the chips.
 
         Raises:
-            WiringError: a chip has one already.
+            WiringError: a chip has a host of this kind already.
         """
         if found := self.of(kind):
             name, taken = found[0].name, ", ".join(found[1])
@@ -73,7 +73,7 @@ class HostRequest(NamedTuple):
         self.refuse_second(kind)
 
     def record_host(self, name: str, **what: Any) -> None:
-        """Report the host as an external input."""
+        """Report the addition of the host, with the details `what`, as an external input."""
         asked = {} if self.over is None else {"over": self.over}  # so journals of single-channel parts are unchanged
         self.circuit.outside.record("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
 
@@ -84,7 +84,7 @@ class HostRequest(NamedTuple):
             theirs.net.join(own.net)
 
     def follow_power(self, switched_on: Callable[[], object]) -> None:
-        """Call a function of the host whenever one of its chips is switched on."""
+        """Arrange for a function of the host to be called whenever one of its chips is switched on."""
         for chip in self.chips:
             chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 
@@ -99,7 +99,7 @@ def host(
     line: Part | None = None,
     over: str | None = None,
 ) -> Host:
-    """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
+    """Put a host computer on the command port of a chip, or of several chips on one bus or serial line, at any time.
 
     Args:
         chips: the chips that the host commands.
@@ -112,7 +112,7 @@ def host(
     Raises:
         UsageError: no chip is given, one of them does not have the channel, their channels differ, or an argument does
             not apply to the channel.
-        WiringError: the serial line of a chip has a host already, or a custom chip has no pins for one.
+        WiringError: a chip has a host on a channel that allows only one, or a custom chip has no pins for a host.
     """
     if not chips:
         raise UsageError("host: no chip given; name one: bench.host(x)")
@@ -139,14 +139,14 @@ def host(
 
 
 def _bus_host(request: HostRequest) -> BusHost:
-    """Return a host on a bus, which its chips share."""
+    """Return a host on the bus that its chips share."""
     from ..parts.hosts.bus_host import BusHost
 
     return _on_bus(request, BusHost)
 
 
 def _packet_host(request: HostRequest) -> PacketHost:
-    """Return a host that sends packets over a bus, which its chips share."""
+    """Return a host that sends packets over the bus that its chips share."""
     from ..parts.hosts.packet_host import PacketHost
 
     request.refuse_second(PacketHost)
@@ -154,7 +154,7 @@ def _packet_host(request: HostRequest) -> PacketHost:
 
 
 def _flow_host(request: HostRequest) -> FlowHost:
-    """Return a host on a bidirectional bus."""
+    """Return a host on the bidirectional bus of a single chip."""
     from ..parts.hosts.flow_host import FlowHost
 
     request.refuse_several(FlowHost)
@@ -175,7 +175,7 @@ def _on_bus(request: HostRequest, kind: type[OnBus]) -> OnBus:
 
 
 def _adaptive_host(request: HostRequest) -> AdaptiveHost:
-    """Return a host on a serial line whose rate the chip detects, with CTS."""
+    """Return a host on a serial line with CTS, whose baud rate the chip detects."""
     from ..parts.hosts.adaptive_host import AdaptiveHost
 
     chip = request.chips[0]
@@ -230,7 +230,8 @@ HOSTS: Mapping[type[Channel], Callable[[HostRequest], Host]] = {  # the function
 def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
     """Wire a serial connector to the modules on one line.
 
-    If the modules have pull-downs, that of the last module is connected, unless one is connected already.
+    If the modules have pull-down resistors, the resistor of the last module is connected, unless the line already
+    has one.
 
     Args:
         connector: a part such as "serial_port".
@@ -297,7 +298,7 @@ def connection(chip: Chip, channel: Channel) -> Connection:
 
 
 def channel_over(chip: Chip, over: str | None) -> Channel:
-    """Return the channel of a chip by its name, or its first one.
+    """Return the channel of a chip that is named `over`; its first channel if `over` is None.
 
     Raises:
         UsageError: the chip has no channel, or none with this name; the message lists the existing ones.

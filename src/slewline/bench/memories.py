@@ -28,11 +28,11 @@ def put_memory(
     """Put the external memory of a chip on the bench, 64K bytes of RAM or, if it has a store, of EEPROM.
 
     Args:
-        image: a file, binary dump or Intel HEX, that is loaded into it even if the store has content.
-        store: its non-volatile store; by default the store that the bench provides for its memories, if any.
+        image: a file, binary dump or Intel HEX, that is loaded into the memory even if the store has content.
+        store: the non-volatile store of the memory; by default the one that the bench's `stores` returns, if set.
 
     Returns:
-        The part; None if the chip has no external memory.
+        The memory, a part; None if the chip has no external memory.
 
     Raises:
         UsageError: an image is given, but the chip has no external memory.

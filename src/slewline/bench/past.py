@@ -1,17 +1,17 @@
-"""The past of a bench that writes a journal: `Past.at(t)` restores an instant of it, in the same process.
+"""The past of a bench that writes a journal: `Past.at(t)` goes back to an instant of it, in the same process.
 
     past.at(t).rerun(inputs, now)   another bench, run up to now, with other inputs from t on
-    past.go_on(bench, t)            use it instead of the bench so far
+    past.go_on(bench, t)            use that bench instead of the present one
 
     journal   ....G....................R..........m.............. now         as recorded
     shadow    ....G....................R                                      plays the journal, with a delay
     rerun                              R..........m..............now          the same bench, with the input at m
     (G, R: recorded inputs; m: the instant of a new one)
 
-A running bench cannot be copied.  So a second bench, the shadow, plays its journal with a delay, so that it never
-passes an instant at which an input may still be inserted (`Past.follow`).  To go back, the shadow plays
-on (from R above), with the new inputs inserted among the old ones.  The cost is that of the run since that instant,
-regardless of how long the bench ran before.  Each new run uses up one shadow.
+A running bench cannot be copied.  So a second bench, the shadow, plays the journal of the first with a delay, so that
+it never passes an instant at which an input may still be inserted (`Past.follow`).  To go back, the shadow plays on
+(from R above), with the new inputs inserted among the old ones.  The cost is that of the run from that point
+on, regardless of how long the bench ran before.  Each new run uses up one shadow.
 
 A server can also go back in another process: `links/time/server_past.py`.
 
@@ -19,10 +19,11 @@ The journal of the new bench begins like the old one, contains the new inputs am
 continued.  It records exactly the inputs that the new bench has played: replaying it repeats the same
 run bit for bit.
 
-Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` it takes
-over the file, which is written only if the content differs: data that the undone past stored and the new run stored
-again in the same way is not written twice; data that the new run did not store is removed, and data that only the new
-run stored is added.  A write that a disk has refused is refused again, at the same call of the memory's owner.
+Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` the
+new bench takes over the file, which is written only if the content differs: data that the undone past stored and
+the new run stored again in the same way is not written twice; data that the new run did not store is removed, and
+data that only the new run stored is added.  A write that a disk has refused is refused again, at the same call of
+the memory's owner.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class TooLong(UsageError):
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
-    """Return the journal entry for a pin that is driven, or released (None), in the first round of an instant."""
+    """Return the journal entry for driving a pin, or releasing it (None), in the first round of an instant."""
     return {"do": "drive", "t": at_ps, "round": 1, "pin": pin, "level": level}
 
 
@@ -80,10 +81,10 @@ class ShadowBench:
         return -1 if self.player is None else self.player.bench.now_ps
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Play on up to an instant; return False if stopped earlier, because `enough` returned true after an entry.
+        """Play on up to an instant; return False if stopped before it because `enough` returned true.
 
         Raises:
-            BenchFileError: an entry that cannot be executed.
+            BenchFileError: an entry cannot be executed.
         """
         found = Entries(self.path, self.offset, self.lines)
         with closing(found.file):
@@ -122,8 +123,9 @@ class Past:
     """The past of a bench with a journal, from which other runs can start.
 
     Args:
-        bench: the bench in use; later the bench passed to `go_on`.
-        shadows: the number of shadows (see the module), each of which serves one rerun, before one starts again at 0.
+        bench: the bench in use, until `go_on` replaces it.
+        shadows: the number of shadows (see the docstring of the module).  Each serves one rerun; a rerun without
+            a suitable shadow starts again at time 0.
     """
 
     def __init__(self, bench: Bench, shadows: int = 3) -> None:
@@ -143,11 +145,11 @@ class Past:
         return self.bench.journal.path
 
     def at(self, ps: int) -> Instant:
-        """Return an instant of the past (ps)."""
+        """Return the instant `ps` (ps since time 0) of the past."""
         return Instant(self, ps)
 
     def listen(self, bench: Bench) -> object:
-        """Observe a bench that plays the past, before it begins to play; return its `Companion`, if any."""
+        """Prepare a bench that is about to play the past; a subclass may return a `Companion` (`replaying.py`)."""
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
         """Let the shadows play on up to an instant before which no more inputs will be inserted.
@@ -158,7 +160,7 @@ class Past:
             enough: called after each entry; if it returns true, the remaining entries are left for the next call.
 
         Returns:
-            False if entries remain.
+            False if entries up to the instant remain, else True.
         """
         while len(self.shadows) < self.most:
             self.shadows.append(ShadowBench(self.path, self.listen))
@@ -170,7 +172,7 @@ class Past:
 
     @property
     def since_ps(self) -> int:
-        """The instant (ps) that the most advanced shadow has reached; -1 if there is no shadow."""
+        """The instant (ps) that the most advanced shadow has reached; -1 if no shadow has started."""
         return max((each.now_ps for each in self.shadows), default=-1)
 
     @property
@@ -190,7 +192,8 @@ class Past:
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
         """Continue with another bench, identical to the present one before the instant `since_ps` (ps).
 
-        It takes over the external memories, and the name of the journal if the operating system can rename it.
+        The other bench takes over the external memories, and the name of the journal if the operating system can
+        rename its own.
 
         Raises:
             OSError: a memory could not be written; nothing has changed.
@@ -224,17 +227,18 @@ class Instant:
         memories in files.
 
         Args:
-            inputs: entries of a journal, as `driven` and `given` make them.
+            inputs: entries of a journal, such as `driven` and `given` return.
             to_ps: the present instant, ps.
             copy: the path for the journal of the new bench; by default next to the present journal.
             without: entries of the journal that are left out, each given by the byte offset of its line.
             allowed_s: the time that the rerun may take on a typical machine, in seconds; None for any time.
 
         Raises:
-            TooLong: the run would take longer.
-            UsageError: no input is added or left out, or one of them is not between the start and the present.
-            BenchFileError: an entry cannot be executed, possibly an old entry because of the new ones; or `copy` is a
-                file that is not a journal, or cannot be written.
+            TooLong: the rerun would take longer than `allowed_s`.
+            UsageError: no input is added or left out; or this instant, or that of such an input, is not later than 0
+                and up to `to_ps`.
+            BenchFileError: an entry cannot be executed, possibly a recorded one because of the inserted ones; or `copy`
+                is a file that is not a journal, or cannot be written.
         """
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
         if not (more or without):
@@ -272,7 +276,7 @@ class Instant:
         return bench
 
     def _first(self, inputs: Iterable[Entry], without: Iterable[int], to_ps: int) -> int:
-        """Return the earliest of this instant and the instants of the inputs added or left out (ps)."""
+        """Return the earliest of this instant and the instants (ps) of the inputs that are added or left out."""
         marks = [self.ps, *(int(entry["t"]) for entry in inputs), *map(self._instant, without)]
         for at in marks:
             if not 0 < at <= to_ps:
@@ -282,14 +286,17 @@ class Instant:
         return min(marks)
 
     def _instant(self, offset: int) -> int:
-        """Return the instant of an entry of the journal (ps)."""
+        """Return the instant (ps) of the journal entry at a byte offset."""
         with open(self.past.path, "rb") as file:
             file.seek(offset)
             return int(json.loads(file.readline())["t"])
 
 
 def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) -> Iterator[bytes]:
-    """Yield the lines of `rest`, a journal from byte offset `at` on, with entries merged in by time or left out."""
+    """Yield the lines of `rest`, a journal from byte offset `at` on, with the entries `more` inserted by time.
+
+    Lines at the byte offsets `without`, and an incomplete last line, are left out.
+    """
     for line in rest.splitlines(keepends=True):
         if line.endswith(b"\n") and at not in without:
             entry = json.loads(line)
@@ -311,7 +318,7 @@ def spelled(entry: Entry) -> bytes:
 
 
 def _take_over(bench: Bench, old: Bench) -> None:
-    """Pass the memories and the journal of a bench to another one, as described in `Past.go_on`."""
+    """Pass the memories and the journal of the bench `old` to `bench`, as described in `Past.go_on`."""
     attached: list[tuple[JournaledStore, Any, Any, bytes]] = []
     try:
         for name in (*bench.chips, *bench.parts):

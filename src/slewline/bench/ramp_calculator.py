@@ -54,17 +54,18 @@ def find_ramps(
     options: Mapping[str, Any] | None = None,
     **values: Value,
 ) -> list[Ramp]:
-    """Return the ramps that come nearest to a goal, over all values of the free parameters, the nearest first.
+    """Search all values of the free parameters for the ramps nearest to a goal; return them, the nearest first.
 
-    Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and SET_JERK of
-    the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower one comes first.  Of
-    several ramps with the same time, acceleration or steps (whichever is the goal), only the slowest is returned; of
-    equally slow ones, that with the lowest Z, and then that with the lowest S, R, acceleration or jerk.
+    Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and
+    SET_JERK of the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower
+    one comes first.  Of several ramps with the same time, acceleration or steps (whichever is the goal),
+    only the slowest is returned; if several are equally slow, the one with the lowest Z, then with the
+    lowest S, R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.
-        time, acceleration, steps: the goal, exactly one of the three: the duration of the ramp, such as "0.5 s" or a
-            number of ps; its mean acceleration, steps/s^2; or its number of steps.
+        time, acceleration, steps: the goal, exactly one of the three: the duration of the ramp, such as
+            "0.5 s" or a number of ps; its mean acceleration, steps/s^2; or its number of steps.
         count: the number of ramps to return, 1 or more.
 
     Raises:
@@ -87,7 +88,7 @@ def find_ramps(
 
 
 def _wanted(goals: dict[Goal, float | None]) -> Wanted:
-    """Return the one goal that is given."""
+    """Return the goal that is given; exactly one must be given."""
     given = [(goal, value) for goal, value in goals.items() if value is not None]
     if len(given) != 1:
         raise UsageError("the ramp needs exactly one goal: time, acceleration or steps")

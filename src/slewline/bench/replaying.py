@@ -1,8 +1,8 @@
 """Replay of a journal: its entries are read, checked, and executed at their instants.
 
-`journal.py` describes its lines.  A run is repeated exactly only if the parts still behave as they did.
-A journal may come from an untrusted source: it can only call methods that are declared as inputs, and
-all names in it are checked by its gate (`gate.py`).
+`journal.py` describes the lines of a journal.  The run is repeated exactly only if the parts still
+behave as they did when it was recorded.  A journal may come from an untrusted source: it can only call
+methods that are declared as inputs, and a gate (`gate.py`) checks all names in it.
 """
 
 from __future__ import annotations
@@ -50,10 +50,11 @@ class Survey(NamedTuple):
 
 
 def survey(found: Entries, gate: FileGate) -> Survey:
-    """Read a journal once, without executing it.
+    """Read a journal once, without executing it; return the facts that its replay needs.
 
     Raises:
-        BenchFileError: a chip or part does not exist, or is named as module:Class, which is not allowed; with its line.
+        BenchFileError: a chip or part does not exist, or is named as module:Class although this is not
+            allowed; or the content of a memory is invalid.  The message states the line.
     """
     known = Survey(0, "", 0, {}, {}, {})
     entry: dict[str, Any] = {"t": 0}
@@ -76,7 +77,7 @@ def survey(found: Entries, gate: FileGate) -> Survey:
 
 
 def differing(known: Survey) -> str:
-    """Return text that lists the parts of a journal that behave differently now; "" if there are none."""
+    """Return text that lists the parts whose behaviour has changed since the recording; "" if none has changed."""
     here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
     different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
     return ", ".join(f"{part} had behaviour {had} and now has {here[part]}" for part, had in different)
@@ -92,22 +93,24 @@ def replay(
     other_laws: bool = False,
     allow_code: bool = False,
 ) -> Bench:
-    """Replay a journal; return the bench as it was at the end of the recorded run, or at an instant.
+    """Replay a journal; return the bench as it was at the end of the recorded run, or at the instant `until`.
 
     Args:
         path: the journal.
-        until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
-            leave them out, stop one picosecond earlier.  After the end of the journal, time passes without inputs.  The
-            returned bench can be run further.
-        shuffle: a seed, for tests: tasks that are due in the same round then run in a random order, which must not
-            change the results; None keeps the usual order.
+        until: the instant at which to stop, by default the end of the run.  All inputs at this instant are
+            included; to leave them out, stop one picosecond earlier.  After the end of the journal, time
+            passes without inputs.  The returned bench can be run further.
+        shuffle: a seed, for tests: tasks that are due in the same round then run in a random order, which
+            must not change the results; None keeps the usual order.
         prepare: a function that is called with the bench before time passes: to record pins, for example.
-        other_laws: replay even if the behaviour of a part has changed since the journal was recorded; the run may then
-            differ, and the warning OtherLaws is issued.
-        allow_code: allow the journal to name chips and parts as module:Class, whose import runs code from the module.
+        other_laws: replay even if the behaviour of a part has changed since the journal was recorded; the
+            run may then differ, and the warning OtherLaws is issued.
+        allow_code: allow the journal to name chips and parts as module:Class, whose import runs code from
+            the module.
 
     Raises:
-        BenchFileError: not a journal, or its parts behave differently now, do not exist, or are not allowed.
+        BenchFileError: not a journal, or the parts in it behave differently now, do not exist, or are not
+            allowed.
         TimeError: `until` is not a time.
     """
     found = Entries(path)
@@ -119,13 +122,13 @@ def replay(
 
 
 def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
-    """Let a bench in the state at byte `begin` of a journal play the entries from there up to the instant `stop` (ps).
+    """Let a bench in the state at byte `begin` of a journal play the entries from there, up to `stop` (ps).
 
-    From then on, the bench writes a journal of its own, `copy`, which begins like the old one.  The memories of its
-    chips and parts are separated from the external ones; memory faults recorded in the journal are repeated.
+    From then on, the bench writes a journal of its own, `copy`, which begins with the old one up to `stop`.
+    Memories of chips and parts are separated from external ones; memory faults in the journal are repeated.
 
     Raises:
-        BenchFileError: an invalid entry.
+        BenchFileError: an entry is invalid.
     """
     outside = bench.kernel.outside
     outside.write = None
@@ -165,7 +168,7 @@ class Companion(Protocol):
         """Take note of an entry that has been executed, and of its result if it is an input."""
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return the next action and its instant (ps) if due before the next entry and by `to_ps`, else None."""
+        """Return the instant (ps) of its next action, and the action, if it is due by `to_ps`; else None."""
 
 
 class Player:
@@ -175,7 +178,7 @@ class Player:
 
     Args:
         prepare: called with the bench before time passes; may return a `Companion`.
-        kept: a function that creates the memory of a chip or part, given the name of the owner and the content.
+        kept: a function that takes the name of a chip or part and its memory, and returns the memory to use.
     """
 
     def __init__(
@@ -191,7 +194,7 @@ class Player:
         ] = {}  # in the first round of an instant
 
     def take(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
-        """Let time pass up to the next entry, and execute it."""
+        """Let time pass up to the instant of an entry, and execute the entry."""
         bench, at = self.bench, entry["t"]
         if self.prepare is not None and (entry["do"] == "run" or at > 0):
             self.begin()
@@ -255,10 +258,10 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
 
 
 def as_bytes(content: Any) -> bytes:
-    """Return the content of a memory, from an entry: one number per byte.
+    """Convert the content of a memory, which an entry lists as one number per byte, to bytes.
 
     Raises:
-        UsageError: the content is anything else; `bytes` would take a whole number as a length.
+        UsageError: the content is not such a list; `bytes` itself would take a whole number as a length.
     """
     if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
         raise UsageError(
@@ -272,7 +275,7 @@ def as_bytes(content: Any) -> bytes:
 
 @contextmanager
 def _located(found: Entries, number: int, what: str) -> Iterator[None]:
-    """Report errors in executing an invalid entry with file and line."""
+    """Raise each error in the execution of an invalid entry as a BenchFileError that states file and line."""
     try:
         yield
     except BenchFileError:
@@ -306,9 +309,9 @@ def apply(
     known: Survey,
     kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
 ) -> Any:
-    """Execute an entry again; if it is an input to a chip or part, return the result of the input.
+    """Execute an entry on a bench; return the result of an input to a chip or part, and None for other entries.
 
-    `kept` creates the memory of a chip or part, given the name of the owner and the content.
+    `kept` takes the name of a chip or part and its memory, and returns the memory to use.
     """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
@@ -355,7 +358,7 @@ def apply(
 
 
 def apply_input(bench: Bench, name: str, do: str, args: list[Any]) -> None:
-    """Repeat a call of a method of a host: a script or, in journals written by 0.1.0 and earlier, any other call."""
+    """Repeat a recorded call of a host's method: a script or, in journals of 0.1.0 and earlier, any other call."""
     host: Any = bench[name]
     if not isinstance(host, Host):
         raise UsageError(f"{name} is not a host")

@@ -29,7 +29,7 @@ class TimedStream(Protocol):
         """Check that time may pass: that the stream is used in a `with` statement.
 
         Raises:
-            UsageError: it is not.
+            UsageError: the stream is not used in a `with` statement.
         """
 
     def feed(self, ps: int) -> None:
@@ -37,12 +37,12 @@ class TimedStream(Protocol):
 
 
 def _seen(_net: Net) -> None:
-    """Do nothing; the promised edges of a net with this observer are instants at which conditions are tested."""
+    """Do nothing: this observer only makes the promised edges of a net instants at which conditions are tested."""
 
 
 @dataclass
 class Wait:
-    """A wait for a condition, up to an instant; `done` is called with True if it was met, else with False."""
+    """A wait for a condition until an instant; `done` is called with True if the condition is met, else False."""
 
     met: Callable[[], bool]
     limit_ps: int
@@ -53,7 +53,7 @@ class Wait:
     renew: Callable[[], object] | None = None  # repeats the wait on the bench that has replaced this one
 
     def begin(self) -> None:
-        """Make the promised edges of the nets count as instants of the run, so that the condition is tested at each."""
+        """Make the promised edges of the nets instants of the run, so that the condition is tested at each edge."""
         for net in self.nets:
             net.watch(_seen)
 
@@ -64,7 +64,7 @@ class Wait:
 
 
 class FunctionCondition(Condition):
-    """The condition that a function returns true."""
+    """A condition that is met when a function returns true."""
 
     def __init__(self, met: Callable[[], bool], text: str, nets: Iterable[Net] = ()) -> None:
         self.met, self.text, self.nets = met, text, tuple(nets)  # type: ignore[method-assign]
@@ -98,7 +98,7 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return, for each chip and part that is not idle, a line that states the event for which it waits."""
+    """Return lines of text that state the awaited event of each chip and part that is not idle."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 
@@ -115,10 +115,11 @@ class Runner:
         self._forget_ps = NEVER_PS if circuit.keep_ps is None else circuit.keep_ps  # when the past is dropped next
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant, in its first round: all levels still read as before the instant.
+        """Call a function in the first round of an instant, when all levels still read as before the instant.
 
         Args:
-            time: the instant, counted from time 0, not before now: "12 ms", or picoseconds (0, or at least 1000).
+            time: the instant, counted from time 0, not in the past: "12 ms", or picoseconds (0, or at least
+                1000).
             function: a function without arguments, whose result is ignored; it must not let time pass.
 
         Raises:
@@ -139,7 +140,7 @@ class Runner:
     # ------------------------------------------------------------------------------------------------------- durations
     @answering("run()", "; run_to(time) goes to an instant, run_until(condition) waits for one")
     def run(self, duration: Time) -> None:
-        """Let virtual time pass.
+        """Let virtual time pass for a duration.
 
         Args:
             duration: "12 ms", or picoseconds (0, or at least 1000).
@@ -185,7 +186,7 @@ class Runner:
         self.kernel.settle()
 
     def _advance(self, ps: int) -> None:
-        """Let time pass, and feed the streams meanwhile."""
+        """Let time pass up to an instant (ps), and feed the streams meanwhile."""
         while self.streams and self.kernel.now < ps:
             self.kernel.run(min(ps, self.kernel.now + SLICE_PS))
             for stream in self.streams:
@@ -209,19 +210,20 @@ class Runner:
             self._forget(self.kernel.now)
 
     def _forget(self, now: int) -> None:
-        """Drop data that is too old to be kept; do so again when the kept length has passed since `now` (ps)."""
+        """Drop data that is too old to be kept; the next time to do so is `keep_ps` after `now` (ps)."""
         self.circuit.forget()
         self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
     # ------------------------------------------------------------------------------------------------------ conditions
     def run_until_idle(self, timeout: Time = "60 s") -> None:
-        """Run until every host queue is empty and every chip idle.
+        """Run until every host queue is empty and every chip is idle.
 
         Args:
             timeout: the longest wait, in virtual time from now.
 
         Raises:
-            Timeout: something is not idle in time; the message lists what each chip, part and host waits for.
+            Timeout: something is not idle in time; the message lists the events awaited by chips, parts and
+                hosts.
             TimeError: `timeout` is not a time.
             UsageError: the call is made from within a run.
         """
@@ -229,30 +231,32 @@ class Runner:
         self.conclude()
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two: a | b.
+        """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"); a | b for either.
 
         Args:
-            condition: a condition, or a function without arguments that returns true when it is met.  A function is
-                called after every instant, and every step of every motor counts as one: this is exact, but slow.
+            condition: a condition, or a function without arguments that returns true when the condition is met.
+                A function is called after every instant, and every step of every motor counts as an instant:
+                this is exact, but slow.
             timeout: the longest wait, in virtual time from now.
 
         Raises:
-            Timeout: the condition is not met in time; the message lists what each chip, part and host waits for.
+            Timeout: the condition is not met in time; the message lists the events awaited by chips, parts and
+                hosts.
             TimeError: `timeout` is not a time.
-            UsageError: neither a condition nor a function, a condition of another bench, or the call is made from
-                within a run.
+            UsageError: `condition` is neither a condition nor a function, or belongs to another bench; or the
+                call is made from within a run.
         """
         self._until(self._condition("run_until", condition), timeout)
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Run until a condition is met for which a call to a host waits; `what` names the condition in messages."""
+        """Run until the condition for which a call to a host waits is met; `what` names the condition in messages."""
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
         """Let chips report incomplete commands of hosts, such as a setting without its update, as findings.
 
-        It is called by `run_until_idle`, by the test fixtures, by `slewline run`, and by a server when its host
-        disconnects.  Nothing is reported while a host still has data to send.
+        This method is called by `run_until_idle`, by the test fixtures, by `slewline run`, and by a server when
+        its host disconnects.  Nothing is reported while a host still has data to send.
         """
         if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
             [chip.conclude() for chip in self.chips.values()]  # no short circuit
@@ -269,7 +273,7 @@ class Runner:
         return True
 
     def _condition(self, verb: str, condition: Condition | Callable[[], bool]) -> Condition:
-        """Return a condition, its wait begun; one made of a function is tested after every step of every motor."""
+        """Return a condition ready to be awaited; a condition made from a function is tested at every motor step."""
         if isinstance(condition, Condition):
             if not condition.belongs(self.kernel):
                 raise UsageError(
@@ -287,13 +291,13 @@ class Runner:
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _instants(self) -> list[Net]:
-        """Return the nets at whose edges a function is called: steps, and data exchanged by value."""
+        """Return the nets at whose edges a condition function is called: steps, and data exchanged by value."""
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
         return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends or pin.net.readers]
 
     def _until(self, condition: Condition, timeout: Time) -> None:
-        """Run instant by instant until a condition is met."""
+        """Run instant by instant until a condition is met; raise Timeout if it is not met in time."""
         self._start()
         kernel, met, when = self.kernel, condition.met, condition.foreseen
         limit = kernel.now + picoseconds(timeout)
@@ -313,7 +317,10 @@ class Runner:
             raise self._timeout(condition, timeout, dead)
 
     def _foreseen(self, met: Callable[[], bool], limit: int, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met, at an event or when `when` foresees it; return False if not by `limit` (ps)."""
+        """Run until a condition is met; return False if it is not met by `limit` (ps), else True.
+
+        The condition is tested at each event, and at the instant that `when` foresees.
+        """
         kernel = self.kernel
         while not met():
             following, early = kernel.next_time(), when()
@@ -337,16 +344,18 @@ class Runner:
     async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
         """Wait until a condition is met, in an asyncio task: `run_until` for programs with concurrent tasks.
 
-        The event loop must be one of virtual time: `slewline.testing.aio.run(main())`.
+        The event loop must run in virtual time, as in `slewline.testing.aio.run(main())`.
 
         Args:
             condition: as for `run_until`.
             timeout: the longest wait, in virtual time from now.
 
         Raises:
-            Timeout: the condition is not met in time; the message lists what each chip, part and host waits for.
+            Timeout: the condition is not met in time; the message lists the events awaited by chips, parts and
+                hosts.
             TimeError: `timeout` is not a time.
-            UsageError: neither a condition nor a function, or the event loop follows the wall clock.
+            UsageError: `condition` is neither a condition nor a function, or belongs to another bench; or the
+                event loop follows the wall clock.
         """
         loop = virtual_loop("until")
         await self._awaited(loop, self._condition("until", condition), timeout)
@@ -357,7 +366,7 @@ class Runner:
         self.conclude()
 
     async def wait(self, duration: Time) -> None:
-        """Wait for a time, in an asyncio task, while other tasks continue.
+        """Wait for a duration, in an asyncio task, while other tasks continue.
 
         Args:
             duration: "12 ms", or picoseconds (0, or at least 1000).

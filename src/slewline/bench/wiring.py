@@ -26,11 +26,11 @@ from ..parts.base.part import Part
 
 
 def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal, Terminal]]:
-    """Return the connections of the standard wiring: pins of the part, each with the pin of the neighbour.
+    """Return the connections of the standard wiring, each as a pin of the part and a pin of the neighbour.
 
     Raises:
-        WiringError: the neighbour lacks a pin that the part needs, or a pin does not match; or the part has no standard
-            wiring.
+        WiringError: the neighbour lacks a pin that the part needs, or a pin does not match; or the part has
+            no standard wiring.
     """
     if not part.wiring:
         remedy = f"connect {', '.join(part.pins)} with bench.wire" if part.pins else "it has no pins; leave out to="
@@ -50,13 +50,13 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
 
 
 def _elsewhere(role: str) -> str:
-    """Return text that names the chips with a pin in a role, for a message; "" if there are none."""
+    """Return text, for a message, that names the built-in chips with a pin in this role; "" if there are none."""
     found = [part for part in CATALOGUE.ours if any(row.plays(role, 1) for row in sheet_of(part).pins)]
     return f"; {', '.join(found)} {'has' if len(found) == 1 else 'have'} one" if found else ""
 
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
-    """Return the neighbour's pin in a role to which the pin of a part is to be connected; None if there is none."""
+    """Return the neighbour's pin in a role, to be connected to the part's pin `own`; None if there is none."""
     in_out = own.row.in_out
     found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
     found = [pin for pin in found if (in_out, pin.row.in_out) != ("out", "out")]
@@ -64,15 +64,15 @@ def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal
 
 
 def as_needed(row: Pin) -> Pin:
-    """Return a pin as an attached part sees it: with the level at which the pin's role is active as its `active`."""
+    """Return a pin as an attached part sees it: its `active` is the level at which its role is active."""
     return replace(row, active=row.sense)
 
 
 def in_role(owner: Chip | Part, role: str, axis: int = 1) -> Terminal:
-    """Return the pin that has a role.
+    """Return the pin of a chip or part that has this role.
 
     Raises:
-        WiringError: there is none.
+        WiringError: no pin has this role.
     """
     for pin in owner.pins.values():
         if pin.row.plays(role, axis):
@@ -97,10 +97,10 @@ def _called(neighbour: Chip | Part) -> str:
 
 
 def stem_of(kind: str, cls: type[Part]) -> str:
-    """Return the default name for a part of a kind, to which a number is added if necessary."""
+    """Return the default name for a part of this kind, to which a number is added if necessary."""
     return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
 
 
 def free_name(stem: str, taken: Container[str]) -> str:
-    """Return a name that is not taken: the stem, numbered if necessary."""
+    """Return a name that is not taken: the stem, with a number added if necessary."""
     return next(name for name in chain((stem,), (f"{stem}_{number}" for number in count(2))) if name not in taken)

@@ -130,10 +130,10 @@ def chip_class(part: str, *, allow_code: bool = True) -> type[Chip]:
 
 
 def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mapping[str, Any] | None = None) -> Sheet:
-    """Return the data sheet of a part, without starting anything.
+    """Return the data sheet of a part, without creating a chip.
 
     Args:
-        part, allow_code: as for `chip_class`; or the class itself.
+        part, allow_code: as for `chip_class`; `part` may also be the class itself.
         options: options of the part; the sheet includes the changes that they make, for example to rates.
 
     Raises:
@@ -152,7 +152,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
 
 def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
-    """Return the lint rules of this part only, for its own sheet or the one given; raise as `chip_class` does."""
+    """Return the lint rules for this part only, using `sheet` or its own sheet; raise as `chip_class` does."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]

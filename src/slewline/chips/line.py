@@ -43,8 +43,8 @@ class Line(NamedTuple):
         faulty: True if a character had a parity or framing error.
         first_faulty: True if the first character had such an error.
         too_long: True if the line was longer than the part accepts.
-        checked: True if checksums were selected when its carriage return arrived; this applies to the answer as well.
-        end_ps: the end of its carriage return, ps.
+        checked: True if checksums were selected at the end of the line; this applies to its answer as well.
+        end_ps: the end of the line's carriage return, ps.
     """
 
     text: bytes
@@ -88,10 +88,10 @@ class LineOwner(Protocol):
         """Execute a line; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if the line has none for this chip."""
+        """Return the command in a line, without address and checksum; None if there is none for this chip."""
 
     def busy(self, on: bool) -> None:
-        """Show that the chip begins to execute a line (True), or has finished it (False)."""
+        """Show that the chip begins (True) or has finished (False) the execution of a line."""
 
     def refresh_idle(self) -> None:
         """Record whether the chip is idle."""
@@ -103,7 +103,7 @@ class LineInterface:
     Args:
         longest: the maximum number of characters in a line.
         turnround_ps: the time from the carriage return to the effect and answer of a line, ps.
-        lenient: ignore a line feed between two lines.
+        lenient: True if a line feed between two lines is ignored.
     """
 
     def __init__(
@@ -135,12 +135,12 @@ class LineInterface:
 
     @property
     def unfinished(self) -> str:
-        """The part of a line received so far."""
+        """The characters of the line that has not ended yet, as text."""
         return self.coming.decode("latin-1")
 
     @property
     def odd(self) -> str:
-        """A remark about an unfinished line whose characters are unprintable; "" for none."""
+        """A remark to append if the unfinished line contains unprintable characters; otherwise ""."""
         odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
         in_full = self.straps.setting.in_full
         return f"; such characters indicate another rate or format than {in_full}" if odd else ""
@@ -198,7 +198,10 @@ class LineInterface:
             self._too_long = True
 
     def _line_feed(self, within: bool) -> None:
-        """Report, once, that the host sends line feeds; `within` is True if this one follows characters of a line."""
+        """Report, once, that the host sends line feeds.
+
+        `within` is True if the present line feed comes after other characters of a line.
+        """
         if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
             return  # the last character may be a checksum
         self.line_feeds = True
@@ -210,7 +213,7 @@ class LineInterface:
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
-        """Add a complete line, or a late answer, to the work; a line is lost if another one is already waiting."""
+        """Add a complete line, or a late answer, to the work; a line is lost if another line is already waiting."""
         if isinstance(item, Line) and len(self.work) > 1:
             self.owner.finding(
                 "line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting"
@@ -248,7 +251,7 @@ class LineInterface:
 
 
 def _line_end(data: bytes, at: int) -> int:
-    """Return the index of the next carriage return or line feed; -1 if there is none."""
+    """Return the index of the first carriage return or line feed at or after `at`; -1 if there is none."""
     end = data.find(b"\r", at)
     feed = data.find(b"\n", at)
     return end if feed < 0 else feed if end < 0 else min(end, feed)
@@ -267,12 +270,12 @@ class InLines:
 
     @property
     def unfinished(self) -> str:
-        """The part of a line received so far."""
+        """The characters of the line that has not ended yet, as text."""
         return self.line.unfinished
 
     @property
     def _how_to_end(self) -> str:
-        """A hint on ending an unfinished line, with a remark if its characters are unprintable."""
+        """A hint on ending an unfinished line, with a remark if it contains unprintable characters."""
         return f"{super()._how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
 
     @property
@@ -297,7 +300,7 @@ class LineChip(InLines, Chip):
         straps: the levels of the pins that select baud rate, address and checksums.
         turnround_ps: the time from the end of a line to the start of its answer, ps.
         up_ps: the time at which the supply was switched on, ps.
-        done: the answer of `obey` to a command that returns nothing.
+        done: the answer of `obey` to a command whose method returns None.
         refused: the answer of `obey` to a line that is not a command.
         lenient: True if a line feed between two lines is ignored.
         answering: True from the carriage return of a line to the end of its answer.
@@ -321,7 +324,7 @@ class LineChip(InLines, Chip):
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Execute a line; return the answers, without their carriage returns.
 
-        This default calls the method named after the command's row (do_loop for LOOP); that returns the answer.
+        This default calls the method named after the command's row (do_loop for LOOP), which returns the answer.
         """
         command = parse(self.sheet, line.text.decode("ascii", "replace"))
         if isinstance(command, Refusal):
@@ -334,7 +337,7 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if the line has none for this chip."""
+        """Return the command in a line, without address and checksum; this default returns the whole line."""
         return line.text
 
     @property
@@ -343,7 +346,7 @@ class LineChip(InLines, Chip):
         return ""
 
     def busy(self, on: bool) -> None:
-        """Show on a pin, if the chip has one for this, that a line is in progress (True) or finished (False)."""
+        """Show, if the chip has a pin for it, that a line is in progress (True) or finished (False)."""
 
     def refresh_idle(self) -> None:
         """Update `idle` after something has begun or ended."""

@@ -1,4 +1,4 @@
-"""The commands: names, options, and the module that does the work."""
+"""The commands: their names and options, and for each the module that does its work."""
 
 from __future__ import annotations
 

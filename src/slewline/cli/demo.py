@@ -40,7 +40,7 @@ PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 
 
 def demo(output: str) -> int:
-    """Run the machine; return the exit status."""
+    """Run the welding machine, and write its picture and waveform to a folder; return the exit status."""
     from ..bench.file import BenchFile
 
     folder = made(output)
@@ -74,7 +74,7 @@ def demo(output: str) -> int:
 
 
 def made(output: str) -> Path:
-    """Return a folder, after creating it if it does not exist."""
+    """Return the path of a folder, which is created if it does not exist."""
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -84,7 +84,7 @@ def made(output: str) -> Path:
 
 
 def called_as() -> str:
-    """Return the shell command that calls this slewline from the current folder.
+    """Return the shell command that calls this installation of slewline from the current folder.
 
     It is "slewline", the path of its script, or, if the package is not installed, python -m slewline.
     """
@@ -105,7 +105,7 @@ def word(path: str | Path) -> str:
 
 
 class Show:
-    """A live report of the machine, one line per spot."""
+    """A live report of the welding machine, with a line for each spot."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.chip = bench, bench.chips["x"]
@@ -116,7 +116,7 @@ class Show:
         click.echo(f"{'seconds':>10}   {'position':>8}")
 
     def print_line(self, text: str, **style: Any) -> None:
-        """Print a line with the time, the position and a text."""
+        """Print a line with the present time and position, and a text."""
         click.echo(f"{seconds(self.bench.now_ps)[:-3]:>10}   {self.chip.position:>8}   {click.style(text, **style)}")
 
     def ran(self, net: Net) -> None:
@@ -145,7 +145,7 @@ class Show:
             self.print_line(f"  spot {self.spot}  {'*' * self.spot:<6}  {burnt}", fg="yellow")
 
     def end(self, took: float) -> None:
-        """Print the results."""
+        """Print the results; `took` is the computing time in seconds."""
         times = self.chip.steps().times_ps
         fastest = round(10**12 / int((times[1:] - times[:-1]).min()))
         click.echo(f"\n{self.spots} spots, {len(times):,} steps, up to {fastest:,} steps/s", nl=False)

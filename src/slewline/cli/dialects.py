@@ -1,8 +1,8 @@
-"""Detection of programs passed to the wrong chip: no line is a command of the chip, or most lines are not.
+"""Detection of programs that were written for another chip.
 
-A command that a chip refuses, because of its value or the chip's state, is a finding, and a run with findings succeeds
-unless it is strict.  But if no line of a program is a command of the chip, or most lines are not and another chip has
-all of them, the program was meant for another chip: `slewline run` reports it and ends with status 1.
+A command that a chip refuses, because of its value or the chip's state, is a finding; a run with
+findings succeeds unless --strict is given.  But if no line is a command of the chip, or most are not and
+all are commands of another chip, the program is for another chip: `slewline run` ends with status 1.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
 
 
 def commands(text: str, sheet: Sheet) -> set[int]:
-    """Return the numbers of the lines in a text that a host would send to the chip."""
+    """Return the line numbers of the commands in a text: the lines that a host would send to the chip."""
     from ..language.dialect import dialect_of
     from ..language.source import host_lines
 

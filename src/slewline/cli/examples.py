@@ -20,6 +20,8 @@ LEAN = (".toml", ".c")  # may use files next to them, which are copied too
 def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
     """Return the files that a name selects: a folder, a file, or a file without its folder or its extension.
 
+    A .toml or .c file also selects all other files in its folder.
+
     Raises:
         UsageError: there is no such file; the message names the command that lists the examples.
     """

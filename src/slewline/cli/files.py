@@ -140,12 +140,12 @@ def is_bench(path: str) -> bool:
 
 
 def is_program(path: str) -> bool:
-    """Return whether a file name is that of a program for one of our chips, or of a bench file."""
+    """Return whether a file name is that of a program for one of this package's chips, or of a bench file."""
     return is_bench(path) or Path(path).suffix[1:].lower() in CATALOGUE.ours
 
 
 def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
-    """Return the options of a part from a TOML file; no options without a file.
+    """Return the options of a part from a TOML file; {} if `path` is None.
 
     Raises:
         BenchFileError: the file cannot be read, is not TOML, or is a bench file, whose chips have their own options.
@@ -170,7 +170,7 @@ def _fits(name: str, fits: Callable[[Sheet], object]) -> bool:
 
 
 def sheet_for(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> Sheet:
-    """Return the data sheet of the part for which a file is meant."""
+    """Return the data sheet of the part for which a file is meant; the arguments are those of `chip_of`."""
     return sheet_of(chip_of(path, chip, fits))
 
 
@@ -251,7 +251,7 @@ class Outputs:
     def partial(self, path: str | None) -> str | None:
         """Return the temporary name of a file that grows during a run; `keep` gives the file its final name.
 
-        A pipe or a device keeps its own name.  None if there is no file.
+        A pipe or a device keeps its own name.  None if `path` is None.
         """
         from ..record.whole_file import WholeFile
 

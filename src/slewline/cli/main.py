@@ -1,7 +1,7 @@
-"""The entry point: it runs the command line, and turns every error into a message and an exit status.
+"""The entry point, which runs the command line and turns every error into a message and an exit status.
 
-The status is 0: success; 1: a problem was found in the program or file, or the time limit was reached;
-2: incorrect usage.
+The status is 0 for success; 1 if a problem was found in the program or file, the time limit was reached,
+or the command was interrupted; 2 for incorrect usage.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has them
 
 
 def main() -> None:
-    """Run the command line, as the console script `slewline` does, and exit with its status."""
+    """Run the command line and exit with its status; the console script `slewline` calls this function."""
     _open_closed()
     if default := signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)  # an exception would show a traceback of the imports
@@ -58,7 +58,7 @@ def main() -> None:
 
 
 def _end_in_order() -> None:
-    """Make SIGTERM, SIGHUP and SIGQUIT end the command as Ctrl-C does, except signals that are ignored (nohup)."""
+    """Make SIGTERM, SIGHUP and SIGQUIT end the command like Ctrl-C, except any that are ignored (by nohup)."""
     own = os.getpid()
     numbers = [number for name in ENDS if (number := getattr(signal, name, None)) is not None]
     numbers = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
@@ -76,7 +76,7 @@ def _end_in_order() -> None:
 
 
 def _dropped(failed: sys.UnraisableHookArgs) -> None:
-    """Raise an interrupt again if Python has discarded it, as in `__del__` and in callbacks of weak references."""
+    """Raise KeyboardInterrupt again if Python has discarded it, as in `__del__`; report other errors as usual."""
     if not isinstance(failed.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(failed)
         return
@@ -89,7 +89,7 @@ def _dropped(failed: sys.UnraisableHookArgs) -> None:
 
 
 def _open_closed() -> None:
-    """Connect closed standard streams to the null device, because the next file opened would take their number."""
+    """Connect closed standard streams to the null device, so that no file opened later takes their numbers."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
@@ -99,9 +99,9 @@ def _open_closed() -> None:
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:
-    """Return a replacement for characters that an output encoding lacks, and the index of the next character.
+    """Return a replacement for the characters that an output encoding lacks, and the index after them.
 
-    For µs it is us, if the encoding of a terminal or a file has no µ, as in some Windows code pages.
+    For example, µs becomes us if the encoding of a terminal or file has no µ, as in some Windows code pages.
     """
     if not isinstance(error, UnicodeEncodeError):
         raise error
@@ -152,7 +152,7 @@ def _let_go() -> None:
 
 
 def _shown(message: Warning | str, *_: object) -> None:
-    """Print a warning in the format of our messages."""
+    """Print a warning to standard error, in the form `slewline: MESSAGE`."""
     sys.stderr.write(f"slewline: {message}\n")
 
 
@@ -186,7 +186,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
 
 
 def _report_interrupt(interrupt: BaseException | None = None) -> int:
-    """Report that the command was interrupted, with the text of the interrupt, if any; return the exit status."""
+    """Print the text of an interrupt, or a standard message if it has none; return the exit status, 1."""
     import click
 
     sys.unraisablehook = lambda _failed: None  # half-built objects cannot be finalised
@@ -196,7 +196,7 @@ def _report_interrupt(interrupt: BaseException | None = None) -> int:
 
 
 def _before(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield an exception and the exceptions that caused it."""
+    """Yield an exception, then the chain of exceptions that led to it, newest first."""
     while error is not None:
         yield error
         error = error.__cause__ or error.__context__

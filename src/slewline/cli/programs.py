@@ -43,7 +43,7 @@ def print_json(value: object) -> None:
 def asm(
     file: str, chip: str | None, output: str | None, form: str | None, resolve: bool, checksum: bool, as_json: bool
 ) -> int:
-    """Assemble a program."""
+    """Assemble a program, and write it to `output` or standard output; return 0."""
     from ..language.assemble import assemble
     from ..language.source import read
 
@@ -93,7 +93,7 @@ def formatted(assembly: Assembly, form: str, checksum: bool = False) -> bytes:
 
 
 def put(data: bytes, output: str | None, outputs: Outputs) -> None:
-    """Write bytes to a claimed file, or to standard output."""
+    """Write bytes to the output file, or to standard output if none is named."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
             raise UsageError("program bytes are not printed on a terminal; give --output FILE, or write to a pipe")
@@ -103,7 +103,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
 
 
 def assembly_object(assembly: Assembly) -> dict[str, Any]:
-    """Return an assembled program as data."""
+    """Return an assembled program as data for JSON."""
     pairs = zip(assembly.lines, assembly.statements, strict=True)
     return {
         "chip": assembly.sheet.part,
@@ -120,7 +120,7 @@ def assembly_object(assembly: Assembly) -> dict[str, Any]:
 def dis(
     file: str, chip: str | None, form: str | None, stream: bool, labels: bool, output: str | None, as_json: bool
 ) -> int:
-    """Disassemble a program buffer, or a binary stream."""
+    """Disassemble a program buffer or, if `stream`, the binary data that a host sends; return 0."""
     from ..language.dialect import dialect_of
     from ..language.disassemble import commands, disassemble, instructions
 
@@ -154,16 +154,17 @@ def dis(
 
 
 def line_object(line: Instruction) -> dict[str, Any]:
-    """Return an instruction as data; the name is null if the byte is not an opcode."""
+    """Return an instruction as data for JSON; its name is null if its first byte is not an opcode."""
     name = line.row.name if line.row else None
     return {"address": line.address, "data": line.data.hex(), "name": name, "values": list(line.values)}
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the bytes of a hex or binary file, or of an image; without `form`, the content determines it.
+    """Return the program bytes of a hex, binary or image file; without `form`, name and content set the format.
 
     Raises:
-        BenchFileError: the file cannot be read, is empty, has incomplete hex digits, or is a program text.
+        BenchFileError: the file cannot be read, is empty, has incomplete hex digits, or is a program text or
+            another file without program bytes.
     """
     raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if not raw:
@@ -190,7 +191,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 
 def no_bytes(file: str, raw: bytes) -> str:
-    """Return the kind of a file without program bytes, judging by its name or first line; empty if unknown."""
+    """Return the kind of a file without program bytes, judged by name or first line; empty if it may have some."""
     extension = Path(file).suffix[1:].lower()
     if LISTING.match(raw.decode("latin-1")):
         return NO_PROGRAMS["listing"]
@@ -198,7 +199,7 @@ def no_bytes(file: str, raw: bytes) -> str:
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
-    """Return whether a file is text in which most lines are commands of this part."""
+    """Return whether a file is text in which most lines are commands of the part."""
     from ..language.source import host_lines, read
 
     try:
@@ -218,7 +219,7 @@ def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
 def lint(
     files: tuple[str, ...], chip: str | None, strict: bool, allow_code: bool, as_json: bool, options: str | None = None
 ) -> int:
-    """Print the problems of programs."""
+    """Print the problems of programs; return 1 if any is an error (or, if `strict`, a warning), else 0."""
     from ..language.problems import picture
 
     if allow_code and not any(is_bench(file) for file in files):
@@ -244,7 +245,7 @@ def lint(
 
 
 class LintResult(NamedTuple):
-    """A text, its name, its problems, and, if it is for another chip, a message that says so."""
+    """The name, text and problems of a program, and a message if it seems to be for another chip, else ""."""
 
     where: str
     text: str
@@ -253,7 +254,7 @@ class LintResult(NamedTuple):
 
 
 def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str | None = None) -> list[LintResult]:
-    """Return a program file, or the scripts of a bench file, with the problems of each.
+    """Return the text and problems of a program file, or of each script of a bench file.
 
     Args:
         options: a file with options of the chip.
@@ -279,7 +280,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
 
 
 def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
-    """Return the problems of a script, with a message if it is for another chip."""
+    """Return a script with its problems and, if it has errors and seems to be for another chip, a message."""
     from .dialects import foreign
 
     chip = bench.chips[host.chip.name]
@@ -289,9 +290,10 @@ def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
 
 
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
-    """Return the problems of a script, including all that `run` would refuse; a line with an error is listed once.
+    """Return the problems of a script: all that lint finds, and the lines that `run` would refuse.
 
-    Scripts with commands to several chips are not linted: only the lines that cannot be played are listed.
+    A line with an error is listed once.  A script with commands to several chips is not linted: only the
+    lines that `run` would refuse are listed.
     """
     from ..bench.scripts.script import refused
     from ..language.lint import lint as check
@@ -316,7 +318,7 @@ def tally(problems: list[Problem]) -> str:
 
 # ------------------------------------------------------------------------------------------------------ describe, chips
 def describe(chip: str, command: str | None, as_json: bool, options: str | None = None) -> int:
-    """Print the reference of a chip."""
+    """Print the reference of a chip, or of one of its commands; return 0."""
     from ..language.describe import describe as text_of
 
     sheet = sheet_of(chip, options=read_options(options, chip) or None)
@@ -334,7 +336,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
 
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
-    """Return a data sheet as data; if a command is named, only that command."""
+    """Return a data sheet as data for JSON; if a command is named, omit all other commands, the pins, etc."""
     from ..core.datasheet.command_rows import row_object
     from ..core.messages.former_names import published
     from ..language.dialect import dialect_of
@@ -354,7 +356,7 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
 
 
 def chips(as_json: bool) -> int:
-    """Print the parts."""
+    """Print the part number and title of every part; return 1 if any part cannot be loaded, else 0."""
     found, failed = {part: row.description for part, row in PARTS.items()}, False
     for part in CATALOGUE.brought():
         try:

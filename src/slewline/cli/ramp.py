@@ -44,7 +44,7 @@ def ramp(
     plot: str | None,
     options: str | None = None,
 ) -> int:
-    """Print a ramp, or the ramps nearest to the requested values."""
+    """Print the ramps of the given parameters, or the ramps nearest to the requested values; return 0."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     fitting = read_options(options, chip) or None
@@ -94,7 +94,7 @@ def bound(
     options: Mapping[str, Any] | None,
     found: Sequence[Ramp],
 ) -> Iterator[str]:
-    """Yield a line with the lowest or highest possible value, if the requested value is beyond it."""
+    """Yield a line with the lowest (highest) possible value if the requested value is below (above) it."""
     name, goal = next((name, value) for name, value in wanted.items() if value is not None)
     has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
     if min(has) <= goal <= max(has):
@@ -118,7 +118,7 @@ def nearest(
     values: Mapping[str, str],
     options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
-    """Return the ramps nearest to the requested values; a requested time is in whole ps."""
+    """Return the `best` ramps nearest to the requested values (`best` is their number); a time is in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
@@ -130,7 +130,8 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
 
     Raises:
         UnknownName: there is no such parameter.
-        UsageError: not NAME=VALUE, a name given twice, more than one list, or a list that is too long.
+        UsageError: a parameter is not NAME=VALUE, a name is given twice, or there is more than one list, or
+            one that is too long.
     """
     values = named(calculator, parameters)
     lists = {name: text.split(",") for name, text in values.items() if "," in text}
@@ -147,7 +148,7 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
 
 
 def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
-    """Return the parameters by name.
+    """Return the values of the parameters, which are texts NAME=VALUE, by name.
 
     Raises:
         UnknownName: there is no such parameter.
@@ -194,7 +195,7 @@ def accelerations(ramp: Ramp) -> str:
 
 
 def move_line(move: Move | None) -> Iterator[str]:
-    """Yield the line that describes a move, if there is one."""
+    """Yield a line that describes a move; yield nothing if the move is None."""
     if move is not None:
         legs = ", ".join(f"{name} {number(steps)}" for name, steps in move.legs)
         reached = "" if move.reached else f"; reaches {number(move.top)} steps/s"
@@ -202,7 +203,7 @@ def move_line(move: Move | None) -> Iterator[str]:
 
 
 def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) -> Iterator[str]:
-    """Yield the nearest ramps, one line each."""
+    """Yield a heading, then a table with one line for each ramp found."""
     fixed = ", ".join(
         f"{name} {value}" for name, value in calculator.without_defaults(found[0].values).items() if name not in free
     )
@@ -235,24 +236,24 @@ def table_of(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
 
 
 def head(calculator: Calculator, ramp: Ramp) -> str:
-    """Return the part, and its crystal if it has one."""
+    """Return the part number, with the crystal frequency if the part has one that can be chosen."""
     hz = crystal_hz(calculator, ramp)
     return calculator.sheet.part + (f", {hz / 1e6:g} MHz" if hz else "")
 
 
 def crystal_hz(calculator: Calculator, ramp: Ramp) -> int | None:
-    """Return the crystal frequency, Hz; None if it cannot be chosen."""
+    """Return the crystal frequency, Hz; None if the part has none that can be chosen."""
     return ramp.crystal_hz if calculator.sheet.crystal_high_hz else None
 
 
 def number(value: float) -> str:
-    """Return a number as text: a whole number from 100 upwards, else up to four significant digits."""
+    """Return a number as text: rounded to a whole number from 100 upwards, else to four significant digits."""
     return f"{value:.0f}" if abs(value) >= 100 or value == int(value) else f"{value:.4g}"
 
 
 # ----------------------------------------------------------------------------------------------------------------- data
 def ramp_object(ramp: Ramp, move: Move | None, table: bool) -> dict[str, Any]:
-    """Return a ramp as data for JSON."""
+    """Return a ramp and its move, if any, as data for JSON; if `table`, also the segments of the ramp."""
     found: dict[str, Any] = {
         "parameters": dict(ramp.values),
         "start_sps": exact(ramp.start),
@@ -281,7 +282,9 @@ def exact(value: float) -> float:
 
 # -------------------------------------------------------------------------------------------------------------- picture
 def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
-    """Draw a move for every ramp: the requested move, or the shortest one that reaches the ramp's top rate.
+    """Draw a move for every ramp: the requested one, else the shortest that reaches the ramp's top rate.
+
+    If several ramps are compared without a requested move, all moves have the longest of these distances.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.
@@ -313,7 +316,7 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
 
 
 def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
-    """Return the move to draw for a ramp.
+    """Return the given move or, if it is None, the shortest move that reaches the top rate of the ramp.
 
     Raises:
         UsageError: no move reaches the rate, or the move has too many steps.
@@ -329,7 +332,7 @@ def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
 
 
 def track_of(name: str, ramp: Ramp, move: Move) -> Track:
-    """Return the track of an axis during a move."""
+    """Return the track of an axis (its velocity and position curves) during a move."""
     from ..core.motion.axis import Axis
     from ..core.motion.motions import MotionStart
     from ..core.motion.quantity import Position, Velocity

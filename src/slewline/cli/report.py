@@ -29,7 +29,7 @@ def as_json(bench: Bench, ended: str, whole: bool) -> str:
 
 
 def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
-    """Return the state of a chip as data."""
+    """Return the state of a chip as data for JSON."""
     hosts = [part for part in bench.parts.values() if isinstance(part, Host) and chip.name in part.chips]
     found: dict[str, Any] = {
         "chip": chip.sheet.part,
@@ -51,7 +51,7 @@ def chip_object(bench: Bench, chip: Chip, ended: str) -> dict[str, Any]:
 
 
 def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
-    """Return the state of one of several axes as data."""
+    """Return the state of the axis `number` of a chip with several axes, as data for JSON."""
     axis = chip.axis(number)
     return {
         "axis": number,
@@ -62,19 +62,19 @@ def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
 
 
 def received(host: Host) -> bytes:
-    """Return the data that a host has read; words have their high byte first."""
+    """Return the data that a host has received; each 16-bit word becomes two bytes, the high byte first."""
     if isinstance(host, PacketHost):
         return b"".join(word.to_bytes(2, "big") for word in host.received)
     return bytes(host.received)
 
 
 def finding_object(found: Finding) -> dict[str, Any]:
-    """Return a finding as data."""
+    """Return a finding as data for JSON."""
     return {"time_ps": found.time_ps, "source": found.source, "code": found.code, "text": found.text}
 
 
 def steps_object(bench: Bench, axis: OneAxis) -> dict[str, Any]:
-    """Return the steps of an axis as data: number, first and last instant, and shortest interval (ps)."""
+    """Return data about the steps of an axis: number, first and last instants (ps), shortest interval (ps)."""
     count, first, last, shortest = 0, None, None, None
     for times in _windows(bench, axis):
         gaps = [int((times[1:] - times[:-1]).min())] if len(times) > 1 else []
@@ -93,7 +93,7 @@ def _windows(bench: Bench, axis: OneAxis) -> Iterator[Any]:
 
 
 def summary(bench: Bench, ended: str) -> Iterator[str]:
-    """Yield one line about the end of a run, and one about every axis."""
+    """Yield one line about the end of a run, then one line for every axis."""
     yield f"{ended} at {readable(bench.now_ps)}"
     for chip in bench.chips.values():
         for number in range(1, chip.sheet.axes + 1):

@@ -98,7 +98,7 @@ class RunCommand(BenchOptions):
         return int(ended == "timeout" or self.torn or foreign or bool(self.wrong(bench)))
 
     def check_options(self) -> None:
-        """Refuse options that exclude each other."""
+        """Refuse options that exclude each other, or that lack another option that they need."""
         self.quiet = self.quiet or self.json == STDIN
         if self.file is None and self.replay is None:
             outputs = {name: getattr(self, name) for name in ("plot", "vcd", "steps", "json", "journal", "save_memory")}
@@ -143,12 +143,12 @@ class RunCommand(BenchOptions):
 
     @property
     def layouts(self) -> list[str]:
-        """The layout files of the waveform."""
+        """The paths of the layout files to be written with the waveform; empty if none are requested."""
         return [str(path) for path in layout_paths(self.vcd)] if self.vcd is not None and self.layout else []
 
     # ------------------------------------------------------------------------------------------------------ the bench
     def new_bench(self, journal: str | None) -> Bench:
-        """Return the bench, ready to run."""
+        """Return the bench, ready to run; `journal` is the file for its external inputs, or None."""
         file = cast("str", self.file)  # without one a journal is replayed
         if not self.is_bench:
             return self.single(file, journal)
@@ -162,7 +162,7 @@ class RunCommand(BenchOptions):
         return bench_file.load(self.prepare, journal=journal)
 
     def single(self, file: str, journal: str | None) -> Bench:
-        """Return a bench with a chip, a host and a program."""
+        """Return a bench with a chip, a host and the program in a file."""
         text = read_program(file)
         part = chip_of(file, self.chip)
         self.program = text, file, part
@@ -206,7 +206,7 @@ class RunCommand(BenchOptions):
         return f"{next(iter(bench.chips))}.{pin}"
 
     def plotted(self, bench: Bench) -> list[str]:
-        """Return the pins of the first chip that are drawn below the plot."""
+        """Return the full names of the pins of the first chip that are drawn below the curves of the plot."""
         name, chip = next(iter(bench.chips.items()))
         return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
@@ -230,7 +230,7 @@ class RunCommand(BenchOptions):
         return bench
 
     def ended(self, bench: Bench) -> str:
-        """Run, and return the reason why the run ended: idle, until or timeout."""
+        """Run the bench, unless it was replayed; return the reason why the run ended: idle, until or timeout."""
         if self.replay:
             owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
             return "idle" if self.until is None and all(owner.idle for owner in owners) else "until"
@@ -265,7 +265,7 @@ class RunCommand(BenchOptions):
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
 
     def write_vcd(self, bench: Bench, path: str) -> None:
-        """Write the waveform; report on standard error any changes that are shorter than its time unit."""
+        """Write the waveform; report on standard error any changes that are shorter than the file's time unit."""
         pins = None if self.pins is None else [self.full_name(bench, pin) for pin in self.pins]
         timescale, buses = self.timescale or "1 ns", self.vcd_buses or DEFAULT_BUSES
         lost = bench.save_vcd(path, pins, timescale=timescale, buses=buses, values=self.vcd_values, layout=self.layout)
@@ -274,7 +274,7 @@ class RunCommand(BenchOptions):
             click.echo(f"slewline: {what}; a finer --timescale shows them", err=True)
 
     def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
-        """Report the end of the run."""
+        """Print a summary and the files written or, if quiet, only the findings that fail the run."""
         from .report import summary
 
         if not self.quiet:
@@ -293,12 +293,12 @@ class RunCommand(BenchOptions):
                 )
 
     def take_script(self, do: str, what: dict[str, Any]) -> None:
-        """Keep the script of a host, for the check whether it is for another chip."""
+        """If an external input is a script for a host, keep it, to check later whether it is for another chip."""
         if do == "script":
             self.scripts.append(tuple(what["args"]))
 
     def refusal(self, error: ProgramError) -> str:
-        """Return a message with the lines that cannot be played, and the chip that the program may be for."""
+        """Return a message with the lines that cannot be played and the chip, if any, that they seem to be for."""
         from .dialects import foreign
 
         if self.program is None:
@@ -307,7 +307,7 @@ class RunCommand(BenchOptions):
         return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
 
     def foreign(self, bench: Bench) -> bool:
-        """Return whether any script is for a chip other than its own; if so, report this on standard error."""
+        """Report on standard error each script that is for another chip than its host's; return whether any is."""
         from .dialects import foreign
 
         chips = bench.chips if bench.findings else {}
@@ -362,7 +362,7 @@ def show(ps: int, who: str, kind: str, text: str) -> None:
 def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
     """Show the progress of virtual time, on a terminal without a transcript.
 
-    Rich draws in its own thread and reads the time; the run is not affected.
+    Rich draws in its own thread and only reads the virtual time, so the run is not affected.
     """
     if not sys.stderr.isatty() or not (quiet or not sys.stdout.isatty()):
         yield

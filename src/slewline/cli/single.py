@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class BenchOptions:
-    """The chip of a bench, or the permissions of a bench file."""
+    """The chip of a bench without a file, or the permissions of a bench file."""
 
     chip: str | None
     strap: tuple[tuple[str, int], ...]
@@ -50,10 +50,10 @@ def single(
         strap: levels of inputs; all other inputs get levels that suit a program without address and
             checksum.
         options: the options of the chip.
-        memory: an image of the memory of the chip.
-        over: the channel, for a chip with several channels.
-        journal: the file that records every external input.
-        prepare: called with the bench before the program is queued.
+        memory: a file with an image of the chip's memory.
+        over: the channel that the host uses, if the chip has several.
+        journal: the file that records every external input; None for no journal.
+        prepare: a function that is called with the bench before the program is queued.
 
     Raises:
         ProgramError: a line of the program cannot be played.
@@ -79,8 +79,8 @@ def single(
 def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     """Return the script of a program file, and the straps that it needs.
 
-    The bytes of a .hex file go to a chip in binary mode, or to a chipset packet by packet; a module on a serial line
-    runs at its highest rate and without checksums.
+    The bytes of a .hex file go to a chip in binary mode, or to a chipset packet by packet; a module on a
+    serial line is strapped for its highest rate and for lines without checksums.
     """
     from ..bench.files.hex_text import is_named_hex
     from ..bench.scripts.program_file import program_script

@@ -1,7 +1,7 @@
 """The transcript: one line per event, printed while the bench runs.
 
-It observes findings, hosts, pins that have a meaning in the sheet, and the axes, which report the start and the end of
-each motion; it changes nothing.  The steps of a motion add no cost.
+It observes findings, hosts, pins that have a meaning in the sheet, and the axes, which report the start
+and the end of each motion; it changes nothing.  Single steps are not observed, so they add no cost.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ Emit = Callable[[int, str, str, str], object]  # picoseconds, source, kind of ev
 
 
 def seconds(ps: int) -> str:
-    """Return an instant for a column: in seconds, with microsecond resolution."""
+    """Return an instant as text for a column: seconds, with six decimals."""
     return f"{ps // PS_PER_S}.{ps % PS_PER_S // 10**6:06d}"
 
 
 class Transcript:
-    """An observer that reports the events of a bench to `emit`; attach it to a complete bench, before time runs."""
+    """An observer that reports the events of a bench to `emit`; attach it to a complete bench, before it runs."""
 
     def __init__(self, bench: Bench, emit: Emit) -> None:
         self.bench, self.emit = bench, emit
         self.lines: Counter[str] = Counter()
 
     def attach(self) -> None:
-        """Start to observe the bench."""
+        """Report the findings so far, and start to observe the bench."""
         for found in self.bench.findings:
             self.finding(found)
         self.bench.on_finding.add(self.finding)
@@ -65,15 +65,15 @@ class Transcript:
         return self.bench.now_ps
 
     def report(self, who: str, kind: str, text: str) -> None:
-        """Print an event that occurs at this instant."""
+        """Report an event that occurs at this instant."""
         self.emit(self.now, who, kind, text)
 
     def finding(self, found: Finding) -> None:
-        """Print a finding."""
+        """Report a finding, with the time of the finding itself."""
         self.emit(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
 
     def watch(self, chip: Chip, row: Pin, meanings: tuple[str, str]) -> None:
-        """Report the changes of a pin."""
+        """Start to report the changes of a pin; `meanings` are the meanings of its levels 0 and 1."""
         pin = row.name
         name = spoken(row)
 
@@ -90,7 +90,7 @@ class Transcript:
         chip.pins[pin].net.watch(changed)
 
     def seldom(self, who: str, kind: str, text: str, about: str) -> None:
-        """Report an event about a pin, a display or an axis (`about`), but only a limited number of times for each."""
+        """Report an event about a pin, display or axis (`about`), but only the first 100 about each."""
         self.lines[about] += 1
         if self.lines[about] <= MOST:
             self.report(who, kind, text)
@@ -107,7 +107,7 @@ class DisplayReports:
         self.waits = False
 
     def changed(self) -> None:
-        """Schedule a report, which a further change postpones."""
+        """Schedule a report for 20 ms after a change of the text; a further change postpones the report."""
         self.since = self.kernel.now
         if not self.waits:
             self.waits = True
@@ -124,10 +124,10 @@ class DisplayReports:
 
 
 class MotionReports:
-    """The motions of an axis: the start and the end of each are reported.
+    """Reports of the start and the end of each motion of an axis.
 
-    If the part has a pin that indicates motion, its edge marks the start, else the first step does.  If one
-    motion replaces another without a stop in between, the two are reported as one.
+    If the part has a pin that indicates motion, an edge of this pin marks the start, else the first step
+    does.  If one motion replaces another without a stop in between, the two are reported as one.
     """
 
     def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:
@@ -148,7 +148,7 @@ class MotionReports:
         self.axis.on_motion_end.add(self.end)
 
     def begin(self, motion: MotionStart) -> None:
-        """Print that a motion begins, now or when its first step begins."""
+        """Report that a motion begins, now or, if an edge marks the first step, when that step begins."""
         if self.begun is not None:
             return
         if self.step is None or self.step.sense is None:  # no edge marks the start of the first step
@@ -160,17 +160,17 @@ class MotionReports:
             )
 
     async def first_step(self, motion: MotionStart, net: Net, begins: int) -> None:
-        """Wait for the first step, which begins when a net takes a given level, and print that the axis is moving."""
+        """Wait until the net has the level that begins the first step, then report that the axis is moving."""
         await level(net, begins)
         self.moves("steps", motion)
 
     def moves(self, verb: str, motion: MotionStart) -> None:
-        """Print that the axis is moving."""
+        """Report that the axis is moving, with its direction and its start position."""
         self.begun, self.steps = self.transcript.now, 0
         self.report(f"{verb}{direction_text(motion.direction)} from {motion.position}")
 
     def end(self, motion: MotionEnd) -> None:
-        """Print that a motion ends, unless another motion replaces it."""
+        """Report that a motion has ended, unless another motion replaces it."""
         if self.first is not None:
             self.first.kill()
             self.first = None
@@ -184,7 +184,7 @@ class MotionReports:
         self.report(f"{ended} at {motion.position}: {steps} in {taken}")
 
     def report(self, text: str) -> None:
-        """Print an event of the axis at this instant."""
+        """Report an event of the axis at this instant."""
         self.transcript.seldom(self.chip.name, "motion", self.who + text, self.about)
 
 
@@ -194,5 +194,5 @@ def spoken(row: Pin) -> str:
 
 
 def direction_text(direction: int) -> str:
-    """Return a direction as a word preceded by a space; empty for 0."""
+    """Return a direction as a word preceded by a space: cw if positive, ccw if negative; empty for 0."""
     return "" if not direction else " cw" if direction > 0 else " ccw"

@@ -46,7 +46,7 @@ class AxisOfChip(OneAxis):
 
     @property
     def motor(self) -> Axis:
-        """The position of this axis's motor, now and in the past."""
+        """The `Axis` with the position of this axis's motor, now and in the past."""
         return self.chip.axes[self.number - 1]
 
     @property
@@ -151,7 +151,7 @@ class Chip(Component, OneAxis):
 
     @property
     def _strap(self) -> str:
-        """The name of an input, as an example of a strap."""
+        """The name of an input, used in messages as an example of a strap."""
         inputs = (row.name for row in self.sheet.pins if row.in_out == "in")
         return next(iter([*self.sheet.plain, *self.sheet.fastest]), next(inputs, "pin"))
 
@@ -184,7 +184,7 @@ class Chip(Component, OneAxis):
 
     @property
     def _of_part(self) -> str:
-        """The name of the chip, with its part number."""
+        """The name of the chip, followed by its part number in brackets."""
         return f"{self.name} ({self.sheet.part})"
 
     def _pin_help(self, _pins: object) -> NameHelp:
@@ -194,7 +194,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return a read-only view of registers for users: those of an axis, or of the whole chip if `axis` is 0."""
+        """Return a read-only view, for users, of `registers`: those of an axis, or of the chip if `axis` is 0."""
         found = Known(registers)
         found.name_help = partial(self._register_help, axis=axis) if axis else self._register_help
         return found
@@ -271,7 +271,7 @@ class Chip(Component, OneAxis):
 
     @property
     def motor(self) -> Axis:
-        """The axis of motor 1: its position, now and in the past."""
+        """The `Axis` with the position of motor 1, now and in the past."""
         return self.axes[0]
 
     def axis(self, number: int) -> OneAxis:
@@ -338,7 +338,7 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report undriven inputs without a pull-up, which read low, as findings.  This is called before time passes."""
+        """Report undriven inputs without a pull-up, which read low, as findings; called before time first passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.in_out == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -374,9 +374,9 @@ class Chip(Component, OneAxis):
         return f"end each command with a carriage return (\\r, 0x0D){instead}"
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the commands and entries that a host has not completed, each as the code and the text of a finding.
+        """Return the commands and program entries left incomplete by a host, as codes and texts of findings.
 
-        It is called when everything is at rest, or a run is over, and must not change the state.
+        It is called when everything is at rest, or a run is over, and must not change the state of the chip.
         """
         text = self.unfinished
         if not text.strip("\n"):  # a line feed has its own finding
@@ -394,9 +394,9 @@ class Chip(Component, OneAxis):
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
 
     def conclude(self) -> bool:
-        """Report the incomplete commands and entries that the last call did not report.
+        """Report as findings the incomplete commands and program entries that the previous call did not report.
 
-        Return whether the list of incomplete commands and entries has changed since that call.
+        Return whether the list of incomplete commands and program entries has changed since the previous call.
         """
         before, self._left = self._left, self.left_over()
         for code, text in self._left:
@@ -410,7 +410,7 @@ class Chip(Component, OneAxis):
 
     @from_outside
     def motor_report(self, code: str, text: str, axis: int = 1, position: int | None = None) -> None:
-        """Report an event of a real motor that follows the steps of an axis, as a finding.
+        """Report, as a finding, an event of a real motor that follows the steps of an axis.
 
         This is an external input: it is recorded in the journal, so that a replay reaches the same position as the
         motor.
@@ -427,12 +427,12 @@ class Chip(Component, OneAxis):
         self.finding(code, text)
 
     def switched(self, on: bool) -> None:
-        """Report that the supply is switched on or off."""
+        """Record that the supply is switched on (True) or off (False), and call the hook `on_power`."""
         self.kernel.outside.record("power", chip=self.name, on=on)
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """Report a conflict as a finding, if the last one on this net was CONFLICT_HOLDOFF_PS ago or longer."""
+        """Report a conflict on a net, unless the net's previous one was less than CONFLICT_HOLDOFF_PS ago."""
         now, last = self.kernel.now, net.last_conflict_ps
         net.last_conflict_ps = now
         if last is not None and now - last < CONFLICT_HOLDOFF_PS:
@@ -446,7 +446,7 @@ class Chip(Component, OneAxis):
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:
-        """Synchronize like `sync`, but do nothing if the tick count is already ahead of this instant."""
+        """Set the tick count as `sync` does, but leave it unchanged if it is already ahead of the present instant."""
         self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now))
 
     async def ticks(self, number: int) -> None:
@@ -455,7 +455,7 @@ class Chip(Component, OneAxis):
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def at_tick(self, tick: int) -> None:
-        """Wait until a tick of the crystal; return immediately if it has passed."""
+        """Wait until the tick count is `tick`; return immediately if it already is, or is higher."""
         if tick > self.tick:
             self.tick = tick
             await until(self.kernel, self.clock.ps(tick))
@@ -463,8 +463,8 @@ class Chip(Component, OneAxis):
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
         """Sample a net every `every` clocks, starting now, until its level is `wanted`; return the net.
 
-        `others` are further nets with levels that end the wait; then that net is returned.  The sampling
-        instants are computed, not stepped through; a level that ends before the next sampling instant is missed.
+        `others` are further nets, each with a level that also ends the wait; the net that ends it is returned.
+        The sampling instants are computed, not stepped through; a level that ends before the next one is missed.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick
@@ -484,12 +484,12 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record a text about what the firmware does, from now or from an instant (ps) on; `waiting` shows it."""
+        """Record, for `waiting`, a text that describes the firmware's activity from now, or from `since` (ps), on."""
         self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task
     async def run(self) -> None:
-        """Run the firmware, starting at reset; each chip class has its own."""
+        """Run the firmware, beginning at reset; each chip class has its own firmware."""
         raise NotImplementedError
 
     def start(self) -> None:
@@ -516,5 +516,5 @@ class Chip(Component, OneAxis):
 
 
 def step_nets(chip: Chip) -> list[Net]:
-    """Return the nets of all outputs of a chip on which every step of a motor is visible."""
+    """Return the nets of all pins of a chip with the role "step", each of which shows every step of a motor."""
     return [chip.pins[row.name].net for row in chip.sheet.pins if row.role == "step"]

@@ -54,9 +54,9 @@ missing(
 class Component:
     """A chip or a part.
 
-    `_for_users` lists the names that `dir` shows, if a class restricts them; `_to_set` maps the name of a
-    property to the remedy for an attempt to set it.  A class that overrides a method declared by
-    `@from_outside` need not declare the method again.
+    `_for_users` lists the only names that `dir` shows; if it is empty, `dir` shows all.  `_to_set` maps the
+    name of a property that cannot be set to advice on how to change its value.  A method that overrides
+    one declared with `@from_outside` need not be declared again.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ()
@@ -86,7 +86,7 @@ class Component:
         return self._findings
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding, now or at a past instant (ps): something that the manual forbids or leaves open."""
+        """Add a finding (something that the manual forbids or leaves open), dated now or at a past instant (ps)."""
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
@@ -111,7 +111,7 @@ class Component:
 
 
 def input_of(owner: Component, verb: str) -> Callable[..., Any]:
-    """Return a method of a chip or part that is an external input.
+    """Return the method called `verb` of a chip or part, which must be declared as an external input.
 
     Raises:
         UsageError: no declared input has this name; the message lists the inputs.
@@ -125,7 +125,7 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
 
 
 def forget_findings(owner: Component, before: int, remedy: str) -> None:
-    """Replace the findings of a chip or part before an instant (ps) by one finding, which counts them by code.
+    """Replace all findings of a chip or part before an instant (ps) by one, which states their number per code.
 
     Args:
         remedy: text that explains how to keep more findings.

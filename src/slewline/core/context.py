@@ -1,7 +1,7 @@
 """The interface of a chip for its firmware and for the objects inside it.
 
-The interface for users is in [the reference](docs/reference/api.md).  Objects of the firmware receive the same chip as
-a `ChipContext`, and a type checker proves that they use nothing else.  At run time there is no difference.
+The interface for users is in [the reference](docs/reference/api.md).  Firmware objects receive the same
+chip typed as `ChipContext`; a type checker proves that they use nothing else.  No effect at run time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .wires.pin import Terminal
 
 
 class ChipContext(Protocol):
-    """A chip as its firmware and the objects inside it see it."""
+    """The members of a chip that its firmware and the objects inside it may use."""
 
     # ---------------------------------------------------------------------------------------------------- identity
     name: str
@@ -36,13 +36,13 @@ class ChipContext(Protocol):
         """Set the tick count to the first clock tick at or after the current kernel instant."""
 
     def sync_forward(self) -> None:
-        """Synchronize the tick count like `sync`, unless it is already ahead of this instant."""
+        """Set the tick count as `sync` does, but leave it unchanged if it is already ahead of the present instant."""
 
     async def ticks(self, number: int) -> None:
         """Wait for `number` crystal clocks."""
 
     async def at_tick(self, tick: int) -> None:
-        """Wait until a tick of the crystal; return immediately if it has passed."""
+        """Wait until the tick count is `tick`; return immediately if it already is, or is higher."""
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
         """Sample a net periodically, starting now, until its level is `wanted`; return the net.
@@ -51,7 +51,7 @@ class ChipContext(Protocol):
             net: the net that is sampled.
             wanted: the level that ends the wait, 0 or 1.
             every: the period, in crystal clocks.
-            others: further nets with levels that end the wait; then that net is returned.
+            others: further nets, each with a level that also ends the wait; the net that ends it is returned.
         """
         raise NotImplementedError
 
@@ -62,7 +62,7 @@ class ChipContext(Protocol):
 
     @property
     def pins(self) -> Mapping[str, Terminal]:
-        """All pins, keyed by the manual's names; the data bus pins share the bus net."""
+        """All pins, keyed by the manual's names in lower case; all pins of the data bus share one net, `bus`."""
 
     # ---------------------------------------------------------------------------------------------------- motion
     axes: tuple[Axis, ...]
@@ -74,10 +74,10 @@ class ChipContext(Protocol):
     task: Task | None  # of the firmware; None if it has been killed or has not begun
 
     def switched(self, on: bool) -> None:
-        """Report that the supply is switched on or off."""
+        """Record that the supply is switched on (True) or off (False), and call the chip's hook `on_power`."""
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding, now or at a past instant (ps): something that the manual forbids or does not specify."""
+        """Add a finding (something that the manual forbids or leaves open), dated now or at a past instant (ps)."""
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Record a text about what the firmware does, from now or from an instant (ps) on; `waiting` shows it."""
+        """Record, for `waiting`, a text that describes the firmware's activity from now, or from `since` (ps), on."""

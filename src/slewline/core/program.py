@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRow:
-    """An instruction of a stored program.
+    """An instruction of a stored program, or a byte that is not part of any instruction.
 
-    A byte that is not an instruction has a row of its own; its text is three question marks and the value.
+    The text for such a byte is three question marks and the value of the byte.
 
     Attributes:
-        address: the address of its first byte.
-        data: its bytes.
+        address: the address of the first byte.
+        data: the bytes.
         text: the instruction as text.
     """
 
@@ -45,10 +45,10 @@ class Running(Protocol):
 
 
 class InstructionCondition(Condition):
-    """The condition that an instruction of the stored program begins, at an address or at any address (None).
+    """The condition that the stored instruction at `address` begins; if `address` is None, any instruction.
 
     Args:
-        room: the size of the program memory, in addresses; 0 if unknown.
+        room: the number of addresses in the program memory; 0 if unknown.
     """
 
     def __init__(self, chip: Running, address: int | None, room: int = 0) -> None:
@@ -60,13 +60,13 @@ class InstructionCondition(Condition):
         self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 
     def begin(self) -> None:
-        """Start watching the instructions."""
+        """Start watching the instructions that the chip begins."""
         self.hit = False
         if self.begun not in self.chip.on_instruction.listeners:
             self.chip.on_instruction.add(self.begun)
 
     def begun(self, address: int) -> None:
-        """Record that the instruction at an address begins."""
+        """Record that the instruction at an address begins; if it is the awaited one, the condition is now met."""
         if self.address in (None, address):
             self.hit = True
             self.chip.on_instruction.remove(self.begun)

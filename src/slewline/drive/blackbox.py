@@ -40,7 +40,7 @@ FILES = frozenset({JOURNAL, *LINES, MARK})
 def new_folder(inside: str | PathLike[str] | None = None) -> Path:
     """Make a folder for a session, in a given folder or in the state directory of this system.
 
-    Of the session folders made earlier, only the newest are kept; all other files are left alone.
+    Only the newest 20 session folders are kept, and older ones are removed; all other files are left alone.
 
     Raises:
         UsageError: the folder cannot be made.
@@ -66,7 +66,7 @@ def new_folder(inside: str | PathLike[str] | None = None) -> Path:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Return whether a folder was made by `new_folder`, and contains no foreign files."""
+    """Return whether a folder was made by `new_folder`, and contains only files of a session."""
     with suppress(OSError):
         return not folder.is_symlink() and {each.name for each in folder.iterdir()} <= FILES and _is_marked(folder)
     return False
@@ -87,7 +87,7 @@ def _remove(folder: Path) -> None:
 
 
 def reopen(port: BoardPort) -> None:
-    """Reopen a port whose cable was unplugged; do nothing if the port is of another kind.
+    """Reopen a port whose cable was unplugged; do nothing if a port of its kind has no cable.
 
     Raises:
         UsageError: the port does not exist, or is in use by another program.
@@ -98,13 +98,13 @@ def reopen(port: BoardPort) -> None:
 
 
 class BlackBox:
-    """The port of a board, with a record of all bytes.
+    """The port of a board, with a record of all bytes that pass through it.
 
     Args:
         port: the port of the board.
         folder: an existing folder, for this session only.
         clock: a function that returns the wall-clock time in nanoseconds.
-        tick: a function that returns the board tick at a time of that clock.
+        tick: a function that returns the board tick at a given time of that clock.
         most: the size limit of each of the two files, in bytes.
     """
 
@@ -132,7 +132,7 @@ class BlackBox:
 
     @property
     def received(self) -> bytes:
-        """The last bytes received, as far as the port stores them."""
+        """The last bytes received, as many as the port keeps; empty if it keeps none."""
         return bytes(getattr(self.port, "received", b""))
 
     def _begin(self, mode: str = "w") -> None:
@@ -197,7 +197,7 @@ class BlackBox:
             self._begin("a")
 
     def close(self) -> None:
-        """Close the port, and keep the record."""
+        """Close the port, and end the record, whose files remain."""
         self.port.close()
         self._let_go()
 
@@ -205,7 +205,7 @@ class BlackBox:
 def recorded(
     port: BoardPort, folder: str | PathLike[str] | bool, clock: Callable[[], int], tick: Callable[[int], int]
 ) -> BoardPort:
-    """Return a port that passes on to `port`, and records all bytes in a folder.
+    """Return a port that forwards all calls to `port`, and records all bytes in a folder.
 
     Args:
         folder: the folder; True: a new folder; False: `port` itself is returned, without a record.

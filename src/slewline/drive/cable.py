@@ -20,8 +20,8 @@ class Cable:
     Args:
         horizon: the delay, in board ticks.
         present: a function that returns the tick that corresponds to the current time of the model.
-        moving: a function that returns whether there are steps, queued or made by the model, after which the
-            board has not yet come to rest.
+        moving: a function that returns True from the first step of the model until the board has come to
+            rest after the last one.
     """
 
     def __init__(self, horizon: int, present: Callable[[], int], moving: Callable[[], bool]) -> None:
@@ -37,14 +37,14 @@ class Cable:
         return len(self._calls)
 
     def send(self, call: Callable[[], object]) -> None:
-        """Make a call: immediately if nothing is pending, else one horizon later."""
+        """Make a call: immediately if no steps or calls are pending, else one horizon later."""
         if self.in_progress:
             self._calls.append((self._present() + self.horizon, call))
         else:
             call()
 
     def send_at(self, tick: int, call: Callable[[], object]) -> None:
-        """Make a call when the board reaches a tick, in order of ticks; immediately if nothing is pending."""
+        """Make a call when the board reaches a tick, in order of ticks; now if no steps or calls are pending."""
         if not self.in_progress:
             call()
             return

@@ -37,7 +37,7 @@ class WakingDelays(NamedTuple):
 
 
 def of_many(late_ms: Sequence[float]) -> WakingDelays:
-    """Return the statistics of at least one delay, ms."""
+    """Return the median, the 99th percentile and the worst of one or more delays, ms."""
     ordered = sorted(late_ms)
     last = len(ordered) - 1
     return WakingDelays(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
@@ -49,7 +49,7 @@ def measured(
     nap: Callable[[float], object] = sleep,
     each: Callable[[], object] = lambda: None,
 ) -> WakingDelays:
-    """Repeatedly sleep for two milliseconds, and measure the delay of each wake-up.
+    """Repeatedly sleep for two milliseconds; return statistics of the delays with which this process woke up.
 
     Args:
         seconds: the duration by the wall clock.
@@ -71,7 +71,7 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 
     Args:
         late_ms: the worst wake-up delay of this process.
-        load_ms: the worst transfer time of all frames before the first step of a motion.
+        load_ms: the longest time taken to transfer all the frames that precede the first step of a motion.
     """
     if load_ms > LONGEST_LOAD_MS:
         return None
@@ -80,12 +80,12 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 
 
 class Checkup(NamedTuple):
-    """The results of a check (None: no answer): round trips and delays in ms, crystal error in ppm, pulses.
+    """The results of a check: round trips and delays in ms, the error of the crystal in ppm, pulses.
 
-    `load_ms`: the worst transfer time of all frames before the first step of a motion; `horizon_ms`: the
-    horizon needed; None: no horizon is long enough.  `counted`: pulses that came back; None: no answer, or
-    the driver is on. `jogged`: whether ten steps in each direction were made; `estop`: whether the
-    emergency-stop contact opened; None for either: not tried.
+    `load_ms`: the longest time taken to transfer all the frames that precede the first step of a motion;
+    `horizon_ms`: the horizon needed, None if none is long enough; `counted`: pulses that came back, None if
+    there was no answer or the driver is on; `jogged`: whether ten steps in each direction were made;
+    `estop`: whether the emergency-stop contact opened; `jogged` and `estop` are None if not tried.
     """
 
     board: BoardModel
@@ -171,11 +171,11 @@ class Check:
         self.wall, self.clock, self.link = path.wall, path.clock, path.link
 
     def look(self, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
-        """Check the board for a number of wall-clock seconds.
+        """Check the board, and return the results; delays are measured for a number of wall-clock seconds.
 
         Args:
-            priority: the priority of this process.
-            tell: called with progress messages.
+            priority: the priority of this process, for the report.
+            tell: called with progress messages, and with instructions for the user.
         """
         tell(f"slewline: measuring for {seconds:g} s")
         self.clock.worst_round_trip_ns = 0  # a board answers late while it is being opened
@@ -208,7 +208,7 @@ class Check:
         )
 
     def _awaited(self, kind: Happening, seconds: float) -> BoardEvent | None:
-        """Return the next event of a kind, after all commands have been taken; None if it does not come in time."""
+        """Wait for an event of a kind, and for the board to take all commands; return the event, None if none came."""
         found: list[BoardEvent] = []
 
         def note(event: BoardEvent) -> None:
@@ -227,7 +227,7 @@ class Check:
             self.talk.wait(POLL_S)
 
     def jog(self) -> bool:
-        """Make ten steps up and ten steps back; return whether the board has come to rest afterwards."""
+        """Make ten steps up and ten steps back; return whether the board then came to rest within 5 s."""
         hz = self.state.board.hz
         interval, pause = hz // JOG_RATE, hz // 2
         moves = Record(0, JOG, interval), Record(DOWN, JOG, interval)
@@ -236,7 +236,7 @@ class Check:
         return self._awaited(Happening.REST, JOG_S) is not None
 
     def under_load(self) -> float:
-        """Return the worst transfer time of all frames before the first step of a motion, ms.
+        """Return the longest time taken to transfer all the frames that precede the first step of a motion, ms.
 
         The records sent are pauses, which are then discarded: no motion is started.
         """

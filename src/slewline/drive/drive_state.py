@@ -1,8 +1,8 @@
-"""The state of a drive: one value that all pieces of the drive read, and that only its own methods change.
+"""The state of a drive: one object that all pieces of the drive read, and that only its own methods change.
 
     DriveState              the present run of the model, the configuration of the board, the phase, the counts
     DrivePath               clock, line, ticks, feeder and cable: the path between model and board
-    Stopping                interface of the replaceable pieces
+    Stopping                interface of the pieces that react when the board stops by itself
 
 No piece has access to the drive: each has only these objects, and the pieces that it works with.
 """
@@ -36,9 +36,9 @@ Phase = Literal["closed", "ok", "halted", "unknown"]
 class DriveState:
     """The state shared by all pieces of a drive.
 
-    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register holds the
-    position of the motor, as far as can be known.  `undecided`: the model may be taken back to the point where the
-    motor comes to rest.
+    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register holds
+    the position of the motor, as far as can be known.  `undecided`: the model may yet be taken back to the
+    point where the motor comes to rest.
     """
 
     bench: Bench
@@ -66,13 +66,13 @@ class DriveState:
         self.axis, self.kernel = self.chip.axis(self.number).motor, self.bench.kernel
 
     def move(self, bench: Bench) -> None:
-        """Continue on another bench, which is at the same instant and has a chip of the same name."""
+        """Continue on another bench, at the same instant as the present one, and with a chip of the same name."""
         self.bench, self.kernel = bench, bench.kernel
         self.chip = bench.chips[self.chip.name]
         self.axis = self.chip.axis(self.number).motor
 
     def nets(self) -> list[tuple[Net, int]]:
-        """Return the pairs of a net that sets a board output, and the number of this output."""
+        """Return each net that sets a board output, paired with the number of that output."""
         return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
 
     def half_steps(self) -> bool:
@@ -80,15 +80,15 @@ class DriveState:
         return bool(getattr(getattr(self.chip, "state", None), "half", False))
 
     def configure(self, config: BoardConfig) -> None:
-        """Use another configuration of the board from now on."""
+        """Record the configuration that the board has from now on."""
         self.config = config
 
     def begin(self) -> None:
-        """Begin or resume: from now on, the board follows the model."""
+        """Record that from now on the board follows the model, at the start of the session or after a halt."""
         self.phase = "ok"
 
     def halt(self, *, final: bool = False) -> None:
-        """Stop following the model; `final`: the board is at rest, and its count is known."""
+        """Record that the board no longer follows the model; `final`: the board is at rest, and its count is known."""
         self.phase, self.final = "halted", final
 
     def finish(self) -> None:
@@ -100,23 +100,23 @@ class DriveState:
         self.phase, self.known = "unknown", False
 
     def close(self) -> None:
-        """End the session."""
+        """Record that the session has ended."""
         self.phase = "closed"
 
     def trust(self, known: bool = True) -> None:
-        """Record whether the position register is the position of the motor."""
+        """Record whether the position register holds the position of the motor."""
         self.known = known
 
     def leave_open(self, undecided: bool) -> None:
-        """Record whether the model may be taken back to the point where the motor comes to rest."""
+        """Record whether the model may yet be taken back to the point where the motor comes to rest."""
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Relate the board count `counted` to a travel of the model, at which `net` steps have been fed."""
+        """Record that the board count is `counted` at a travel of the model, with `net` steps (up minus down) fed."""
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:
-        """Accept a board count that differs by `steps` from the expected count."""
+        """Accept a board count that exceeds the expected count by `steps` (negative if it is lower)."""
         self.counted_from += steps
 
 
@@ -142,43 +142,43 @@ class DrivePath:
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call one horizon after an instant of the model (ps); immediately if no output is pending."""
+        """Make a call one horizon after an instant of the model (ps); immediately if no steps or calls are pending."""
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
     def _put(self, output: PlannedOutput) -> None:
-        """Send a frame that changes outputs: at their tick, or immediately if no output is pending."""
+        """Send a frame that changes outputs: at the tick of the change, or immediately if no output is pending."""
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 
     def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
-        """Send the stop ramp of a motion that begins at an instant (ps), once the previous motion has ended."""
+        """Send the stop ramp of the motion that begins at an instant (ps), once the motor's previous one is over."""
         if self.feeder.running:
             self.gate(lambda: self.link.tail(entries), ps)
         else:
             self.link.tail(entries)
 
     def move(self) -> None:
-        """Switch to the steps of the bench that `state` now refers to."""
+        """Let the feeder take its steps from the bench that `state` now refers to."""
         self.feeder.axis, self.feeder.kernel = self.state.axis, self.state.kernel
 
 
 class Stopping(Protocol):
     """The actions of a drive when its board stops by itself.
 
-    `stopped` is called first, once; `turn` is called repeatedly; `halted` is called when the board is at
-    rest and its count is final; `clear` is called when the user continues.
+    After a stop, `stopped` is called first, once; `turn` is called repeatedly; `halted` is called when the
+    board is at rest and its count is final; `clear` is called when the user lets the drive continue.
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself also stops the motor at this event, so that nothing is wrong."""
+        """Return whether the chip by itself also stops the motor at this event, so that the stop is expected."""
 
     def stopped(self, event: BoardEvent) -> None:
-        """Record that the board makes no further steps of the model; a stop ramp may follow."""
+        """Handle a stop of the board: it outputs no further steps of the model; a stop ramp may follow."""
 
     def halted(self, event: BoardEvent) -> None:
-        """Record that the board is at rest; the event has the position and the tick of the last step."""
+        """Handle the event that the board is at rest after a stop: it has the position and tick of the last step."""
 
     def turn(self) -> None:
-        """Do the work of a halted drive; called in each turn."""
+        """Do the work that is due while the drive is halted; called in each turn."""
 
     @property
     def settled(self) -> bool:
@@ -195,16 +195,16 @@ class Movable(Protocol):
         """Stop the motor, by ramping down or, with `at_once`, immediately."""
 
     def move(self, bench: Bench) -> None:
-        """Continue with another bench, which is at the same instant and has a chip of the same name."""
+        """Continue with another bench, at the same instant as the present one, and with a chip of the same name."""
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a stopped board continue: it counts from a position, and outputs the steps after an instant (ps)."""
+        """Let a stopped board continue: it counts from a position, and outputs the model's steps after `since_ps`."""
 
 
 class FoundBoard(NamedTuple):
     """The condition of a board when it was opened.
 
-    This is the board's state, its count, whether it was in motion, and whether the position of the motor may
+    It consists of its state, its count, whether it was in motion, and whether the position of the motor may
     differ from the count.
     """
 

@@ -9,7 +9,7 @@ long as the board has three quarters of the horizon queued before it, so that st
 the model is at rest, pauses fill the queue up to the model's current time, so an underrun always means trouble.  The
 end of a motion is followed by a pause after which the motor may stop (REST).
 
-Ticks with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board: errors do not accumulate.
+Names with the suffix 16 are in 1/65536 tick.  `base16` is calculated as on the board, so errors do not accumulate.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LONGEST_PRODUCT = 1 << 62
 
 
 class RecordSink(Protocol):
-    """A receiver of records, such as `Link`, which keeps them in order."""
+    """A receiver of records, which keeps their order; for example `Link`."""
 
     def push(self, records: list[Record]) -> object:
         """Queue records."""
@@ -48,11 +48,11 @@ class RecordSink(Protocol):
         """Start the queued records: the first interval begins at a tick."""
 
     def restart(self, tick: int) -> object:
-        """Start the records on the board at a tick, before the records that wait for free slots are sent."""
+        """Start the records that the board already has at a tick, before sending any that wait for free slots."""
 
 
 class PlannedSteps(NamedTuple):
-    """Steps in one direction (1/65536 tick); length (-1: unknown) and slope of a stop ramp from the first step."""
+    """Steps in one direction (1/65536 tick); stop ramp length at the first (-1: unknown), its change per step."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -61,7 +61,7 @@ class PlannedSteps(NamedTuple):
 
 
 class PlannedOutput(NamedTuple):
-    """Outputs that change at a tick, in 1/65536 tick: a mask of these outputs, and their new levels."""
+    """A change of outputs at a tick (in 1/65536 tick): a mask of the outputs that change, and their new levels."""
 
     tick16: int
     mask: int
@@ -78,9 +78,9 @@ class Feeder:
         ticks: the conversion of instants into ticks.
         horizon: ticks from a step of the model to the same step of the motor.
         shortest: the minimum interval between two steps, in ticks.
-        put: called with outputs that change at rest, or between steps that are too close for a pause.
+        put: called with outputs that change at rest, or between steps too close for a pause between them.
         half: a function that returns whether the chip makes half steps now.
-        ramps: yields a stretch in pieces (`RampPiece`): first step, end, stop ramp, its change per step.
+        ramps: yields a stretch in pieces (`RampPiece`): first step, end, stop ramp length, change per step.
         wake: called before a motion is started.
     """
 
@@ -128,7 +128,7 @@ class Feeder:
     # ----------------------------------------------------------------------------------------------------- interface
     @property
     def busy(self) -> bool:
-        """True while there are steps, queued or made by the model, after which the board has not yet come to rest."""
+        """True from the model's first step until the board has come to rest after the last; False if `stopped`."""
         if self.stopped:
             return False
         now = self.kernel.now
@@ -154,7 +154,7 @@ class Feeder:
         self._changes.append((self.kernel.now, mask, value))
 
     def turn(self, tick: int) -> None:
-        """Queue the new steps and outputs of the model; `tick` is the current tick of the board."""
+        """Queue the new steps and output changes of the model; `tick` is the current tick of the board."""
         self._take()
         if not self.stopped:
             self._lay()
@@ -162,7 +162,7 @@ class Feeder:
         self._send()
 
     def rest(self, tick: int) -> None:
-        """Record that the board has come to rest at a tick, after a REST record."""
+        """Record that the board is at rest at a tick, after a REST record; start any records queued after that."""
         while self._rests and self._rests[0] < tick:
             self._rests.popleft()
         if not self._rests or self._rests[0] != tick:
@@ -176,7 +176,7 @@ class Feeder:
             self.running = False
 
     def delay(self, ticks: int) -> None:
-        """Delay all further output by a number of ticks: the board could not start in time."""
+        """Delay all further output by a number of ticks, because the board could not start in time."""
         more = ticks << 16
         self.ticks.origin16 += more
         self.base16 += more
@@ -191,14 +191,14 @@ class Feeder:
         )
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board at a later tick, because START came late, and delay all further output."""
+        """Start the board's records later, at a tick, because START came late; delay all further output as much."""
         if self.started is not None:
             self.delay(tick - self.started)
             self.started = tick
             self.link.restart(tick)
 
     def counted(self) -> None:
-        """Restart the count of lost steps at 0, because the model now has the position of the motor."""
+        """Reset the number of lost steps to 0, because the model now has the position of the motor."""
         self._take()
         self.lost = 0
 
@@ -213,13 +213,13 @@ class Feeder:
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Queue the steps that the model makes after an instant (ps), which is past if another run has taken over."""
+        """Queue the model's steps from an instant (ps) on, which is in the past if another run has been taken over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
     # ------------------------------------------------------------------------------------------------ from the model
     def _take(self) -> None:
-        """Take the steps and outputs of the model up to its current time; everything before that time is final."""
+        """Take over the steps and output changes that the model made before its current time: they are final."""
         start, now = self.taken_ps, self.kernel.now
         if now <= start:
             return
@@ -246,7 +246,7 @@ class Feeder:
     # -------------------------------------------------------------------------------------------------- to the board
     @property
     def _present16(self) -> int:
-        """The tick, in 1/65536 tick, up to which all output is final; any further step is far enough after it."""
+        """The tick, in 1/65536 tick, up to which output is final: further steps come at least a margin later."""
         return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
 
     def _lay(self) -> None:
@@ -276,7 +276,7 @@ class Feeder:
                 self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
-        """Start the board, or continue after a rest; the intervals before and after the first step are equal."""
+        """Start the board, or continue after a rest; the first interval equals the second, within limits."""
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
@@ -289,7 +289,7 @@ class Feeder:
         self._rested, self._interval16 = False, 0
 
     def _join(self, ticks16: NDArray[np.int64]) -> bool:
-        """Append steps to the open record, or extend the last record, if all of them fit; else return False.
+        """Append steps to the open record, or to a new one after the last record; return False if not all fit.
 
         So a long slew takes only a few array operations.  In a ramp, a new fit makes longer records.
         """
@@ -326,7 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _queue_output(self, output: PlannedOutput) -> bool:
-        """Queue an output change in a pause; return False if its place among the steps is not known yet."""
+        """Queue an output change in a pause, or put it; return False if its place among the steps is not known yet."""
         if not self.running:
             self._put(output)
             return True
@@ -360,7 +360,7 @@ class Feeder:
                 self._pause(self._present16)
 
     def _low(self, tick: int) -> bool:
-        """Return whether the queue of the board lasts less than three quarters of the horizon."""
+        """Return whether the board's queue ends less than three quarters of the horizon after its current tick."""
         return (self.base16 >> 16) - tick < 3 * self.horizon // 4
 
     def _close(self) -> None:
@@ -370,7 +370,7 @@ class Feeder:
             self._push(self._record)
 
     def _pause(self, end16: int, flag: int = 0, count: int = 0) -> None:
-        """Push a pause up to a tick, in 1/65536 tick."""
+        """Push a pause that ends at a tick, in 1/65536 tick."""
         interval = end16 - self.base16
         self._batch.append(Record(self._flags | PAUSE | flag, count, interval >> 16, interval & 0xFFFF, 0))
         self.base16 = end16
@@ -388,7 +388,7 @@ class Feeder:
         self._interval16, self._add = record.last + record.add, record.add
 
     def _send(self) -> None:
-        """Pass on the records queued in this turn."""
+        """Pass the records queued in this turn on to the link."""
         batch, self._batch = self._batch, []
         self.records += len(batch)
         if batch and self._start is not None:

@@ -23,7 +23,7 @@ STEADY_TURNS = 20
 
 
 class Alignment:
-    """The lead of the model over the board, and the model's instant that corresponds to the board's time now.
+    """The alignment of the model's time with the board's time.
 
     `near`: True if the model led or lagged by at most a quarter of the horizon at the last turn.
     """
@@ -43,14 +43,14 @@ class Alignment:
         self.near, self.jumps = True, self.clock.jumps
 
     def catch_up(self) -> None:
-        """Align the model if no motion is pending and other work of the program has put it a quarter horizon off."""
+        """Align the model if other work of the program put it a quarter horizon off, and no motion is pending."""
         if self.state.phase == "ok" and not self.cable.in_progress:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align the model if no motion is pending, and its time is frozen or has a large constant offset.
+        """Align the model if no motion is pending and its time is frozen, or off the board's by a large constant.
 
         The model of a server is frozen while paused; its offset is constant after the server has skipped a lag.
         """
@@ -113,14 +113,14 @@ class Following:
         self.state.kernel.outside.on_input.remove(self._input)
 
     def move(self, bench: Bench) -> None:
-        """Continue with a replacement bench, which is at the same instant and has a chip of the same name."""
+        """Continue with another bench, at the same instant as the present one, and with a chip of the same name."""
         self.detach()
         self.state.move(bench)
         self.path.move()
         self.attach()
 
     def _input(self, do: str, _what: object) -> None:
-        """Record an external input: a level, or the passing of time, does not permit the chip to move; others do."""
+        """Record an external input, and wake an idle drive; inputs in `SILENT` do not permit the chip to move."""
         if do not in SILENT:
             self.spoken = True
         if self.link.at_rest:
@@ -128,20 +128,20 @@ class Following:
             self._wake()
 
     def _output(self, net: Net) -> None:
-        """Pass a changed level of a net that sets a board output to the feeder."""
+        """Pass to the feeder the changed level of a net that sets a board output."""
         for each, number in self.state.nets():
             if each is net:
                 self.feeder.change(1 << number, (net.level or 0) << number)
 
     # -------------------------------------------------------------------------------------------------- begin and stop
     def begin(self) -> None:
-        """Start following, at the current tick of the board."""
+        """Start following the model, whose current time is aligned with the board's current tick."""
         self.alignment.align()
         self.feeder.go_on()
         self._continue()
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a stopped board continue from a position; it outputs the steps made after an instant (ps).
+        """Let a stopped board continue from a position; it outputs the model's steps after an instant (ps).
 
         Raises:
             UsageError: the board does not follow, because an emergency stop is active.
@@ -160,7 +160,7 @@ class Following:
         self.talk.begin()
 
     def stop(self, at_once: bool = False, *, of_chip: bool = True) -> None:
-        """Stop the motor, by ramping down or immediately; `of_chip`: a command has already stopped the chip."""
+        """Stop the motor, by ramping down or immediately (`at_once`); `of_chip`: a command already stops the chip."""
         self.link.stop(0 if at_once else 1)
         chip, axis = self.state.chip, self.state.axis
         self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)
@@ -168,7 +168,7 @@ class Following:
         self.talk.send(self.path.wall())
 
     def stop_chip(self) -> None:
-        """Stop the chip too if a stop is ordered and the board is idle: between two motions, or in a hold."""
+        """Stop the chip too if the user ordered a stop and the board is idle: between two motions, or in a hold."""
         self.to_stop = self.to_stop and self.state.phase == "ok"
         answer = self.link.answer
         if self.to_stop and answer is not None and answer.state == BoardState.IDLE:

@@ -53,7 +53,7 @@ class Live:
     def turn(self) -> None:
         """Receive from the board, feed it the model's steps, make the cable calls that are due, and send.
 
-        It is called every 5 ms, and when bytes have arrived; the bench is between two runs.
+        This is called every 5 ms, and when bytes have arrived, always between two runs of the bench.
         """
         state, rewind, watch, now = self.state, self.rewind, self.watch, self.wall()
         if rewind is not None:
@@ -80,7 +80,7 @@ class Live:
         self.talk.send(now)
 
     def _feed(self, now: int) -> int:
-        """Feed the steps of the model to the board; return the model's current time, as a tick."""
+        """Feed the steps of the model to the board; return the board's tick at the wall-clock time `now` (ns)."""
         feeder, tick = self.feeder, self.clock.ticks(now)
         self.alignment.turn(tick)
         self.stop_ramps.turn(feeder)
@@ -94,7 +94,7 @@ class Live:
         return tick
 
     def _rests(self) -> bool:
-        """Return whether the drive is idle until an external input arrives."""
+        """Return whether the drive has nothing to do until an external input arrives."""
         state = self.state
         if state.phase != "ok" or state.axis.moving or self.cable.in_progress or not self.alignment.near:
             return False
@@ -113,7 +113,7 @@ class Live:
 
     # -------------------------------------------------------------------------------------------------------- at length
     def keep_up(self, until: int, wait: Wait | None) -> bool:
-        """Let the model keep up with the board until an instant (ps) or a met `wait`; return whether it is met."""
+        """Keep the model up with the board until an instant (ps) or until `wait` is met; return whether it is met."""
         state = self.state  # a turn may exchange its kernel
         self.alignment.catch_up()
         self.turn()
@@ -148,7 +148,7 @@ class Live:
             raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {state.phase}")
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
-        """Run the bench up to an instant (ps), or until `wait` is met; return whether it is met."""
+        """Run the bench up to an instant (ps), or until `wait` is met; return whether it was met."""
         kernel = self.state.kernel
         if wait is None:
             kernel.run(goal)
@@ -195,12 +195,12 @@ class Live:
         stopping.clear()
 
     def stop(self, at_once: bool = False) -> None:
-        """Stop the motor, by ramping down or immediately."""
+        """Stop the motor, by ramping down or, with `at_once`, immediately."""
         # A command of the chip's host stops the chip itself; at rest there is nothing to stop.
         self.motor.stop(at_once, of_chip=self.rewind is not None and self.rewind.command is not None)
 
     def close(self) -> None:
-        """Let the motor come to rest, and let the board take all pending commands; then stop following the model."""
+        """Let the motor come to rest, and the board take all pending commands; then stop following the model."""
         state = self.state
         if state.phase == "closed":
             return

@@ -58,24 +58,24 @@ class Drive:
         chip: the chip, or its name.
         port: the name of a serial port, such as "/dev/ttyUSB0", or an open port.
         horizon: the delay between a step of the chip and that of the motor, 10 ms to 2 s; a pause of this
-            computer does no harm as long as it is shorter.
+            computer does no harm if it is shorter than the horizon.
         axis: the number of the axis, counted from 1.
         enable: switch on the driver, which must then be named; without it the drive is a dry run: the board
             counts the steps, and STEP has no edges.
         pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired then moves the
             motor.
         enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever
-            the motor is at rest; "halt", after a halt, and at rest when its host is silent; "never".  An
-            emergency stop always switches it off, immediately.  So does the end of a session when the motor
-            is at rest, unless "never".
+            the motor is at rest; "halt", after a halt, and at rest if the host is silent; "never".  An
+            emergency stop always switches it off, immediately; the end of a session does so when the motor
+            is at rest, unless this is "never".
         enable_hold: how long the driver stays on in these cases, up to 268 s; with "rest" at least the
             horizon.
         stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C),
             "reset" or "power"; by default the first of these that the chip has.
         start_stop: the highest rate from which the motor can stop without a ramp, such as "500 steps/s"; by
-            default the first rate of the motion.
-        driver: the name of the driver, such as "DM542", which determines the level of ENABLE and minimum
-            pulse times; without it ENABLE has no level.
+            default the first rate of each motion.
+        driver: the name of the driver, such as "DM542", which determines the active level of ENABLE and the
+            minimum pulse times; without it ENABLE is not driven.
         invert_dir: invert DIR relative to the direction pin of the chip.
         inputs: the wiring of the board inputs, keyed by their printed names: a pin of the chip, or "estop";
             "!" before it inverts the level.
@@ -84,8 +84,8 @@ class Drive:
         outputs: the signals of the board outputs, keyed by their printed names: pins of the chip, "fault"
             (the board has halted) or "energised"; by default the pins that programs set.
         self_start: allow a program that the chip starts by itself to move the motor.
-        keep_count: take over, as the value of the position register, the count of a board that has kept
-            running since an earlier session; refused if the position of the motor is uncertain.
+        keep_count: set the position register to the count of a board that has kept running since an earlier
+            session; refused if the position of the motor is uncertain.
         homed: the user confirms that the count of the board is the position of the motor.
         config: the configuration of the board, instead of the one that follows from chip and driver.
         black_box: the folder for the record of the session; True: a new folder in the state directory of
@@ -174,7 +174,7 @@ class Drive:
             undo.pop_all()
 
     def _compose(self, off: EnableOff, how: str, self_start: bool, wait: Callable[[float], object] | None) -> None:
-        """Make the pieces that let the board follow the model; each receives only the objects that it needs."""
+        """Make the pieces that let the board follow the model; each piece receives only the objects that it needs."""
         state, path = self._state, self._path
         self.power = Power(state, path.link, path.cable, off)
         stop_ramps = StopRamps(state, path.link, path.send_tail)
@@ -194,7 +194,7 @@ class Drive:
     # ------------------------------------------------------------------------------------------------------- queries
     @property
     def bench(self) -> Bench:
-        """Present bench; it is replaced after an input of the board has stopped the motor."""
+        """Present bench; another one replaces it after an input of the board has stopped the motor."""
         return self._state.bench
 
     @property
@@ -221,7 +221,7 @@ class Drive:
         return introduction(self._state, self._has_estop)
 
     def status(self) -> str:
-        """Return one line with phase, count, driver, lead, free slots of the board queue, link, last trouble."""
+        """Return one line with phase, count, driver, queued time (lead), free queue slots, link and last trouble."""
         return as_line(self._state, self._path, self.power.on, self.troubles)
 
     def check(self, seconds: float, priority: str = "", tell: Callable[[str], object] = lambda _text: None) -> Checkup:
@@ -272,7 +272,7 @@ class Drive:
         count.
 
         Args:
-            past: the past of the bench; the past of a server if hosts are to continue on another bench.
+            past: the past of the bench; if the hosts of a server are to change benches too, the server's past.
 
         Raises:
             UsageError: the bench writes no journal, which going back needs.
@@ -305,7 +305,7 @@ class Drive:
     def turn(self) -> None:
         """Receive from the board, feed it the steps of the model, make the cable calls that are due, and send.
 
-        This is called every 5 ms, and when bytes have arrived; the bench is between two runs.
+        This is called every 5 ms, and when bytes have arrived, always between two runs of the bench.
         """
         self._live.turn()
 
@@ -314,7 +314,7 @@ class Drive:
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that belongs to an instant of the model (ps): a horizon later if output is pending, else now."""
+        """Make a call for an instant of the model (ps): one horizon after it if output is pending, else now."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:
@@ -341,7 +341,7 @@ class Drive:
         Raises:
             Timeout: the condition is not met in time.
             TimeError: `timeout` is not a time.
-            UsageError: neither a condition nor a function, or the drive is closed.
+            UsageError: `condition` is neither a condition nor a function, or the drive is closed.
         """
         self._check_open()
         self._live.until(condition, timeout)
@@ -386,12 +386,12 @@ class Drive:
         A driver that the board has switched off remains off, unless `homed` or `homing` is given.
 
         Args:
-            homed: the position register holds the position of the motor.
+            homed: the user confirms that the position register holds the position of the motor.
             homing: the motor is being homed; until homing has ended, the position is unknown (`power.known`).
 
         Raises:
             UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, an
-                emergency stop is active, or homed and homing are both given.
+                emergency stop is active, or `homed` and `homing` are both given.
         """
         self._check_open()
         if homed and homing:

@@ -2,11 +2,11 @@
 
     open    on, if the user enables the driver
     clear   unchanged; on again only if the user confirms the position (homed), or homes now (homing)
-    close   off when the motor has come to rest and is counted; "never" leaves it on
+    close   off when the motor has come to rest and its steps are counted; "never" leaves it on
 
-A position is unknown if steps may have been lost or were made without current, or if the board has switched the driver
-off by itself.  It is known again when the user confirms it, or when a homing run has ended: the chip's own, or one made
-by the host, which sets the position register at rest.
+The position is unknown if steps may have been lost or were made without current, or if the board has
+switched the driver off by itself.  It is known again when the user confirms it, or when a homing run has
+ended: the chip's own, or one made by the host, which sets the position register at rest.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Power:
 
     @property
     def bears_silence(self) -> bool:
-        """True if a second without a message from the host would not make the board switch the driver off."""
+        """True while the board would not switch the driver off after a second without a message from the host."""
         state, off = self.state, self.off
         hold = state.config.enable_hold * HOLD_TICKS
         return not self.on or off == EnableOff.NEVER or (off == EnableOff.HALT and hold > state.board.hz)
@@ -67,7 +67,7 @@ class Power:
     def turn(self) -> bool:
         """Check whether a homing run has ended; return whether the board has switched the driver off by itself.
 
-        The latter is not reported with `enable_off` "rest", with which it is usual.
+        With `enable_off` "rest", where a switch-off is usual, this always returns False.
         """
         if self.state.phase != "ok":
             return False
@@ -80,7 +80,7 @@ class Power:
         return True
 
     def _look_for_homing(self) -> None:
-        """Trust the position when the motor is at rest and a homing run has ended at 0, or the register was set."""
+        """Trust the position if, at rest, a homing run has ended at 0 or the register was set without one."""
         axis, (homing, offset) = self.state.axis, self._homed_from
         if axis.homing:
             self._homed_from = axis.homing, offset
@@ -92,7 +92,7 @@ class Power:
             self._homed_from = seen
 
     def _seen(self) -> tuple[int, int]:
-        """Return the direction of the chip's homing run (0: none), and its position register minus its travel."""
+        """Return the direction of the chip's homing run (0: none), and the register minus the travel of the axis."""
         axis = self.state.axis
         return axis.homing, (axis.position - axis.travel) % axis.modulus
 

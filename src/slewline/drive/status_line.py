@@ -17,7 +17,7 @@ def introduction(state: DriveState, estop: bool) -> str:
     """Return a line for the user that names chip, board and driver.
 
     Args:
-        estop: an input of the board is an emergency stop.
+        estop: True if an input of the board is an emergency stop.
     """
     if state.enable:
         power = "the driver is enabled" + "; no input is an E-stop (--input A0=estop)" * (not estop)
@@ -32,7 +32,7 @@ def introduction(state: DriveState, estop: bool) -> str:
 
 
 def as_line(state: DriveState, path: DrivePath, on: bool, troubles: Sequence[str]) -> str:
-    """Return one line with phase, count, driver, lead, free slots of the queue, round trips and last trouble.
+    """Return one line with phase, count, driver, queued time (lead), free slots, round trips and last trouble.
 
     Args:
         on: whether the driver is enabled.

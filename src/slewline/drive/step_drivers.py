@@ -1,7 +1,7 @@
 """Step drivers: minimum pulse times, set-up and hold times of DIR, and the active level of ENABLE.
 
-The figures are guaranteed by the data sheets, at the pins of the driver.  Modules with optocouplers are wired as on the
-page of each board: the inputs marked - to ground, the inputs marked + to the board.
+The times are required by the data sheets, at the pins of the driver.  Modules with optocouplers are
+wired as on the page of each board: the inputs marked - to ground, the inputs marked + to the board.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ OWN = "high 30 us, low 30 us, setup 5 us, hold 5 us"
 class StepDriver(NamedTuple):
     """A driver with STEP and DIR inputs.
 
-    `high_ps`, `low_ps`: the minimum time for which STEP must be high and low; `setup_ps`, `hold_ps`: the
-    time for which DIR must be stable before STEP rises, and afterwards; `enabled`: the level at which the
-    driver energises the motor; `source`: the data sheet.
+    `high_ps`, `low_ps`: the minimum times for which STEP must be high and low; `setup_ps`, `hold_ps`: the
+    minimum times for which DIR must be stable before and after STEP rises; `enabled`: the level of ENABLE at
+    which the driver energises the motor; `source`: the data sheet.
     """
 
     name: str

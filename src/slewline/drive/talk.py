@@ -102,7 +102,7 @@ class Talk:
             self.clock.restart()  # the cable supplies the board
 
     def due(self) -> float:
-        """Return the number of seconds within which the next turn is due, unless an external input comes first."""
+        """Return the number of seconds until the next turn is due, unless an external input comes first."""
         due, most = self.link.due_ns(), IDLE_S if self.link.at_rest else TURN_S
         return most if due is None else min(max(due - self.wall(), 0) / 10**9, most)
 
@@ -144,13 +144,13 @@ class Talk:
         The driver is switched on last, once the board is known to be idle, or not at all.
 
         Args:
-            position: the travel of the model that corresponds to the board's count; None: its present travel.
+            position: the model's travel that corresponds to the board's count; None: the model's present travel.
             known: the user confirms that the count is the position of the motor.
             power: the driver may be switched on.
 
         Raises:
-            UsageError: no board answers, or one with another version; the board remains halted, or does not
-                switch the driver on; its count is to be kept, but the position of the motor is uncertain.
+            UsageError: no board answers, or one of another version or model; the board remains halted, or does
+                not switch the driver on; the board's count is to be kept, but the motor's position is uncertain.
         """
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
@@ -187,7 +187,7 @@ class Talk:
         self.until(lambda: self.link.is_open, SET_UP_S, "no board answers", UNANSWERED)
 
     def _leave_halt(self, counted: int, *, known: bool, power: bool) -> None:
-        """Let the board continue from its count, and set its outputs."""
+        """Make the board leave its halted state and count on from `counted`, and set its outputs."""
         link, nets = self.link, self.state.nets()
         link.reset(signed(counted), known=known, power=power)
         value = sum((net.level or 0) << number for net, number in nets)
@@ -222,7 +222,7 @@ class Talk:
         return BoardState.BOOT if answer is None else answer.state
 
     def _check(self, ident: Ident) -> None:
-        """Check that the board is still the one for which the drive was created."""
+        """Check that the board is still of the model for which the drive was created."""
         board, was = board_of(ident), self.state.board
         if board is not was:
             raise UsageError(f"the board is now an {board.title}, but was an {was.title}; make a new drive")
@@ -230,14 +230,14 @@ class Talk:
 
 
 def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float], object] = sleep) -> BoardModel:
-    """Return the model of the board on a port; the board is not configured yet, and a motion in progress continues.
+    """Return the model of the board on a port; do not configure the board, nor stop a motion in progress.
 
     Args:
         wall: returns the wall-clock time in nanoseconds.
         wait: waits for a number of seconds.
 
     Raises:
-        UsageError: no board answers, or it is not one that this version knows.
+        UsageError: no board answers, or this version does not know the board that does.
     """
     decoder, begun, hellos = Decoder(), wall(), 0
     while (passed := wall() - begun) <= SET_UP_S * 10**9:

@@ -42,7 +42,7 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
-    """Return the remedy, for the end of a message, if a board pin and a chip pin are swapped; otherwise ""."""
+    """Return the remedy, for the end of a message, if the user has swapped a board pin and a chip pin; else ""."""
     return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
 
 
@@ -93,7 +93,8 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
             "energised"; None: the pins that programs set.
 
     Raises:
-        UsageError: there is no such output of the board or of the chip, or one is given twice.
+        UsageError: the board or the chip has no such output; or an output of the board, "fault" or
+            "energised" is given twice.
     """
     printed = [pin.printed for pin in board.outputs]
     rows = {row.name: row for row in chip.sheet.pins if row.in_out in ("out", "both")}
@@ -128,14 +129,14 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
 
 
 def pins_of(outputs: Mapping[int, str]) -> dict[int, str]:
-    """Return the board outputs that show pins of a chip: the names of the pins by output number."""
+    """Return the names of the chip pins that board outputs show, by output number."""
     return {number: name for number, name in outputs.items() if name not in LAMPS}
 
 
 def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
-    """Return the polarity flag of DIR, which gives it the level of the chip's direction pin, or the inverse.
+    """Return the polarity flag with which DIR follows the chip's direction pin or, if `invert`, its inverse.
 
-    For a chip without such a pin, DIR is high for clockwise motion, that is, upwards, or the inverse.
+    If the chip has no such pin, DIR is high for clockwise (upward) motion or, if `invert`, low.
     """
     row = next((row for row in chip.sheet.pins if row.plays("direction", axis)), None)
     clockwise = 1 if row is None or row.sense is None else row.sense
@@ -143,7 +144,7 @@ def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
 
 
 def driver_polarity(board: BoardModel, driver: str | None) -> int:
-    """Return the polarity flag of ENABLE for a driver: ENABLE_LOW, or 0 if it is active high or there is none.
+    """Return the polarity flag of ENABLE: ENABLE_LOW, or 0 if it is active high or `driver` is None.
 
     Raises:
         UnknownName: there is no such driver.
@@ -157,7 +158,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
 
 
 def pattern_of(chip: Chip) -> tuple[int, ...]:
-    """Return the phase levels of a chip by half-step index, phase 1 in bit 0; eight zeros if it has no phases."""
+    """Return the phase levels of a chip for each half-step index, phase 1 in bit 0; eight zeros without phases."""
     whole = [sum(level << n for n, level in enumerate(row)) for row in chip.phase_patterns()]
     if len(whole) in (0, 8):
         return tuple(whole) or (0,) * 8
@@ -167,7 +168,7 @@ def pattern_of(chip: Chip) -> tuple[int, ...]:
 
 
 def lamp(outputs: Mapping[int, str], name: str) -> int:
-    """Return the number + 1 of the output whose signal is `name`, "fault" or "energised"; 0 if there is none."""
+    """Return 1 + the number of the output with the signal `name` ("fault" or "energised"); 0 if there is none."""
     return next((number + 1 for number, shows in outputs.items() if shows == name), 0)
 
 
@@ -175,7 +176,7 @@ def off_policy(word: str) -> EnableOff:
     """Return the policy by which a board switches the driver off by itself.
 
     Raises:
-        UsageError: not one of "rest", "halt" and "never".
+        UsageError: the word is not one of "rest", "halt" and "never".
     """
     if word not in ENABLE_OFF:
         raise UsageError(f"enable_off {word!r}; allowed {', '.join(ENABLE_OFF)}")
@@ -198,10 +199,10 @@ def hold_of(board: BoardModel, hold: Time) -> int:
 def least_hold(off: EnableOff, horizon: int) -> int:
     """Return the shortest hold, in units of 65,536 ticks, that keeps the driver on until a motion's first step.
 
-    It is 0 unless the driver is switched off at rest.
+    It is 0 unless the policy `off` is to switch the driver off at rest.
 
     Args:
-        horizon: the time from the host's message that begins the motion to that step, in ticks.
+        horizon: the time from the host's message that begins the motion to the first step, in ticks.
     """
     return horizon // HOLD_TICKS + 2 if off == EnableOff.REST else 0
 
@@ -224,11 +225,11 @@ def usual_config(
     """Return the configuration of a board for a chip and a driver, without inputs.
 
     Args:
-        start_stop: steps/s; None: the default rate.
+        start_stop: the rate from which the motor may stop without a ramp (steps/s); None: the default rate.
         driver: the name of the driver; None: the board does not set ENABLE.
         dry: STEP has no edges.
-        off: when the board switches the driver off by itself, after `hold`.
-        invert_dir: DIR has the opposite level of the chip's own direction pin.
+        off: the policy by which the board switches the driver off by itself, after the time `hold`.
+        invert_dir: the level of DIR is opposite to that of the chip's own direction pin.
     """
     return BoardConfig(
         start_stop=board.hz // (start_stop or START_STOP),

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class TickMap:
-    """The conversion between instants of a model and ticks of a board; exact, rounded down.
+    """The conversion between instants of a model and ticks of a board, computed exactly, then rounded down.
 
     `origin16` is the tick of instant 0, in 1/65536 tick.
     """
@@ -24,7 +24,7 @@ class TickMap:
         self.hz, self.origin16 = hz, 0
 
     def align(self, ps: int, tick: int) -> None:
-        """Map an instant of the model (ps) to a tick of the board from now on."""
+        """Shift the conversion so that an instant of the model (ps) maps to a given tick of the board."""
         self.origin16 = (tick << 16) - ps * self._n // self._d
 
     def at(self, ps: int) -> int:

@@ -22,7 +22,7 @@ LOOPBACK = "127.0.0.1"
 
 
 def interfaces() -> list[str]:
-    """Return the addresses to listen on: those in EPICS_CAS_INTF_ADDR_LIST, by default this machine's own."""
+    """Return the addresses to listen on: those in EPICS_CAS_INTF_ADDR_LIST, by default only 127.0.0.1."""
     return os.environ.get("EPICS_CAS_INTF_ADDR_LIST", "").split() or [LOOPBACK]
 
 

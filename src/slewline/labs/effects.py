@@ -1,7 +1,7 @@
-"""Effects of puts into the fields of a motor record: one method for each `put` in the table.
+"""Effects of puts into the fields of a motor record: one method for each `put` in `field_table.py`.
 
-Each method returns when the effect is complete.  A put without an effect here is an error, which is
-reported to the client.
+Each method returns when the effect is complete.  A put that can have no effect here is an error, which
+is reported to the client.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class Effects:
         self.owner, self.motions = owner, motions
 
     def at_rest(self, name: str) -> None:
-        """Refuse an action that is not allowed while a motion is requested or in progress."""
+        """Raise UsageError, with the field's name, while a motion is requested or in progress."""
         if not self.motions.idle:
             raise UsageError(f"{name}: a motion is in progress, or waits for SPMG; allowed at rest only; stop it first")
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:
-        """Move to the position put, or, while SET is Set, define it as the present position; return at completion."""
+        """Move to a position, or, while SET is Set, assign it to the present position; return at completion."""
         state = self.owner.state
         if name in ("TWF", "TWR") and not value:
             return
@@ -61,7 +61,7 @@ class Effects:
         await self.motions.begin(RecordMotion(dial))
 
     async def redefine(self, name: str, user: float, dial: float) -> None:
-        """Define the present position, by changing OFF or the module's position register."""
+        """Give the present position a new value, by changing OFF or the module's position register."""
         state, motor = self.owner.state, self.owner.motor
         self.at_rest(name)
         frozen = bool(state.kept["FOFF"])
@@ -80,7 +80,7 @@ class Effects:
         await self.pulse()
 
     async def pulse(self) -> None:
-        """Post DMOV 0 and then 1, as for every position put; while a motion is requested, post only the changes."""
+        """Post DMOV 0 and then 1, as for any position put; while a motion is requested, post only changed fields."""
         if self.motions.idle:
             for done in (False, True):
                 self.owner.state.done = done
@@ -89,20 +89,20 @@ class Effects:
             await self.owner.publish()
 
     async def sync(self, name: str, value: int) -> None:
-        """Set the target position to the present position."""
+        """Set the target position to the present position, unless `value` is 0."""
         if value:
             self.at_rest(name)
             self.owner.state.settle()
 
     # -------------------------------------------------------------------------------------------------- coordinates
     async def offset(self, _name: str, value: float) -> None:
-        """Shift the user coordinates."""
+        """Set OFF, which shifts the user coordinates."""
         state = self.owner.state
         state.offset = value
         state.val = state.user(state.dval)
 
     async def direction(self, _name: str, value: int) -> None:
-        """Reverse the user coordinates; VAL is unchanged, unless OFF is frozen."""
+        """Set DIR, the direction of the user coordinates; VAL is unchanged, unless OFF is frozen."""
         state = self.owner.state
         state.sign = -1 if value else 1
         if not state.kept["FOFF"]:
@@ -114,12 +114,12 @@ class Effects:
         self.owner.state.kept[name] = value
 
     async def preset_switch(self, name: str, _value: int) -> None:
-        """Set a switch to the value that the field stands for, such as SSET or SUSE for SET."""
+        """Set a switch to the value that belongs to the field: SSET, for example, sets SET to 1, and SUSE to 0."""
         switch, to = PRESET[name]
         self.owner.state.kept[switch] = to
 
     async def limit(self, name: str, value: float) -> None:
-        """Set a limit; a motion to a position that is now beyond the limit is a violation, and is stopped."""
+        """Set a limit; a motion to a position now beyond it is a violation, and is stopped if the part can stop."""
         state = self.owner.state
         dial = value if name.startswith("D") else state.dial(value)
         upper = name.endswith("HLM") == (name.startswith("D") or state.sign > 0)
@@ -161,7 +161,7 @@ class Effects:
         state.law = law
 
     def fitted(self, law: Mapping[str, float]) -> dict[str, Ramp]:
-        """Return the ramps nearest to the given rates and times, keyed by "move", "backlash", "jog" and "home"."""
+        """Return the ramps nearest to the rates and times in `law`, keyed by "move", "backlash", "jog" and "home"."""
         motor, scale, first = self.owner.motor, abs(self.owner.state.resolution), law["VBAS"]
         jog_s = (law["JVEL"] - first) / law["JAR"] if law["JAR"] else law["ACCL"]
         wanted = {
@@ -184,7 +184,7 @@ class Effects:
         state.kept[name] = value
 
     async def disable(self, _name: str, value: int) -> None:
-        """Refuse puts into other fields from now on, or accept puts again."""
+        """Set DISP: if it is 1, puts into other fields are refused; if it is 0, they are accepted again."""
         self.owner.state.kept["DISP"] = value
 
     async def text(self, name: str, value: str) -> None:
@@ -195,7 +195,7 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- buttons
     async def stop(self, _name: str, value: int) -> None:
-        """Stop the motor, and discard requested motions; return when the motor is at rest."""
+        """Stop the motor, and discard requested motions, unless `value` is 0; return when the motor is at rest."""
         if value:
             await self.motions.stop()
 
@@ -216,7 +216,7 @@ class Effects:
             await self.motions.over()
 
     async def home(self, name: str, value: int) -> None:
-        """Home the motor in the direction of the field; return at completion."""
+        """Home the motor in the direction of the field, HOMF or HOMR; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
             raise UsageError(f"{name} {value}; allowed only 1; STOP ends a homing")
@@ -227,7 +227,7 @@ class Effects:
         await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
 
     async def jog(self, name: str, value: int) -> None:
-        """Move towards a limit until 0 is put into the field; return at completion."""
+        """Move towards a limit until 0 is put into the same field, or stop if `value` is 0; return at completion."""
         state = self.owner.state
         if not value:
             if state.button == name or (self.motions.wanted is not None and self.motions.wanted.button == name):
@@ -256,7 +256,7 @@ class Effects:
             raise UsageError(f"{name}: SET is Set, a state in which no motor moves; set it to Use first")
 
     async def update(self, name: str, value: int) -> None:
-        """Query the position of the module."""
+        """Query the module's position, while the motor is at rest."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
             raise UsageError(f"STUP {value}; allowed ON")

@@ -1,9 +1,9 @@
-"""The fields of a motor record: name, type, access, meaning.  The record, its page and the tests read only this table.
+"""The fields of a motor record: name, type, access, meaning.
 
-A row with a `put` can be written by clients: the `Effects` method of that name handles the put, and
-refuses a value that would have no effect.  A row without a `put` is read-only, unless it is `fixed`:
-then clients may put its present value, as programs that restore a whole list of fields do, and any other
-value is refused.
+The record, its documentation page and the tests read only this table.  A row with a `put` can be written
+by clients: the `Effects` method of that name handles the put, and refuses a value that would have no
+effect.  A row without a `put` is read-only, unless it is `fixed`: then clients may put its present
+value, as programs that restore a whole list of fields do, and any other value is refused.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class FieldRow(NamedTuple):
     """A field of the record.
 
     Attributes:
-        name: the name of the field; a field whose name begins with "_" is a separate record, in addition to the motor
-            record.
+        name: the name of the field; a field whose name begins with "_" is a separate record, in addition to
+            the motor record.
         kind: the type of the value, as in Channel Access: double, float, long, short, string or enum.
-        description: the meaning of the field and of a put, for the page.
+        description: the meaning of the field and of a put, for the documentation page.
         put: the method of `Effects` that handles a put; "" for none.
-        fixed: True if the field has a single value, which may be put.
+        fixed: True if the field has a single value, which clients may put.
         value: the initial value; not used if the state computes the field.
         words: the words of an enum.
         unit: the unit, in which {} stands for the motor's unit.
@@ -59,7 +59,7 @@ class FieldRow(NamedTuple):
 
     @property
     def access(self) -> str:
-        """The access for clients: read, put, or put of the present value only."""
+        """The access that clients have: read, put, or put of the present value only."""
         return "put" if self.put else "fixed" if self.fixed else "read"
 
 

@@ -95,7 +95,7 @@ class TextField(Field, ChannelString):
 
 
 class EnumField(Field, ChannelEnum):
-    """One of a list of words, identified by its number."""
+    """A field whose value is one of a list of words, represented by the word's number."""
 
     async def post(self, value: Any) -> None:
         """Post a word, given by its number, to clients."""
@@ -130,7 +130,7 @@ def unit_of(row: FieldRow, unit: str) -> str:
 
 
 def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
-    """Return a field's limits, derived from the values of all fields, as metadata for its channel."""
+    """Return a field's limits, taken from the values of all fields, as channel metadata; empty if it has none."""
     if row.name not in LIMITED:
         return {}
     low, high = (round(values[name]) if row.kind == "long" else values[name] for name in LIMITED[row.name])

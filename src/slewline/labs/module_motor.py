@@ -1,8 +1,8 @@
-"""A motor on a real module: it is moved, homed and stopped with the commands of the part's sheet.
+"""A motor on a real module, moved, homed and stopped with the commands in the part's data sheet.
 
     motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
-    motor.move(1200)                     # or, with another ramp, motor.move(1200, motor.fitted(100, 2000, 0.05))
-    while not motor.at_rest():           # waits a few milliseconds
+    motor.move(1200)             # or, with another ramp, motor.move(1200, motor.fitted(100, 2000, 0.05))
+    while not motor.at_rest():   # waits some 50 ms
         ...
     motor.position
 
@@ -40,10 +40,10 @@ class ModuleMotor:
     """A motor on a module.
 
     Args:
-        module: the module, which may be moved.
+        module: the module, whose motor may be moved.
         calculator: the ramp calculator of the part.
         values: all ramp parameters of the part, such as {"T": 100} or {"T": "1000 steps/s"}.
-        crystal_hz: the part's crystal frequency; None for that of its sheet.
+        crystal_hz: the part's crystal frequency; None for the one in its data sheet.
 
     Raises:
         UsageError: a parameter is missing, wrong or unknown; or the part cannot move to positions.
@@ -84,7 +84,7 @@ class ModuleMotor:
 
     @property
     def rates(self) -> tuple[RampParameter, RampParameter]:
-        """The parameters that set the first and highest rates."""
+        """The parameters that set the first and the highest rate of a ramp, in this order."""
         rates = [quantity for quantity in self.calculator.quantities if quantity.per_s == 1]
         return rates[0], rates[-1]
 
@@ -110,7 +110,7 @@ class ModuleMotor:
         return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
-        """Return the number of lines of a stored program, not this motor's own, that the next move would overwrite."""
+        """Return the number of lines of a stored foreign program, which the next move would overwrite; 0 if none."""
         (listing, *_) = (*self.sheet.acting("list"), None)
         if not self.entered or listing is None:
             return 0
@@ -135,7 +135,7 @@ class ModuleMotor:
         self.late_s = LATE_S + self.left_s * LONGER
 
     def _program(self, ramp: Ramp, *moving: str) -> list[str]:
-        """Send commands that set the parameters of a ramp, and move, as a program if required; return them."""
+        """Send a ramp's settings and the commands `moving`, as a program if required; return all commands sent."""
         settings = [self._spelled(row, value) for row, value in self._settings(ramp.values).items()]
         commands = [*settings, *moving]
         if self.entered:
@@ -166,7 +166,7 @@ class ModuleMotor:
                 self.module.ask(row.form)
 
     def home(self, direction: int, ramp: Ramp | None = None) -> None:
-        """Begin a homing run, direction 1 or -1, at the first rate of a ramp, by default the motor's own ramp.
+        """Begin a homing run in direction 1 or -1, at the first rate of a ramp, by default the motor's own ramp.
 
         Raises:
             UsageError: the part has no homing command with a selectable direction.
@@ -188,7 +188,7 @@ class ModuleMotor:
         """Set the position register, without motion.
 
         Raises:
-            UsageError: the part has no command for this, or none for this position.
+            UsageError: the part has no command for this, or its command does not allow this position.
             ModuleFailure: the module does not execute the command.
         """
         if self.presetting is None:
@@ -213,7 +213,7 @@ class ModuleMotor:
         self.module.ask(self.stopping.form)
 
     def at_rest(self) -> bool:
-        """Return whether the motor is at rest, and update `position`.  This waits a few milliseconds.
+        """Wait some 50 ms; return whether the motor is at rest and, if so, update `position`.
 
         Raises:
             ModuleFailure: the module does not report the position.
@@ -239,7 +239,7 @@ class ModuleMotor:
         self.position = int(self.module.value("position"))
 
     def _has_answered(self) -> bool:
-        """Query the position once the motor should be at rest; return whether the module has answered."""
+        """Query the position if the motor should be at rest by now; return whether the module has answered."""
         self.left_s -= LOOK_S
         if self.left_s > 0:
             return False

@@ -69,7 +69,7 @@ class MotorRecord:
 
     Args:
         name: the name of the record; fields are NAME.VAL and so on.
-        find: finds the motor; is called in another thread, and again after communication is lost.
+        find: finds the motor; called by the constructor, and in another thread after communication is lost.
         resolution: units per step.
         units: the name of the unit, such as "mm".
         say: is called with messages for the user.
@@ -137,7 +137,7 @@ class MotorRecord:
         await asyncio.sleep(NEWS_S)
 
     def _same(self, row: FieldRow, value: Any) -> None:
-        """Accept the present value of a field, and refuse any other value."""
+        """Accept a put of a field's present value, and refuse any other value."""
         has = self.posted[row.name]
         same = math.isclose(value, has, rel_tol=1e-6) if row.kind in NUMBERS else value == has
         if not same:
@@ -183,7 +183,7 @@ class MotorRecord:
         await self.publish()
 
     async def _look_for(self) -> None:
-        """Search for the module until it answers."""
+        """Search for a lost module until it answers again."""
         within = self.motions.within
         while True:
             await within(self.motor.module.port.close)

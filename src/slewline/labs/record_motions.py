@@ -1,4 +1,4 @@
-"""The motions of a motor record: one after another, with the most recent request next.
+"""The motions of a motor record, one after another; a new request replaces one that has not yet begun.
 
                  begin(motion)                     SPMG Go
        at rest ---------------> requested <------------------- paused
@@ -6,8 +6,8 @@
           |     over, or STOP      v           SPMG Pause       |
           +------------------- in progress ---------------------+
 
-A separate thread communicates with the module, one command after another.  A new motion ends the one in progress if
-the part can stop; all puts wait until no motion is requested any longer.
+A separate thread communicates with the module, one command after another.  A new motion may end the one
+in progress, if the part can stop; puts that request motions wait until no motion is requested.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Result = TypeVar("Result")
 
 
 class RecordMotion(NamedTuple):
-    """A requested motion: to a dial position, or a homing run if `homing` is its direction in steps, 1 or -1.
+    """A requested motion: to a dial position or, if `homing` is 1 or -1 (direction in steps), a homing run.
 
     `button` is the field that is 1 during the motion: the homing field or the jog field; "" for neither.
     """
@@ -56,9 +56,9 @@ class RecordMotions:
     """The motions of a record, which owns the motor and the state.
 
     Attributes:
-        wanted: the next motion.
-        current: the motion in progress.
-        task: is done when no motion is requested any longer; None if none is requested.
+        wanted: the motion requested next; None if there is none.
+        current: the motion in progress; None if there is none.
+        task: the task that performs the motions; None while no motion is requested or in progress.
     """
 
     def __init__(self, owner: Owner, name: str) -> None:
@@ -71,7 +71,7 @@ class RecordMotions:
         self.halting = ""  # "stop" or "pause": the motion in progress is to end
 
     async def within(self, call: Callable[[], Result]) -> Result:
-        """Call a function that uses the module, in the thread that communicates with it."""
+        """Call a function that uses the module, in the thread that communicates with the module; return its result."""
         return await asyncio.get_running_loop().run_in_executor(self.thread, call)
 
     @property
@@ -113,7 +113,7 @@ class RecordMotions:
             await self.changed.wait()
 
     async def over(self) -> None:
-        """Wait until no motion is requested.
+        """Wait until no motion is requested or in progress.
 
         Raises:
             SlewlineError: a motion has failed.
@@ -123,7 +123,7 @@ class RecordMotions:
 
     # ------------------------------------------------------------------------------------------------------ one by one
     async def _work(self) -> SlewlineError | None:
-        """Perform the requested motions, one after another; return a failure, or None."""
+        """Perform the requested motions, one after another; return the last failure, or None."""
         state, failure, arrived = self.owner.state, None, True
         state.done = False
         await self.owner.publish()
@@ -157,7 +157,7 @@ class RecordMotions:
         return failure
 
     async def _motion(self, motion: RecordMotion) -> bool:
-        """Perform a motion; return whether its target is still valid, which it is after a move that was not stopped."""
+        """Perform a motion; return whether its target is still valid: only after a move that was not stopped."""
         state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
         state.missed, state.button = False, motion.button
         if motion.homing:
@@ -183,7 +183,7 @@ class RecordMotions:
         return True
 
     async def _leg(self, motion: RecordMotion, begun: float, onward: bool, start: Callable[[], None]) -> bool:
-        """Perform a move or a homing run; return whether it ended without being stopped."""
+        """Perform a move or a homing run, which `start` begins; return whether it ended without being stopped."""
         state, motor, stopped = self.owner.state, self.owner.motor, False
         state.moving, state.forward = True, onward
         await self.owner.publish()
@@ -198,7 +198,7 @@ class RecordMotions:
     def _interrupted(self, motion: RecordMotion, begun: float) -> bool:
         """Return whether a new request must end the motion in progress.
 
-        A position further on in the same direction waits for the end of that motion, as in the motor record.
+        A request for a position further on in the same direction waits for the end of that motion, as in EPICS.
         """
         new = self.wanted
         if new is None or self.owner.motor.stopping is None:

@@ -1,9 +1,9 @@
-"""The state of a motor record, and the values of its fields.  It does not access the module, and never waits.
+"""The state of a motor record, and the values of its fields; nothing here waits or accesses the module.
 
                 MRES          DIR, OFF
     steps  <---------->  dial  <------>  user            RVAL RRBV   DVAL DRBV   VAL RBV
 
-Limits are stored in dial coordinates, as DHLM and DLLM; the user limits follow OFF and DIR.
+Limits are stored in dial coordinates, as DHLM and DLLM; the user limits follow from them, OFF and DIR.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class RecordState:
 
     @property
     def user_limits(self) -> tuple[float, float]:
-        """The lowest and highest positions, in user coordinates."""
+        """The lowest and highest allowed positions, in user coordinates."""
         low, high = self.user(self.low), self.user(self.high)
         return (low, high) if self.sign > 0 else (high, low)
 
@@ -102,7 +102,7 @@ class RecordState:
         return soft or not least <= self.raw(dial) <= most
 
     def violates(self, dial: float) -> bool:
-        """Return whether a move to a dial position is refused; one from outside the limits towards them is allowed.
+        """Return whether a move to a dial position is refused; a move from beyond a limit back towards it is not.
 
         With a backlash distance, the start of the second move is checked, too.
         """
@@ -203,5 +203,5 @@ def acceleration(ramp: Ramp) -> float:
 
 
 def digits(resolution: float) -> int:
-    """Return the number of decimals in a position with this resolution."""
+    """Return the number of decimals with which positions of this resolution are shown."""
     return max(0, -math.floor(math.log10(abs(resolution))))

@@ -1,7 +1,8 @@
-"""The assembler: translates program text to program buffer contents and to the byte streams that a host would send.
+"""The assembler: translates program text to program buffer contents and to the bytes a host would send.
 
-A text is either assembled or refused as a whole: one exception lists all problems, each with place, picture and remedy.
-Warnings do not prevent assembly; they are listed in `Assembly.findings`.
+A text is either assembled or refused as a whole: one exception lists all problems, each with its place,
+the line in which this place is marked, and a remedy.  Warnings do not prevent assembly; they are listed
+in `Assembly.findings`.
 """
 
 from __future__ import annotations
@@ -73,12 +74,12 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     """Assemble one program; return the bytes that are stored, with addresses, labels and warnings.
 
     Args:
-        text: the program, one command per line; if no commands begin and end program entry, the whole text
-            is the program.
+        text: the program, one command per line; if it has no commands that begin and end program entry, the
+            whole text is the program.
         sheet: the data sheet of the part.
         where: the name of the text in messages.
-        resolve: store addresses in place of labels; otherwise store the labels' letters, which the chip keeps
-            until it executes the instruction.
+        resolve: store addresses in place of labels; otherwise store the labels' letters, which the chip
+            keeps until it executes the instruction.
 
     Raises:
         ProgramError: the text has errors, all of which the exception lists in `problems`.
@@ -102,7 +103,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
 
 
 def link(source: Source) -> None:
-    """Report problems of whole programs: undefined labels and a buffer overflow."""
+    """Report problems that concern a whole program: undefined labels and a buffer overflow."""
     sheet, room = source.sheet, source.sheet.buffer_bytes
     dialect, section = dialect_of(sheet), sheet.sections.get("labels", "")
     for block in source.blocks:
@@ -127,12 +128,12 @@ def entry_and_end(sheet: Sheet) -> tuple[Row, ...]:
 
 
 def units(sheet: Sheet) -> str:
-    """Return the manual's unit for program memory, such as "bytes"."""
+    """Return the manual's unit for program memory, in the plural, such as "bytes"."""
     return f"{sheet.memory_unit}s"
 
 
 def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
-    """Return a line of a listing."""
+    """Return a line of a listing: the address, the bytes and the text of an instruction."""
     digits, widest = len(str((sheet.buffer_bytes or SCRIPT) - 1)), 3 * dialect_of(sheet).longest_instruction(sheet) - 1
     return f"{address:0{digits}}  {data.hex(' ').upper():<{widest}}  {text}"
 
@@ -152,7 +153,7 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
     """Return the bytes that a binary host sends to enter the program, with addresses in place of labels.
 
-    `single_count`: send one count for all bytes after the first opcode, which are sent as stored.
+    `single_count`: after the first opcode, send one count of all further bytes, then these bytes as stored.
 
     Raises:
         UsageError: the part has no binary mode, or stores no program.

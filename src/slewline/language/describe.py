@@ -18,7 +18,7 @@ LEVEL = {0: "low", 1: "high", None: ""}
 
 
 def describe(sheet: Sheet, command: str | None = None) -> str:
-    """Return the whole sheet, or all forms of a single command, given by its letter or name.
+    """Return the whole sheet, or all forms of a single command, given by its letter or name, as Markdown.
 
     Raises:
         UnknownName: the part has no such command; the message lists its commands.
@@ -84,7 +84,7 @@ def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
 
 
 def _sides(sheet: Sheet) -> str:
-    """Return the description of both interfaces of a part with a bidirectional bus and a serial line; else ""."""
+    """Return the description of both interfaces, if a part has a bidirectional bus and a serial line; else ""."""
     bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
     if bus is None or line is None:
         return ""
@@ -157,7 +157,7 @@ def _at_once(sheet: Sheet) -> str:
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
-    """Return the role of a pin, its axis if there are several, and its level if the active level is another."""
+    """Return a pin's role, with its axis if the part has several, and the role's level if not the active one."""
     axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
     return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
@@ -235,7 +235,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Return options as a Markdown table, including the options inside table options."""
+    """Return options as a Markdown table, including those inside options that are tables themselves."""
     heads = ("option", "default", "allowed", "meaning")
     rows = [
         (

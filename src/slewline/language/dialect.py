@@ -52,10 +52,10 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A line that is not a command: it is "unknown", or its "argument" does not fit or is out of "range".
+    """The reason why a line is no command; `code` is "unknown", "argument" (it does not fit) or "range".
 
-    `text` has the details.  The other fields locate the problem: characters `at` to `end`, the text found there, the
-    allowed values, and the remedy.
+    `text` has the details.  The other fields are the place of the problem, characters `at` to `end`, the
+    text found there, the allowed values, and the remedy.
     """
 
     code: str
@@ -84,7 +84,7 @@ class Dialect(Generic[R]):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """The lint rules of this dialect, other than those for all parts."""
+        """The lint rules of this dialect, in addition to those for all parts."""
         return ()
 
     # --------------------------------------------------------------------------------------------------- program text
@@ -93,7 +93,7 @@ class Dialect(Generic[R]):
         raise NotImplementedError
 
     def directs(self, text: str) -> bool:
-        """Return whether a line, although it has no @, is directed at the host."""
+        """Return whether a line without an @ is nevertheless a directive to the host."""
         return False
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
@@ -122,7 +122,7 @@ class Dialect(Generic[R]):
 
     # -------------------------------------------------------------------------------------------------- program buffer
     def stored(self, statement: Statement) -> bytes:
-        """Return an instruction as stored in the program buffer, or as a host sends it if the part stores none."""
+        """Return an instruction as stored in the program buffer, or, for a part without one, as a host sends it."""
         return statement.row.pack(statement.values)
 
     def start(self, statements: Sequence[Statement]) -> int:
@@ -130,7 +130,7 @@ class Dialect(Generic[R]):
         return 0
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement whose address in the program is now known, with its branch address filled in."""
+        """Return a statement with its branch address completed, which requires the statement's own address."""
         return statement
 
     def shown(self, row: R, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
@@ -179,7 +179,7 @@ class Dialect(Generic[R]):
         raise UsageError(f"the {sheet.part.upper()} has no binary commands; choose ascii, the form that a host sends")
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
-        """Return the bytes that a host sends, as lines of hexadecimal numbers, one command per line."""
+        """Return lines of hexadecimal bytes from a host, rearranged as one command per line; by default, unchanged."""
         return lines
 
     def check_stream(self, sheet: Sheet) -> None:
@@ -190,7 +190,7 @@ class Dialect(Generic[R]):
 
     # ------------------------------------------------------------------------------------------------------ reference
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return the rows that may be meant by a text that is neither a form nor a name of a command."""
+        """Return the commands that may be meant by a text that is neither a form nor a name of a command."""
         return []
 
     def table(self, sheet: Sheet) -> str:
@@ -206,7 +206,7 @@ class Dialect(Generic[R]):
         raise NotImplementedError
 
     def chapters(self, sheet: Sheet) -> list[str]:
-        """Return further chapters of the reference."""
+        """Return this dialect's own chapters of the reference, in addition to those for all dialects."""
         return []
 
 
@@ -240,8 +240,8 @@ def spoken_as(sheet: Sheet, kind: type[D]) -> D:
 def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     """Return the remedy for text that does not fit `row`; empty if none is known.
 
-    A character that the manual uses but the chip does not accept takes precedence over the command, because its
-    remedy explains more.
+    The remedy for a character that the manual uses but the chip does not accept takes precedence over the
+    remedy for the command, because it explains more.
     """
     odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
     return sheet.slips.get(odd or (row.form if row else ""), "")
@@ -261,9 +261,9 @@ def number_meant(word: str) -> str:
 
 
 def state_remedy(sheet: Sheet, entering: bool) -> str:
-    """Return the remedy for a command in the wrong place: inside program entry (`entering`), or outside it.
+    """Return the remedy for a command in the wrong place: inside program entry if `entering`, else outside it.
 
-    It is empty if the command belongs inside program entry, but the part has no programs.
+    It is empty for a command that belongs inside program entry, if the part has no programs.
     """
     if entering:
         if sheet.enter is None:

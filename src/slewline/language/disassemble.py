@@ -1,4 +1,6 @@
-"""The disassembler: translates a program buffer to text that assembles to the same bytes, which follow as comments.
+"""The disassembler: translates a program buffer to text, with the bytes as comments.
+
+The text assembles to the same bytes:
 
 E
 A$N 100         ; 00  4E 64 00
@@ -23,7 +25,7 @@ NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
-    """Return the buffer, cut into instructions from its first byte; a byte that is not an opcode is a separate item."""
+    """Return the instructions in the buffer, from its first byte on; a byte that is not an opcode is one item."""
     found: list[Instruction] = []
     at = 0
     while at < len(stored):
@@ -43,10 +45,10 @@ def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
 
 
 def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
-    """Return the buffer as program text, including the commands that frame program entry; each line has its end.
+    """Return the buffer as program text, including the commands that begin and end program entry.
 
-    `labels`: name branch targets with letters as long as there are any left; the text then assembles with
-    `resolve=True`.
+    Every line ends with a line feed.  `labels`: name branch targets with letters as long as there are any
+    left; the text then assembles with `resolve=True`.
     """
     program = instructions(stored, sheet)
     names = _names(program, sheet) if labels and sheet.labels else {}
@@ -68,7 +70,8 @@ def program_rows(stored: bytes, sheet: Sheet) -> list[ProgramRow]:
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
     """Return the commands of a binary stream, one per line, and the problems found in it.
 
-    A program is read as the chip stores it: byte counts are ignored there, and one count may cover the whole program.
+    A program is read as the chip stores it: byte counts within the program are ignored, because one count
+    may cover the whole program.
     """
     decoder = dialect_of(sheet).decoder(sheet)
     texts: list[str] = []
@@ -101,7 +104,7 @@ def _entered(stored: bytes, sheet: Sheet) -> list[str]:
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet) -> dict[int, str]:
-    """Return letters, by address in ascending order, for branch targets at which an instruction begins."""
+    """Return label letters, keyed by ascending address, for branch targets where an instruction begins."""
     targets = {value for instruction in program for value in _targets(instruction)}
     starts = [instruction.address for instruction in program if instruction.address in targets]
     free = [letter for letter in sheet.labels if ord(letter) not in targets]
@@ -129,7 +132,7 @@ def _text(instruction: Instruction, sheet: Sheet, names: Mapping[int, str] = NO_
 
 
 def _hex(data: bytes) -> str:
-    """Return bytes in hexadecimal; a long run of equal bytes is shown as one byte and a count."""
+    """Return bytes in hexadecimal; if all are equal and there are more than 16, as one byte and their number."""
     if len(data) > SHOWN and len(set(data)) == 1:
         return f"{data[:1].hex().upper()} ({len(data)} times)"
     return data.hex(" ").upper()

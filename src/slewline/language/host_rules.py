@@ -10,12 +10,12 @@ DRIVEN = re.compile(r"@(?:drive|pulse)\s+(\w+)\s*=")
 
 
 def directives(source: Source) -> list[Directive]:
-    """Return the directives of a text, in their order."""
+    """Return the directives of a text (the lines for the host), in the order of the text."""
     return [item for item in source.items if isinstance(item, Directive)]
 
 
 def driven(source: Source) -> None:
-    """Report directives that drive an output pin, because two outputs on one net conflict."""
+    """Report directives that drive an output pin of the part, because two outputs on one net conflict."""
     outputs = {pin.name: pin for pin in source.sheet.pins if pin.in_out == "out"}
     for item in directives(source):
         found = DRIVEN.match(item.text)

@@ -1,4 +1,4 @@
-"""The parser of a program text line; each dialect has its own."""
+"""The base class of the parsers for one line of program text; each dialect has its own parser."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .statements import Operand, Source, Statement
 
 
 class Reader:
-    """A parser of one line of a text; in its methods `at`, `begin` and `end` are indices into the line."""
+    """A parser of one line of a text; `at`, `begin` and `end` in its methods are indices into the line."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         self.source = source
@@ -18,23 +18,23 @@ class Reader:
         self.text = text
 
     def spot(self, at: int, end: int) -> Place:
-        """Return the place of a range of characters."""
+        """Return the place, in the text, of the characters of the line from `at` up to, but not including, `end`."""
         return Place(self.number, self.column + at, end - at)
 
     def error(
         self, at: int, end: int, code: str, found: str, allowed: str = "", section: str = "", remedy: str = ""
     ) -> None:
-        """Report an error in a range of characters."""
+        """Report an error in the characters of the line from `at` up to, but not including, `end`."""
         place = self.spot(at, end)
         self.source.report(place, code, "error", found, allowed=allowed, section=section, remedy=remedy)
 
     def add(self, begin: int, end: int, row: Row, operands: tuple[Operand, ...], labels: tuple[str, ...]) -> None:
-        """Add a command."""
+        """Add a command, which is written from `begin` to `end` in the line, to the items of the source."""
         place = self.spot(begin, end)
         self.source.items.append(Statement(place.line, place.column, self.text[begin:end], row, operands, labels))
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Read the commands of the line; labels from the line above name the first command.
+        """Add the commands of the line to the source; `labels` from the line above name the first command.
 
         Returns:
             Labels at the end of the line, which name the first command of the next line.
@@ -42,4 +42,4 @@ class Reader:
         raise NotImplementedError
 
     def end(self, labels: tuple[str, ...]) -> None:
-        """Report labels that no line follows."""
+        """Report labels that name no command because the text ends after them."""

@@ -1,7 +1,9 @@
-"""The linter: finds the problems in a program text without running it.  It never raises, however bad the text.
+"""The linter: finds the problems in a program text without running it.
 
-The rules here hold for every part that stores programs, and read only its sheet.  Its dialect has further rules, and
-the rules of a single part, for example whether a ramp reaches its rate in the distance, are passed in as `checks`.
+It never raises, however bad the text.  The rules in this module hold for every part that stores
+programs, and read only the part's data sheet.  The part's dialect has further rules.  The rules of a
+single part, for example whether a move is long enough for its ramp to reach the rate, are passed in as
+`checks`.
 """
 
 from __future__ import annotations
@@ -26,13 +28,13 @@ S = TypeVar("S")
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
     """Return the problems of a text, both errors and warnings, in the order of their places.
 
-    The text is a host's input, as for `slewline run`: only the lines after a command that begins program entry are
-    a program.
+    The text is a host's input, as for `slewline run`: only the lines after a command that begins program
+    entry are a program.
 
     Args:
         text: the text, one command per line.
         sheet: the data sheet of the part.
-        checks: further rules, such as `checks_of` returns.
+        checks: further rules, for example those returned by `checks_of`.
     """
     source = read(text, sheet)
     link(source)
@@ -47,7 +49,7 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
 
 
 def steps_on(block: Block, statement: Statement) -> list[int]:
-    """Return the addresses at which a program may continue after an instruction, including the end of the program."""
+    """Return the addresses where a program may continue after an instruction; one may be the program's end."""
     target = statement.target
     successors = {
         "n": statement.end,
@@ -88,7 +90,11 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 
 
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
-    """Return every branch with the program of its target; in command mode, this is the last one entered before."""
+    """Return every branch with its target, and the program that contains the target.
+
+    For a branch outside programs, this is the last program entered before the branch; if there is none, the
+    branch is omitted.
+    """
     found = []
     before = None
     for statement in source.statements:
@@ -100,7 +106,10 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
 
 
 def reached(source: Source, block: Block) -> set[int]:
-    """Return the addresses of all instructions reached from the first byte, or by a branch in command mode."""
+    """Return the addresses of the program's instructions that are reached in a run.
+
+    A run starts at the first byte, or at the target of a branch in command mode.
+    """
     at = {statement.address: statement for statement in block.statements}
     starts = [block.address_of(target) for jump, target, goal in branches(source) if goal is block and jump.block < 0]
     todo = [block.base, *(address for address in starts if address is not None)]
@@ -114,7 +123,7 @@ def reached(source: Source, block: Block) -> set[int]:
 
 
 def section(row: Row) -> str:
-    """Return the manual's section that describes a command."""
+    """Return the section of the manual that describes a command."""
     return row.where.split("; ")[0]
 
 
@@ -122,7 +131,7 @@ def section(row: Row) -> str:
 
 
 def targets(source: Source) -> None:
-    """Report branches to a byte that is not the first of an instruction; the chip does not check this."""
+    """Report branches whose target is within an instruction or outside the program; the chip checks neither."""
     unit = units(source.sheet).removesuffix("s")
     for statement, target, block in branches(source):
         address = block.address_of(target)
@@ -146,7 +155,7 @@ def targets(source: Source) -> None:
 
 
 def flow(source: Source) -> None:
-    """Report instructions that no run reaches."""
+    """Report instructions that no run reaches; of consecutive ones, only the first is reported."""
     for block in source.blocks:
         seen = reached(source, block)
         starts = {statement.address for statement in block.statements}

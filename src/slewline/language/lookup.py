@@ -1,4 +1,4 @@
-"""The lookup of a part's commands by letter, name, line or code."""
+"""The lookup of a part's commands by letter, name, line or packet code."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ SIGNED = "±"  # used in forms, but not on keyboards
 
 
 def find(sheet: Sheet, command: str) -> list[Row]:
-    """Return the rows of a command, given by letter (all its forms), name, a line that contains it, or a packet code.
+    """Return the rows of a command in the command table.
+
+    The command is given by its letter (which stands for all its forms), its name, a line that contains it,
+    or its packet code.
 
     Raises:
-        UnknownName: the part has no such command; the message lists its commands.
+        UnknownName: the part has no such command; the message lists the commands of the part.
     """
     for wanted in (command, command.upper(), command.replace("+", SIGNED).replace("-", SIGNED)):
         rows = [row for row in sheet.commands if wanted in (row.form, row.name, row.head)]

@@ -1,4 +1,4 @@
-"""Markdown building blocks for all references."""
+"""Markdown building blocks for all reference pages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def mhz(hz: float) -> str:
-    """Return a frequency in MHz."""
+    """Return a frequency in MHz, as text without the unit."""
     return f"{hz / 1e6:g}"
 
 
@@ -21,5 +21,8 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def source(of: Row | Pin) -> str:
-    """Return the section of the manual on a row or a pin, with a mark if the manual does not state it."""
+    """Return the section of the manual about a row or a pin.
+
+    If the manual does not state the row or pin itself, the `trust` of the row or pin follows in brackets.
+    """
     return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"

@@ -1,4 +1,4 @@
-"""Problems of a text, with their places, and pictures that show them.
+"""Problems in a text, with their places, and pictures that show each place in its line.
 
 weld.txt, line 3, column 3: RATE 200: allowed 0..127 (manual, T.V)
     R 200
@@ -59,14 +59,17 @@ class Problem:
 
     @property
     def message(self) -> str:
-        """The text found, the allowed values, and their source, in one line."""
+        """The text found, the allowed values, and the section of the manual, in one line."""
         allowed = f": allowed {self.allowed}" if self.allowed else ""
         where = f" ({self.where})" if self.where else ""
         return f"{self.found}{allowed}{where}"
 
 
 def picture(problem: Problem, text: str, name: str, severity: bool = True) -> str:
-    """Return one problem, with its line, carets under the characters concerned, and the remedy."""
+    """Return one problem as text: its message, the line, carets under the characters concerned, and the remedy.
+
+    `name` is the name of the text, and `severity` selects whether the message begins with the severity.
+    """
     lines = text.splitlines()
     line = lines[problem.line - 1] if 0 < problem.line <= len(lines) else ""
     blank = re.sub(r"[^\t]", " ", line[: problem.column - 1].ljust(problem.column - 1))  # keeps tabs
@@ -80,5 +83,5 @@ def picture(problem: Problem, text: str, name: str, severity: bool = True) -> st
 
 
 def render(problems: Iterable[Problem], text: str, name: str) -> str:
-    """Return all problems, each with its picture, separated by blank lines."""
+    """Return the pictures of all problems, separated by blank lines; `name` is the name of the text."""
     return "\n\n".join(picture(problem, text, name) for problem in problems)

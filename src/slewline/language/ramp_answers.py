@@ -7,8 +7,8 @@ r"""The ramp calculator's queries to a part, and the part's answers.  No time pa
             |<->| time, steps
 
 A part provides a `Calculator` (in its `ramps.py`): its parameters, named after the commands that set
-them, the `Ramp` of a set of values, and a search for free parameters.  The numbers always follow from
-its equations of motion (`profile.py`).
+them, the `Ramp` of a set of values, and a search for free parameters.  The results of a calculator
+always follow from the equations of motion of its part (`profile.py`).
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 class RampParameter:
     """A ramp parameter: a number within the range of `arg`, or one of the names in `choices`.
 
-    `default` applies if no value is given.  A `free` parameter can be searched for.  `per_s` is the power of seconds in
-    the denominator of its quantity: 1 for a rate, 2 for an acceleration.  A parameter that is `only` for a choice, such
-    as ("profile", "s-curve"), does not exist with another choice.
+    `default` applies if no value is given.  A `free` parameter can be searched for.  `per_s` is the power of
+    seconds in the denominator of its unit: 1 for a rate, 2 for an acceleration.  If `only` is, for
+    example, ("profile", "s-curve"), the parameter exists only if the parameter "profile" is "s-curve".
 
-    For ramp trials (slewline tune), values are spaced evenly in `measure`, a number that increases with them;
-    `tried` are the default values to try.
+    Ramp trials (slewline tune) try values at which `measure`, a function that increases with the value, is
+    evenly spaced; `tried` states the values that are tried by default.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Wanted(NamedTuple):
     value: float
 
     def error(self, ramp: Ramp) -> float:
-        """Return the difference between a ramp and the goal, in the goal's unit."""
+        """Return the absolute difference between a ramp and the goal, in the goal's unit."""
         return abs(self.of(ramp) - self.value)
 
     def of(self, ramp: Ramp) -> float:
@@ -87,7 +87,7 @@ class Wanted(NamedTuple):
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """Return the smallest possible difference between the goal and a ramp whose goal quantity is within bounds."""
+        """Return the least difference from the goal that a ramp can have if its goal quantity is within `bounds`."""
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
@@ -96,11 +96,11 @@ class RampSegment(NamedTuple):
     """A ramp segment: steps at one rate or, for a part that works in cycles, one cycle.
 
     Attributes:
-        begin_ps: the start of the segment, counted from the start of the first step or cycle, ps.
-        position: the number of steps before the segment.
+        begin_ps: the start of the segment, counted from the start of the ramp's first step or cycle, ps.
+        position: the number of steps in the ramp before the segment.
         steps: the number of steps in the segment.
         rate: the rate, steps/s.
-        parameter: the part's rate parameter; None if the part has none.
+        parameter: the value of the part's rate parameter in this segment; None if the part has none.
     """
 
     begin_ps: int
@@ -129,10 +129,12 @@ class Move(ABC):
 
     Attributes:
         steps: the number of steps.
-        time_ps: the time from the start of the first step or cycle until the part reports the end of the move, ps.
+        time_ps: the time from the start of the first step or cycle until the part reports the end of the
+            move, ps.
         top: the highest rate, steps/s.
-        reached: True if `top` is the top rate of the ramp; False if the move is too short for it.
-        legs: the legs by name ("up", "slew", "down" ...), each with its number of steps.
+        reached: True if `top` is the top rate of the ramp; False if the move is too short to reach that
+            rate.
+        legs: the legs in sequence, each as its name ("up", "slew", "down" ...) and its number of steps.
     """
 
     called = "move"  # in messages
@@ -151,7 +153,7 @@ class Move(ABC):
         """Return the step trains of the move, in sequence; the first begins at time 0."""
 
     def times(self) -> NDArray[np.int64]:
-        """Return the start of every step: (n,) int64 ps, ascending."""
+        """Return the start times of all steps: (n,) int64 ps, ascending."""
         import numpy as np
 
         return np.concatenate([train.times(1, train.steps) for train in self.trains()])
@@ -162,11 +164,12 @@ class Ramp(ABC):
 
     Attributes:
         part: the part number.
-        values: all parameters, by name.
+        values: the values of all parameters, keyed by name.
         crystal_hz: the frequency of the crystal, Hz.
         start: the rate of the first step, steps/s.
         top: the rate after the ramp, steps/s.
-        time_ps: the time from the start of the first step or cycle to the start of the first one at `top`, ps.
+        time_ps: the time from the start of the first step or cycle to the start of the first step or cycle
+            at `top`, ps.
         steps: the number of steps in that time; a whole number, unless the part works in cycles.
     """
 
@@ -185,7 +188,7 @@ class Ramp(ABC):
 
     @property
     def acceleration(self) -> float:
-        """The mean acceleration, steps/s^2: the increase in rate divided by the ramp time; 0 without a ramp."""
+        """The mean acceleration, steps/s^2: the increase in rate divided by the ramp time; 0 if that time is 0."""
         return (self.top - self.start) * PS_PER_S / self.time_ps if self.time_ps else 0.0
 
     @property
@@ -206,7 +209,7 @@ class Ramp(ABC):
         """Return a move with this ramp.
 
         Args:
-            distance: the number of steps, within `distances`.
+            distance: the number of steps, from the minimum to the maximum in `distances`.
 
         Raises:
             UsageError: `distance` is not a whole number, or the part cannot make such a move.
@@ -219,11 +222,11 @@ class Ramp(ABC):
     @property
     @abstractmethod
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum steps of a move, and a text with the parameter that limits them, such as " (N)"."""
+        """The minimum and maximum numbers of steps of a move, and a text that names the limiting parameter: " (N)"."""
 
     @abstractmethod
     def made(self, distance: int) -> Move:
-        """Return the move of a number of steps, which is known to be within `distances`."""
+        """Return the move of `distance` steps; the caller has checked that the number is within `distances`."""
 
 
 for kind in (Ramp, Move):
@@ -248,7 +251,7 @@ missing(
 
 
 class Search(NamedTuple):
-    """A search for values of the `free` parameters; `best` is the number of ramps to find, nearest to `wanted`."""
+    """A search for values of the `free` parameters whose ramps are nearest to `wanted`; at most `best` of them."""
 
     wanted: Wanted
     fixed: Values
@@ -258,7 +261,7 @@ class Search(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """Values of free parameters, and bounds that enclose the goal quantity of their ramp."""
+    """Values of free parameters, and bounds of the goal quantity (time, acceleration or steps) of their ramp."""
 
     values: dict[str, int]
     bounds: tuple[float, float] = ANYTHING
@@ -272,7 +275,7 @@ class Calculator(ABC):
     parameter = ""  # name of `parameter` in a segment of a ramp
 
     def quantity(self, name: str) -> RampParameter:
-        """Return the parameter with the given name, in upper or lower case.
+        """Return the parameter with the given name; case is ignored.
 
         Raises:
             UnknownName: there is no such parameter; the message lists the parameters.
@@ -285,19 +288,19 @@ class Calculator(ABC):
         raise UnknownName(message + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
-        """Return the reason why a ramp has no steps: `top` is not above `start`; empty if the ramp has steps."""
+        """Return the reason why a ramp has no steps: `top` is not above `start`; "" if the ramp has steps."""
         if ramp.time_ps or ramp.top > ramp.start:
             return ""
         rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
         return f"the rate is not above the first one ({', '.join(rates)})"
 
     def without_defaults(self, values: Values) -> dict[str, Value]:
-        """Return values, omitting parameters that are at their defaults and cannot be searched for."""
+        """Return the values, omitting parameters that are at their defaults and cannot be searched for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
         return {name: value for name, value in values.items() if value != defaults.get(name)}
 
     def arg(self, name: str) -> Arg:
-        """Return the range of a numeric parameter.
+        """Return the `Arg` of a numeric parameter, which contains its range.
 
         Raises:
             UsageError: the parameter is not numeric.
@@ -309,10 +312,10 @@ class Calculator(ABC):
 
     @abstractmethod
     def ramp(self, values: Values, crystal_hz: int) -> Ramp:
-        """Return the ramp of a full set of values, all within their ranges."""
+        """Return the ramp that results from values of all parameters, which must be within their ranges."""
 
     def fitted(self, values: Values) -> dict[str, Value | bool]:
-        """Return the values that are options of the part and not at their defaults."""
+        """Return the values of parameters that are options of the part and are not at their defaults."""
         options = {option.name for option in self.sheet.options}
         truth: dict[Value, bool] = {"True": True, "False": False}
         return {
@@ -320,10 +323,10 @@ class Calculator(ABC):
         }
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a move of a number of steps: the parameters, then the move.
+        """Return the commands that a host sends for a move of `steps` steps: the parameters, then the move.
 
         Raises:
-            UsageError: the part has no such commands.
+            UsageError: the calculator of the part does not define these commands.
         """
         raise UsageError(
             f"{self.sheet.part}: its calculator has no `script` method, which returns commands for a move; define it"
@@ -331,15 +334,19 @@ class Calculator(ABC):
 
     @abstractmethod
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter value nearest to a rate with its unit (rates.py); None if the text is not a rate.
+        """Return the value of a parameter that is nearest to a rate given as text with its unit (rates.py).
+
+        Return None if the text is not a rate.
 
         Raises:
-            UsageError: the unit belongs to another quantity, or the rate is far outside the range.
+            UsageError: the unit is not one for this parameter, or the rate is far outside the parameter's range.
         """
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free parameters, including the best ones, in order of their bounds' distance to the goal.
+        """Yield values of the free parameters, including the best ones.
+
+        The distance between bounds and goal never decreases from one candidate to the next.
 
         Raises:
             UsageError: these parameters cannot be searched for together.
@@ -351,9 +358,10 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
     """Check a user's values; return all values, and the names of the parameters to search for.
 
     Args:
-        given: values by name, in upper or lower case: whole numbers are command arguments; text such as "4000 steps/s"
-            is also allowed.
-        search: search for `free` parameters that are not given; otherwise every parameter needs a value or a default.
+        given: values by name, in upper or lower case: whole numbers are command arguments; for a rate, text
+            such as "4000 steps/s" is also allowed.
+        search: search for `free` parameters that are not given; otherwise every parameter needs a value or a
+            default.
 
     Raises:
         UnknownName: there is no such parameter.
@@ -391,7 +399,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
 
 
 def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
-    """Return a value as the part needs it: a number in range, or a choice.
+    """Return a user's value of a parameter as the part needs it: a number in range, or one of the choices.
 
     Raises:
         UsageError: the value is out of range or of the wrong kind.
@@ -413,7 +421,7 @@ def value_of(calculator: Calculator, quantity: RampParameter, value: object, cry
 
 
 def _number(calculator: Calculator, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-    """Return the number in a text, or the parameter value for the rate in it; None if there is neither."""
+    """Return the number in a text, or the parameter value for a rate in it; None if the text is neither."""
     if whole := _WHOLE.fullmatch(text.strip()):
         return int(whole[1] + whole[2], 16) if whole[2] else int(text)
     return calculator.spoken(quantity, text, crystal_hz) if quantity.per_s else None
@@ -427,8 +435,10 @@ def _unit(quantity: RampParameter) -> str:
 def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
     """Return the ramps nearest to the goal, best first.
 
-    Of two ramps equally near to the goal, the slower one comes first.  Of ramps with the same goal quantity, only the
-    slowest is listed, and of equally slow ones, the one with the smallest last free parameter, and so on.
+    Of two ramps equally near to the goal, the one that takes longer comes first.  Of ramps that have the
+    same time, acceleration or steps, whichever is the goal, only the one that takes longest is listed.  If
+    several take equally long, it is the one with the smallest last free parameter, then the smallest last
+    but one, and so on.
     """
     wanted = search.wanted
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
@@ -446,9 +456,9 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
 
 
 def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
-    """Return the smallest number from `low` to `high` that is enough; None if none is.
+    """Return the smallest number from `low` to `high` for which `enough` is true; None if there is none.
 
-    If a number is enough, all larger numbers must be enough, too.
+    If `enough` is true for a number, it must be true for all larger numbers, too.
     """
     if not enough(high):
         return None
@@ -462,13 +472,14 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
 
 
 def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
-    """Yield up to `count` values on each side of the one whose non-increasing `measure` reaches a target.
+    """Yield values from `low` to `high` around the smallest value whose `measure` is `target` or less.
 
-    Of values with the same measure, only the smallest is included.
+    First come up to `count` values from that value upwards, then up to `count` values below it.  `measure`
+    must not increase with the value.  Of values with the same measure, only the smallest is included.
     """
 
     def first(most: float) -> int:
-        """Return the smallest value whose measure is `most` or less; `high` if there is none."""
+        """Return the smallest value whose measure is `most` or less; `high` if there is no such value."""
         value = least(lambda each: measure(each) <= most, low, high)
         return high if value is None else value
 

@@ -5,11 +5,13 @@ For a register with `fraction` binary places and the unit steps/cycle^n, where n
     register = rate * 2^fraction / (cycles per second)^cycles
 
 For example, 12,345 steps/s are 4.04521 steps/cycle, or 265107 in the register, since a second has
-25 MHz / 8192 = 3051.7578125 cycles.  A manual may use a round number in its worked examples, 3030
-(330 µs), and truncate steps per cycle to six digits before scaling them: 4.07425 steps/cycle, or 267010.
-`manual` does the same; the motor then runs 0.72 % too fast.
+25 MHz / 8192 = 3051.7578125 cycles.  The worked examples of a manual may assume a round number of cycles
+per second, 3030 (330 µs per cycle), and truncate steps per cycle to six digits before scaling:
+4.07425 steps/cycle, or 267010.  `manual` computes register values in this way; with them, the motor runs
+0.72 % too fast.
 
-Scripts and hosts may write a rate with its unit, which `spoken` reads: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
+Scripts and hosts may write a rate with its unit, which `spoken` reads: 12345 steps/s, 0.5 steps/cycle2,
+8e5 steps/s^3.
 """
 
 from __future__ import annotations
@@ -33,12 +35,12 @@ Rate = int | float | Fraction | Decimal
 
 
 def cycles_per_s(sheet: Sheet, crystal_hz: int | None = None) -> Fraction:
-    """Return the exact number of cycles per second, at the sheet's crystal or another one."""
+    """Return the exact number of cycles per second at `crystal_hz`, or by default at the sheet's frequency."""
     return Fraction(crystal_hz or sheet.crystal_hz, sheet.times["cycle"].ticks)
 
 
 def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
-    """Return the nearest register value for a rate in steps/s, steps/s^2 or steps/s^3, according to the register.
+    """Return the register value nearest to a rate, in steps/s, steps/s^2 or steps/s^3 as the register requires.
 
     Raises:
         UsageError: the rate is beyond the register's range, or is not a number.
@@ -49,7 +51,7 @@ def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     """Return the register value nearest to a rate given as text, or None if the text is not a rate.
 
-    A half is rounded up.
+    A rate halfway between two register values is rounded up.
 
     Args:
         text: a decimal number followed by steps/s or steps/cycle, to the right power for an acceleration or
@@ -70,7 +72,7 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
 
 
 def steps_per_s(text: str) -> Fraction | None:
-    """Return the exact rate in a text such as "4000 steps/s"; None if there is none.
+    """Return the exact rate, in steps/s, of a text such as "4000 steps/s"; None if the text is not such a rate.
 
     Raises:
         UsageError: the rate is in revolutions, which requires the motor's steps per revolution.
@@ -88,7 +90,8 @@ def nearest_rate(
 
     Args:
         where: part and parameter, for messages.
-        rates: returns the rate of a parameter from `low` to `high`, steps/s, increasing.
+        rates: returns the rate, steps/s, of a parameter value from `low` to `high`; it increases with the
+            value.
         source: where the manual lists the rates, for messages.
 
     Raises:
@@ -113,13 +116,16 @@ def _refuse_turns(text: str) -> None:
 
 
 def units(arg: Arg) -> str:
-    """Return the units in which a rate may be written: "steps/s2 or steps/cycle2"."""
+    """Return the units in which a rate for a register may be written: "steps/s2 or steps/cycle2"."""
     power = str(arg.cycles) if arg.cycles > 1 else ""
     return f"steps/s{power} or steps/cycle{power}"
 
 
 def manual(arg: Arg, rate: Rate, round_per_s: int) -> int:
-    """Return the register value as in the manual's examples: with round cycles per second, and cut to six digits."""
+    """Return the register value of a rate, computed as in the manual's examples.
+
+    They use a round number of cycles per second, and cut the steps per cycle to six digits.
+    """
     exact = _number(rate)
     cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * round_per_s**arg.cycles)
     return _within_range(arg, Fraction(cut), rate)
@@ -138,8 +144,8 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
         steps: the steps per motor revolution.
 
     Raises:
-        UsageError: one of them is below 1, or their ratio is not a whole number in the register's unit, so
-            that the position error would drift, or is out of the register's range.
+        UsageError: `counts` or `steps` is below 1; their ratio is not a whole number in the register's unit,
+            so that the position error would drift; or the ratio is out of the register's range.
     """
     if counts < 1 or steps < 1:
         raise UsageError(f"{counts} counts and {steps} steps; a revolution has at least one of each")
@@ -162,7 +168,7 @@ def _number(rate: Rate) -> Fraction:
 
 
 def _within_range(arg: Arg, exact: Fraction, shown: object) -> int:
-    """Return the register value nearest to a number in the register's unit; a half is rounded up.
+    """Return the register value nearest to a number in the register's unit; half a register unit is rounded up.
 
     Raises:
         UsageError: the value is out of the register's range.

@@ -33,7 +33,10 @@ STILL_COMMANDS = ("range", "spacing")  # problems of text that still is a comman
 
 
 def host_lines(text: str) -> list[tuple[int, int, str]]:
-    """Return (line, column, text) of every line with text; the text excludes comments and surrounding blanks."""
+    """Return (line number, column, text) of every line that is neither blank nor only a comment.
+
+    The text excludes the comment at the end of the line, and surrounding blanks.
+    """
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         code = line.split(";", 1)[0].rstrip()
@@ -46,8 +49,8 @@ def host_lines(text: str) -> list[tuple[int, int, str]]:
 def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     """Return the whole text, parsed.
 
-    A text that never enters a program is one stored program if `bare` is set; otherwise it is a host's input in
-    command mode.
+    If `bare` is set, a text without a command that begins program entry is one stored program; otherwise
+    such a text is a host's input in command mode.
     """
     source = Source(sheet)
     dialect = dialect_of(sheet)
@@ -69,7 +72,7 @@ def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
 
 
 def _arrange(source: Source, bare: bool) -> None:
-    """Separate programs from command mode, and set the addresses of the instructions in each program."""
+    """Separate programs from commands in command mode, and set the address of each instruction in its program."""
     items, source.items = source.items, []
     has_entry = any(isinstance(item, Statement) and item.row.role == "enter" for item in items)
     block = Block() if bare and not has_entry else None
@@ -91,7 +94,10 @@ def _arrange(source: Source, bare: bool) -> None:
 
 
 def _outside(source: Source, item: Statement, block: Block | None) -> None:
-    """Report a command that is not part of a program, if it is not allowed at that place."""
+    """Report a command that no program stores, if it has a label or is not allowed at that place.
+
+    `block` is the program whose entry the command interrupts; None in command mode.
+    """
     row, sheet = item.row, source.sheet
     enter, ends = sheet.enter, " or ".join(row.form for row in sheet.leave)
     if item.labels:
@@ -126,10 +132,10 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
 
 
 def commented(text: str, sheet: Sheet) -> list[Problem]:
-    """Return a warning for each command whose comment consists only of commands of the part.
+    """Return a warning for each command that is followed by a comment made up only of commands of the part.
 
     A line with a comment in the style of another language gets a warning, too.  A line that consists only of
-    a comment gets none: it is assumed to be a command that was disabled on purpose.
+    a comment gets none: the comment is assumed to be a command that was disabled on purpose.
     """
     found = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -150,7 +156,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return the problems; errors on lines with another language's comment get a remedy for that comment."""
+    """Return the problems; errors on lines with another language's comment get the remedy for such a comment."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)
@@ -163,13 +169,13 @@ def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
 def _mark(code: str) -> re.Match[str] | None:
     """Return the mark that starts a comment in the style of another language, or None if there is none.
 
-    A line that contains a string of the part, or begins with @, has no such mark.
+    A line that contains a quotation mark (for a part that has strings), or begins with @, has no such mark.
     """
     return None if '"' in code or code.lstrip().startswith("@") else MARK.search(code)
 
 
 def _is_command(text: str, sheet: Sheet) -> bool:
-    """Return whether a text is a command of a part; a single word in lower case is not."""
+    """Return whether a text consists of commands of a part; commands without arguments must be in upper case."""
     source = Source(sheet)
     labels = dialect_of(sheet).reader(source, 1, 1, text).take(())
     if labels or not all(isinstance(item, Statement) for item in source.items):

@@ -22,10 +22,10 @@ class Operand:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A command.
+    """A command in a text.
 
-    `block` is the number of its program, `address` its address there, `size` its number of bytes; in command mode,
-    `block` and `address` are -1.
+    `block` is the index of the program that contains it, `address` its address in that program, `size` its
+    number of bytes; in command mode, `block` and `address` are -1.
     """
 
     line: int
@@ -40,7 +40,7 @@ class Statement:
 
     @property
     def length(self) -> int:
-        """The number of characters."""
+        """The number of characters in the command's text."""
         return len(self.text)
 
     @property
@@ -70,12 +70,12 @@ class Directive:
 
     @property
     def length(self) -> int:
-        """The number of characters."""
+        """The number of characters in the line."""
         return len(self.text)
 
     @property
     def verb(self) -> str:
-        """The word that names the action."""
+        """The first word, without the @; it names the action."""
         return "".join(self.text.removeprefix("@").split(maxsplit=1)[:1])
 
 
@@ -83,7 +83,7 @@ Item = Statement | Directive
 
 
 class Instruction(NamedTuple):
-    """An instruction in the buffer.  Without a row it is a byte that is not an opcode, or an incomplete instruction."""
+    """An instruction in the buffer; with row None, a byte that is not an opcode, or an incomplete instruction."""
 
     address: int
     data: bytes
@@ -93,7 +93,10 @@ class Instruction(NamedTuple):
 
 @dataclass(slots=True)
 class Block:
-    """A stored program, from the command that begins its entry to the one that ends it; its first address is `base`."""
+    """A stored program, from the command that begins its entry to the command that ends its entry.
+
+    The first address of the program is `base`.
+    """
 
     statements: list[Statement] = field(default_factory=list)
     labels: dict[str, int] = field(default_factory=dict)
@@ -116,7 +119,7 @@ class Block:
         return self.labels.get(target.label) if target.label else target.value
 
     def loop_start(self, loop: Statement) -> int:
-        """Return the start of a loop without a target: after the loop mark above it, or location 0."""
+        """Return the address where a loop without a target starts: after the last loop mark above it, or 0."""
         marks = (s.end for s in self.statements if s.row.role == "mark" and s.address < loop.address)
         return max(marks, default=0)
 

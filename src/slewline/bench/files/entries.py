@@ -71,12 +71,12 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 class Entries:
     """The entries of a journal file, with the numbers of their lines; each iteration starts at the first entry.
 
-    With `begin`, reading starts at that byte offset, which must be the start of a line; `before` is the number of
-    lines before it, from which line numbers continue.  A truncated last line is left out, and the first iteration
-    issues the warning TornJournal.
+    With `begin`, reading starts at that byte offset instead, which must be the start of a line; `before` is the
+    number of lines before that offset, from which line numbers continue.  A truncated last line is left out, and
+    the first iteration issues the warning TornJournal.
 
     Raises:
-        BenchFileError: not readable, or not a journal; or, during reading, an invalid entry.
+        BenchFileError: the file is not readable or not a journal; or, during reading, an entry is invalid.
     """
 
     def __init__(self, path: str | PathLike[str], begin: int = 0, before: int = 0) -> None:
@@ -92,7 +92,7 @@ class Entries:
         yield from islice(self._read(), self.count)
 
     def error(self, number: int, message: str) -> BenchFileError:
-        """Return an error that states file and line."""
+        """Return an error that states the journal file and a line number."""
         return BenchFileError(f"journal {self.path}, line {number}: {message}")
 
     def _read(self) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -139,7 +139,7 @@ class Entries:
             raise BenchFileError(f"journal {self.path}: {NO_HEADER}")
 
     def _check(self, number: int, entry: dict[str, Any], last: int) -> None:
-        """Check that an entry has the fields of its kind."""
+        """Check that an entry has the fields of its kind, and that it is not earlier than `last` (ps)."""
         do = entry["do"]
         fields = FIELDS.get(do)
         if fields is None:

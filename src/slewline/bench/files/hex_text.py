@@ -3,9 +3,9 @@
     52 7F 4E 2C 01    ; pairs of digits, a comment      bytes from a host, or a program without its address
     :0100100041AE                                        Intel HEX: the image of a memory
 
-The name of a file determines its kind: a file named .hex, .ihx or .ihex must be text in one of these two
-forms.  Any other content is refused, with line and column, and never treated as the bytes of a program.
-Lines end with LF, CR LF or CR; a byte order mark before the first one is skipped.
+The name of a file determines its kind: a file whose name ends in .hex, .ihx or .ihex must be text in one of
+these two forms.  Any other content is refused, with line and column, and never treated as the bytes of a program.
+Lines end with LF, CR LF or CR; a byte order mark before the first line is skipped.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LINE_ENDS = re.compile(r"\r\n|\r|\n")  # str.splitlines breaks at other characte
 
 
 def is_named_hex(name: object) -> bool:
-    """Return whether a file has an extension for hexadecimal text."""
+    """Return whether the name of a file has an extension for hexadecimal text."""
     return str(name).lower().endswith(HEX)
 
 
@@ -29,11 +29,12 @@ def hex_text(data: bytes, where: str) -> str:
     """Return the text of a file of hexadecimal bytes, with lines that end with LF.
 
     Args:
+        data: the content of the file.
         where: the file, for messages.
 
     Raises:
-        BenchFileError: the file is empty, or has a byte outside of comments that is not ASCII text; with line and
-            column.
+        BenchFileError: the file is empty, or has a byte outside of comments that is not ASCII text; the message
+            states line and column of such a byte.
     """
     lines = LINE_ENDS.split(data.removeprefix(BOM).decode("latin-1"))
     if not any(line.strip() for line in lines):
@@ -56,7 +57,7 @@ def hex_bytes(data: bytes, where: str) -> bytes:
     """Return the bytes in hexadecimal text: pairs of digits, or Intel HEX.
 
     Raises:
-        BenchFileError: the file is empty, or contains anything else.
+        BenchFileError: the file is empty, or contains anything other than these.
     """
     text = hex_text(data, where)
     return from_hex(text, where) if has_records(text) else bytes.fromhex(" ".join(hex_lines(text, where)))
@@ -66,7 +67,8 @@ def hex_lines(text: str, where: str) -> list[str]:
     """Return the lines of a text of hexadecimal digit pairs, without their comments.
 
     Raises:
-        BenchFileError: a line contains anything but such pairs, with line and column; or no line contains a byte.
+        BenchFileError: a line contains anything but such pairs (the message states line and column), or no line
+            contains a byte.
     """
     found = []
     for number, line in enumerate(text.split("\n"), 1):

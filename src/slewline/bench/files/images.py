@@ -52,7 +52,7 @@ def image_given(owner: str, image: Any) -> Any:
 
 
 def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
-    """Return the file content for an image: Intel HEX if `path` has an extension for it, else the bytes themselves."""
+    """Return the file content for an image: Intel HEX if `path` has its extension, else the bytes themselves."""
     return to_hex(image).encode("ascii") if is_named_hex(path) else image
 
 

@@ -18,8 +18,8 @@ repeats the fault at that call (`core/memory/store.py`).  `entries.py` lists the
 an entry point, or module:Class.
 
 A run is repeated bit for bit only if the parts still behave in the same way: `behaviour` is copied from
-the field of that name in the part's sheet.  A journal without it is older than that field; the value is
-then taken to be 1.
+the field of that name in the part's sheet.  A journal without `behaviour` is older than
+that field; the value is then taken to be 1.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Journal:
 
     @classmethod
     def continued(cls, path: str | PathLike[str], kernel: Kernel) -> Journal:
-        """Continue an existing journal at its end."""
+        """Return a journal that continues an existing file at its end."""
         journal = cls.__new__(cls)
         journal._open(path, kernel, "a")
         return journal
@@ -114,7 +114,7 @@ class Journal:
 
 
 def _plain(value: Any) -> Any:
-    """Return the JSON form of a value of a type that JSON does not support, a NumPy integer or a fraction."""
+    """Return a value in a type that JSON supports: an int for a NumPy integer, text for a fraction."""
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Fraction):

@@ -17,13 +17,13 @@ def ordered(
     chips: Collection[str],
     error: Callable[[int, str, str], SlewlineError],
 ) -> list[int]:
-    """Return the numbers of the tables, so that each part follows the parts that it names; otherwise in file order.
+    """Return the indexes of the tables, so that each part follows the parts that it names; otherwise in file order.
 
     Args:
         parts: the [[part]] tables.
         names: the names of the parts.
-        chips: names that are on the bench already.
-        error: a function that returns an error, given a table number, a key, and the cause.
+        chips: the names of the chips, which are on the bench already.
+        error: a function that returns an error, given a table index, a key, and the cause.
 
     Raises:
         SlewlineError: a part names a chip or part that does not exist, or parts name each other in a circle.
@@ -34,7 +34,7 @@ def ordered(
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the key under which a part names a part that is not placed yet, and the number of the latter."""
+        """Return the first key of a part that names a part not yet placed, and the index of the latter; else None."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:

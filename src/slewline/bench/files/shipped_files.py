@@ -28,13 +28,13 @@ PAGE = "index.md"  # of the lessons
 
 
 def named(what: str = "examples") -> dict[str, Path]:
-    """Return the files by their names, such as "drill/looped.toml", top-level files first.
+    """Return the files, keyed by names such as "drill/looped.toml", top-level files first.
 
     Args:
         what: "examples" or "templates".
 
     Raises:
-        UsageError: the package has been installed without them.
+        UsageError: the package has been installed without these files.
     """
     for folders in SOUGHT[what]:
         if folders[""].is_dir():
@@ -50,6 +50,6 @@ def named(what: str = "examples") -> dict[str, Path]:
 
 
 def title(path: Path) -> str:
-    """Return the title of a file, from its first lines."""
+    """Return the title of a file, from its first lines; "" if it has none."""
     match = re.match(HEADS.get(path.suffix, COMMENT), path.read_text("utf-8"))
     return match[1].strip() if match else ""

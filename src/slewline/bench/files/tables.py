@@ -107,7 +107,7 @@ class Tables(FileTable, frozen=True):
 
 
 def keys_of(place: Place) -> tuple[str, ...]:
-    """Return the keys that a table may have."""
+    """Return the keys that the table at a place may have; for any other place, the names of the tables."""
     tables: dict[Any, type[FileTable]] = {
         "bench": BenchTable,
         "chip": ChipTable,

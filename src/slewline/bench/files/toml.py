@@ -1,7 +1,7 @@
-"""Untrusted TOML: content that would overload the reader is refused in advance, with its line.
+"""Untrusted TOML: content that would overload the reader is refused in advance; the message states its line.
 
-The time and memory that Python's reader needs grow with the square of the number of parts in a dotted key; it also
-accepts numbers of any length, which messages then cannot show.
+The time and memory that Python's reader needs grow with the square of the number of parts in a dotted key; the
+reader also accepts numbers of any length, which messages then cannot show.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([A-Za-z./][^\"'\[\]{}#=]*?)\s*(?:#.*
 
 
 def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
-    """Return the tables in the text of a file.
+    """Return the tables in the text of the file `path`.
 
     Raises:
         BenchFileError: the text is not TOML, or has keys or numbers longer than any file of slewline needs.
@@ -52,9 +52,9 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """Return a string or comment of a TOML text, masked: underscores, as of one name in a key, or blanks for a comment.
+    """Return the mask of a string or comment in a TOML text: underscores for a string, blanks for a comment.
 
-    Line numbers do not change.
+    A masked string looks like one name in a key.  Line breaks are kept, so line numbers do not change.
     """
     return re.sub(r"[^\n]", " " if found[0][0] == "#" else "_", found[0])
 

@@ -90,8 +90,8 @@ class Pictures:
 
         Args:
             at: one instant or several, "3 ms" or picoseconds.
-            pins, axes, over: as for `figure`; measured traces are listed below all others.
-            parts: the parts whose quantities are listed, as for `figure`; by default all parts around the chips.
+            pins, axes, over: as for `figure`; measured traces are listed last.
+            parts: the parts whose quantities are listed, as for `figure`; by default all connected to the chips.
 
         Raises:
             UsageError: an instant is in the future, or none is given.
@@ -166,7 +166,7 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window (ps, counted as in the picture): that of the motion, unless `start` or `stop` is given.
 
-        A lone `start` after the motion extends it to the end of the run, a lone `stop` before the motion to its start.
+        A lone `start` after the motion: to the end of the run; a lone `stop` before it: from the start of the run.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -203,9 +203,9 @@ class Pictures:
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
-        """Return the instant (ps) of the last load of a position register up to the instant `before` (ps).
+        """Return the instant (ps) of the last load of a position register at or before the instant `before` (ps).
 
-        Values from before that load, or no longer kept, are not shown: the result is never earlier than the kept past.
+        The result is never earlier than the start of the kept past.  Values from before it are not shown.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
@@ -241,14 +241,14 @@ class Pictures:
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """Return the name of an axis for the legend: "x", or for a chip with several axes "axis 2" or "x axis 2"."""
+        """Return the legend name of an axis: "x" for an only axis, else "axis 2", or "x axis 2" with several chips."""
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """Return the tracks of the moving axes (or of one axis if none moves), followed by those of the parts."""
+        """Return the tracks of the requested axes (by default those that move, or one), then those of the parts."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)
@@ -261,13 +261,13 @@ class Pictures:
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
 
     def _parts(self, parts: Sequence[str] | str | None, axes: Sequence[OneAxis]) -> list[Chosen]:
-        """Return the parts whose quantities are shown; by default the parts around the chips that have the axes."""
+        """Return the parts whose quantities are shown; by default the parts connected to the chips of the axes."""
         return chosen(self.circuit.parts, parts, list(dict.fromkeys(self._owner(axis)[0] for axis in axes)))
 
     def _tracks_of_parts(
         self, around: Sequence[Chosen], zero: int, first: int, last: int, moving: bool
     ) -> Iterator[Track]:
-        """Yield the tracks of parts; with `moving`, leave out constant quantities."""
+        """Yield the tracks of parts; with `moving`, leave out quantities that are constant in the window."""
         import numpy as np
 
         from ...record.pictures.tracks import Track
@@ -301,7 +301,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Yield the measured steps in `runs`, shifted to begin with this bench's steps; `zero` (ps) is shown as 0."""
+        """Yield tracks of measured steps in `runs`, shifted to this bench's first step; `zero` (ps) is shown as 0."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
@@ -319,7 +319,7 @@ class Pictures:
     def _traces(
         self, pins: Sequence[str | Trace] | None, first: int, last: int, zero: int, over: Mapping[str, Trace] | None
     ) -> list[Trace]:
-        """Return the traces of pins in a window of the picture; names omit the chip if there is only one."""
+        """Return the traces of pins in a window (ps after `zero`); their names omit the chip if there is only one."""
         from ...record.measuring.overlay import checked, fitting
         from ...record.recording.recorder import width_of
         from ...record.recording.traces import Trace
@@ -355,7 +355,7 @@ def words_of(chip: Chip) -> dict[str, str]:
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
-    """Yield tracks, without their positions if no position changes: all axes are at rest, or homing."""
+    """Yield the tracks, without positions if no position changes because all axes are at rest, or homing."""
     import numpy as np
 
     still = not any(
@@ -369,7 +369,7 @@ def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield text that states the greatest deviation of each track's motions from their ideals."""
+    """Yield a text for each track with ideal curves: the greatest deviation of its motions from these curves."""
     from ...record.style import few
 
     for track in tracks:

@@ -14,7 +14,7 @@ from ...parts.base.part import Part
 
 
 def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
-    """Yield the axes of a chip, each with the prefix of its quantities: "m.axis2", or "x" for an only axis."""
+    """Yield the axes of a chip, each with the prefix of its quantities: "m.axis2", or "x" if it has one axis."""
     for number in range(1, chip.sheet.axes + 1):
         yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
 
@@ -23,14 +23,14 @@ Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and its quantities shown
 
 
 def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips: Sequence[Chip]) -> list[Chosen]:
-    """Return the parts whose quantities are shown, each with these quantities.
+    """Return the parts whose quantities are shown, each with those of its quantities that are shown.
 
     Args:
         wanted: names of parts, or of single quantities, "m.position"; None: all parts that have quantities and are
-            connected to one of the chips, directly or through another part.
+            connected to one of the chips, directly or through other parts.
 
     Raises:
-        UnknownName: no such part or quantity, or the part has none.
+        UnknownName: there is no such part or quantity, or a part without quantities is named.
     """
     if wanted is None:
         around = attached(parts.values(), chips)
@@ -62,13 +62,13 @@ def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
 
 
 def joints_of(part: Part) -> set[object]:
-    """Return the connections of a part to others: the wires on its pins, and the driver of its shaft."""
+    """Return the connections of a part to others: the wires on its pins, and the source that drives its shaft."""
     source = getattr(getattr(part, "shaft", None), "source", None)
     return {*(pin.net.root for pin in part.pins.values()), *([source] if source is not None else [])}
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the first and the last instant (ps) of a window at which an axis moves; None if it takes no step there."""
+    """Return the first and the last instant (ps) at which an axis moves in a window; None if it takes no step in it."""
     played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
     if not played:
         return None
@@ -82,10 +82,10 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 
 
 def first_step(axis: OneAxis, stop: int) -> int | None:
-    """Return the instant (ps) of the first step of an axis up to `stop`; None if it takes no step."""
+    """Return the instant (ps) of the first step of an axis up to `stop`; None if it takes no step by then."""
     return next((train.clock.ps(train.end(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)
 
 
 def moments_of(times: Time | Iterable[Time]) -> list[int]:
-    """Return one or several instants in picoseconds."""
+    """Return one time, or several, as a list of instants in picoseconds."""
     return [moment(time) for time in ([times] if isinstance(times, Time) else times)]

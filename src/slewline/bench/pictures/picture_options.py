@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from .window import Between
 
     class Bench(Protocol):
-        """The interface of a bench that a picture needs.
+        """The members of a bench that a picture needs.
 
-        The bench class itself cannot be imported here, because it imports this folder.
+        The bench class itself cannot be imported here, because its module imports this folder.
         """
 
         _pictures: Any
 
 
 class PictureOptions(TypedDict, total=False):
-    """The options of `bench.figure` and `bench.plot` besides title, pins and window."""
+    """The options of `bench.figure` and `bench.plot` other than the title, the pins and the window."""
 
     axes: Sequence[int | str] | int | str | None
     parts: Sequence[str] | str | None
@@ -50,7 +50,7 @@ PICTURE = Picture(
 
 
 class DiagramOptions(TypedDict, total=False):
-    """The options of `bench.timing` and `bench.timing_figure` besides pins and window."""
+    """The options of `bench.timing` and `bench.timing_figure` other than the pins and the window."""
 
     between: Iterable[Between]
     causes: Iterable[tuple[str, str]]

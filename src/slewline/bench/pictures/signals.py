@@ -49,8 +49,8 @@ class Signals:
 
         Args:
             pins: full names, such as "x.slew".
-            keep: how far back changes are kept, for endless runs; None: as set by `Bench(keep=)`, which keeps all of
-                them by default.
+            keep: how far back changes are kept, for endless runs; None: as set by `Bench(keep=)`, where the default
+                keeps all changes.
 
         Raises:
             UnknownName: there is no such pin, chip or part.
@@ -66,7 +66,7 @@ class Signals:
             self._record_commands(name.split(".")[0], keep_ps)
 
     def _record_commands(self, owner: str, keep_ps: int | None) -> None:
-        """Record a chip's commands in progress together with its pins."""
+        """Record which command is in progress as well, if the owner of a recorded pin is a chip."""
         from ...record.recording.recorder import TextLog
 
         if owner in self.commands:
@@ -75,7 +75,7 @@ class Signals:
             self.commands[owner] = TextLog(self.circuit.kernel, self.circuit.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
-        """Return the net of a pin, or a whole bus; for one wire of a bus, return the pin instead."""
+        """Return the object to be recorded for a name: a net, a whole bus, or for one wire of a bus its pin."""
         net = self.circuit.net(name)
         if not isinstance(net, Bus):
             return net
@@ -98,7 +98,7 @@ class Signals:
         """Return the window (ps); by default from the earliest instant at which all nets are recorded, up to now.
 
         Raises:
-            NotRecorded: by default the window would be empty, since recording begins now.
+            NotRecorded: no `start` is given, and the window would be empty, since the recording of a net begins now.
         """
         now = self.circuit.kernel.now
         first, last = window(start, stop, now)
@@ -115,11 +115,11 @@ class Signals:
         return begun, last
 
     def chosen(self, pins: Iterable[str] | None) -> dict[str, Net | Terminal]:
-        """Return recorded pins by their full names; None: all of them.
+        """Return recorded pins, keyed by full name; all of them if `pins` is None.
 
         Raises:
             UnknownName: there is no such pin.
-            NotRecorded: the pin is not recorded, or none is.
+            NotRecorded: a pin is not recorded; or `pins` is None, and nothing is recorded.
         """
         if pins is None:
             if not self.recorded:
@@ -132,17 +132,17 @@ class Signals:
         return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in names}
 
     def _recorded_wire(self, name: str) -> Net | Terminal:
-        """Return a wire of a bus that is recorded as a whole."""
+        """Return one wire of a bus that is recorded as a whole; raise NotRecorded for any other pin."""
         wire, net = self._probe(name), self.circuit.net(name)
         if wire is not net and net in self.recorded.values():
             return wire
         raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
 
     def full_name(self, name: str) -> str:
-        """Return the full name of a recorded pin; the owner may be left out if only one owner has such a pin.
+        """Return the full name of a recorded pin; `name` may omit the owner if only one owner has such a recorded pin.
 
         Raises:
-            UsageError: several owners have such a pin.
+            UsageError: `name` omits the owner, and several owners have such a recorded pin.
             NotRecorded: the pin is not recorded.
         """
         if not isinstance(name, str) or "." in name or not name:
@@ -160,7 +160,7 @@ class Signals:
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-        """Return the changes of a recorded pin in start <= t <= stop; by default all that are recorded, up to now.
+        """Return the changes of a recorded pin in start <= t <= stop; by default all recorded ones up to now.
 
         Returns:
             times: (n,) int64, picoseconds, ascending; levels: (n,), the level after each change: int8, -1 if floating,

@@ -46,18 +46,19 @@ class TimingDiagrams:
             path: the file, SVG, PNG or PDF by its suffix.
             pins: names such as "x.ready", from top to bottom; the owner may be left out if only one chip has such a
                 pin.  A measured trace is drawn as a separate lane.  By default all recorded pins.
-            start, stop: the window; by default all that is recorded.
+            start, stop: the window; by default from the earliest instant at which all these pins are recorded, up to
+                now.
             between: the times to measure and draw as arrows: pairs of edges, ("io_request falls", "ready falls 2"), or
                 the symbol of a time in the data sheet, "t14".  The second edge of a pair is the next edge of that kind
-                after the first edge; a number such as 2 selects the second one after it.  A time is checked against the
-                limits in the data sheet.
+                after the first edge; a number such as 2 selects the second such edge after it.  A time from the
+                data sheet is checked against its limits there.
             causes: pairs of edges, cause and effect, drawn as curved arrows.
             title: the title; by default the names of the chips and their part numbers.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
-                its pin, stretches in which trace and pin differ are marked, and the trace's greatest lag is noted.
+                its pin, with marks where the two differ, and a note of the trace's greatest lag relative to the pin.
             names: labels to show instead of pin names, keyed by pin name.
             decode: print the decoded characters above serial lines.
-            quiet: shorten stretches without any edge that are at least this long; "0 s" shortens none; by default as
+            quiet: shorten stretches of at least this length without any edge; "0 s" shortens none; by default as
                 needed.
             width: "page", "phone", or a number of inches.
             dark: draw light lines on a dark background.
@@ -101,7 +102,7 @@ class TimingDiagrams:
 
         Args:
             between: pairs of edges, or symbols of the data sheet, as for `timing`.
-            start, stop: the window; by default all that is recorded.
+            start, stop: the window; by default from the start of the pin recording that began last, up to now.
 
         Raises:
             UsageError: an edge that does not exist or is not in the window.
@@ -118,8 +119,7 @@ class TimingDiagrams:
 
         Args:
             chips: a list of names of chips; by default all chips.
-            start, stop: the window; by default from the earliest instant at which all pins are recorded, up to
-                now.
+            start, stop: the window; by default, for each pin, from the start of its recording up to now.
 
         Raises:
             NotRecorded: nothing is recorded.

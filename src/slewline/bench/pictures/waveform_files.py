@@ -42,7 +42,7 @@ APART = 30  # distance of marks that keeps their names legible: a thirtieth of t
 
 
 class WaveformFiles:
-    """Methods that write recorded signals, and steps, to files."""
+    """The methods of a bench that write recorded signals, and steps, to files."""
 
     def __init__(self, signals: Signals, streams: list[TimedStream]) -> None:
         self.signals, self.circuit, self.streams = signals, signals.circuit, streams
@@ -71,7 +71,7 @@ class WaveformFiles:
             buses: "bits": each wire of a bus separately, which every viewer reads; "whole": the bus as a vector, which
                 PulseView does not read; or "both".
             values: write, as reals, the velocity and position of the axes (acceleration and jerk if the chip has
-                them) and the quantities of the parts around the chips; and, as strings, the commands in progress, the
+                them) and the quantities of parts connected to the chips; and, as strings, the commands in progress, the
                 commands that began the motions in progress, and the findings.
             layout: write layouts for GTKWave and Surfer next to the file, with the same name and the extensions .gtkw
                 and .sucl.
@@ -113,7 +113,7 @@ class WaveformFiles:
         return {"buses": buses, "values": sources, "comments": comments_of(chips, values, parts)}
 
     def _parts_of(self, chips: Sequence[Chip], nets: Iterable[str]) -> list[Part]:
-        """Return the parts around some chips, and the parts whose own pins are recorded."""
+        """Return the parts connected to some chips, and the parts whose own pins are recorded."""
         named, around = {name.split(".")[0] for name in nets}, attached(self.circuit.parts.values(), chips)
         return [part for part in self.circuit.parts.values() if part in around or part.name in named]
 
@@ -151,7 +151,7 @@ class WaveformFiles:
         """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position) or as arrays (.npz).
 
         Raises:
-            UsageError: another extension, or a path that cannot be written.
+            UsageError: an extension other than .csv or .npz, or a path that cannot be written.
             NotRecorded: the past of an axis is no longer kept that far back.
         """
         from ...record.whole_file import check_suffix
@@ -176,7 +176,7 @@ class WaveformFiles:
         Raises:
             UnknownName: there is no such pin.
             NotRecorded: a pin is not recorded, or its past is no longer kept that far back.
-            UsageError: the file name does not end in .npz, or a path that cannot be written.
+            UsageError: the file name does not end in .npz, or the path cannot be written.
         """
         from ...record.recording.export_npz import edge_columns, save_npz, step_columns
         from ...record.whole_file import check_suffix
@@ -253,7 +253,7 @@ class Streaming:
         """Check, before time passes, that the stream is used in a `with` statement.
 
         Raises:
-            UsageError: it is not.
+            UsageError: its `with` block has not been entered.
         """
         if self._stream is None:
             self._streams.remove(self)
@@ -264,7 +264,7 @@ missing(Streaming, **dict.fromkeys(("close", "write", "lost", "write_until"), NO
 
 
 def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
-    """Return the chips to which some pins belong."""
+    """Return the chips that own the pins with the given full names."""
     owners = {name.split(".")[0] for name in names}
     return [chip for name, chip in chips.items() if name in owners]
 
@@ -295,7 +295,10 @@ def values_of(
 
 
 def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
-    """Yield the header lines of the file: the part numbers of the chips, and the units of the quantities."""
+    """Yield the header lines of a waveform file: the part numbers of the chips, and the units of the quantities.
+
+    The units of axis quantities are left out unless `values` is true.
+    """
     from ...record.waveforms.vcd_sources import reference
 
     for chip in chips:
@@ -308,7 +311,7 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:
-    """Return the initial view of a viewer, with marks: the motion, or the whole window (ps) if nothing moves."""
+    """Return the initial view and the marks for a viewer: the motion, or the whole window (ps) if nothing moves."""
     from ...record.waveforms.viewer_layouts import ViewerSetup
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
@@ -324,7 +327,10 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSe
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
-    """Return marks in chronological order, without those too close to a kept mark that precedes them in `marks`."""
+    """Return the marks that are far enough apart, in chronological order, at most as many as a viewer can name.
+
+    A mark is left out if its distance from any mark kept before it in the order of `marks` is not above `distance`.
+    """
     kept: list[tuple[int, str]] = []
     for mark in marks:
         if len(kept) < MAX_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):

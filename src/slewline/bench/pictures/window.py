@@ -27,7 +27,7 @@ STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its s
 
 
 class Window:
-    """The recorded signals from `start` to `stop` (ps); with `reach`, a signal may have been recorded only later."""
+    """The recorded signals from `start` to `stop` (ps); with `reach`, recording may have begun after `start`."""
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
         self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
@@ -35,17 +35,17 @@ class Window:
         self.found = cache(self._found)
 
     def _signal(self, name: str) -> SignalEdges:
-        """Return the signal of a pin or bus, by its full name."""
+        """Return the signal of the pin or bus with this full name."""
         probe, recorder = self.signals.chosen([name])[name], self.signals.recorder
         since = max(self.start, recorder.since(probe)) if self.reach else self.start
         return SignalEdges.of(probe, recorder, since, self.stop)
 
     def _found(self, chip: Chip, limit: Limit) -> Spans:
-        """Return start and end of every interval to which a limit applies (ps)."""
+        """Return the starts and the ends (ps) of all intervals to which a limit applies."""
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Check all intervals to which a limit applies; the result names a pin that is not recorded, if any."""
+        """Check all intervals to which a limit applies; if one of its pins is not recorded, only name that pin."""
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
@@ -56,7 +56,7 @@ class Window:
 
     # ---------------------------------------------------------------------------------------------------------- arrows
     def measure(self, between: Iterable[Between]) -> list[Interval]:
-        """Return the intervals for pairs of edges and for data sheet symbols."""
+        """Return the intervals between pairs of edges, and the intervals of data sheet times given by symbol."""
         if isinstance(between, str) or not isinstance(between, Iterable):
             raise UsageError(f"between={between!r}: expected a list of pairs of edges, or of symbols such as 't14'")
         return [interval for each in between for interval in self._measured(each)]
@@ -90,7 +90,7 @@ class Window:
         return Interval(f"{first.pin} {first.change}", f"{second.pin} {second.change}", begin, end, tuple(bounds))
 
     def _named(self, symbol: str) -> Iterator[Interval]:
-        """Yield, for each data sheet time with this symbol, the recorded interval with the least margin."""
+        """Yield, for each data sheet time with this symbol, its recorded interval with the least margin."""
         limits = [(chip, limit) for chip in self.signals.circuit.chips.values() for limit in chip.sheet.limits]
         named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
         if not named:
@@ -113,7 +113,7 @@ class Window:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
-        """Return a pin or bus as a lane, with `over` drawn over it; if `several`, a default label names the owner."""
+        """Return a pin or bus as a lane, `over` drawn over it; if `several`, its default label names its owner."""
         from ...record.measuring.overlay import fitting
         from ...record.pictures.diagram import Lane
 
@@ -130,7 +130,7 @@ class Window:
         )
 
     def measured_lane(self, trace: Trace, label: str | None) -> Lane:
-        """Return a measured trace as a separate lane; it floats where the file has no data."""
+        """Return a measured trace as a separate lane; where its file has no data, the lane shows a floating level."""
         from ...record.pictures.diagram import Lane
 
         return Lane(trace.name, label or trace.name, SignalEdges.of_trace(trace, self.start, self.stop))
@@ -157,7 +157,7 @@ class Window:
         ]
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
-        """Return a function of a bus value and its end (ps): it returns the character or command meant, or ""."""
+        """Return a function that takes a bus value and its end (ps), and returns its character or command, or ""."""
         if chip is None or chip.sheet.channel(HostPort) is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:

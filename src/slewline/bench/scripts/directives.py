@@ -48,7 +48,7 @@ LETTERS = "a directive for a chip that takes letters"  # where packets are used 
 
 
 def _over(kind: type[Channel]) -> Fits:
-    """Return a check that refuses a directive for a host on another kind of channel."""
+    """Return a check that refuses a directive if the host's channel is not of this kind."""
 
     def fits(runner: ScriptRunner, chip: Chip) -> None:
         found = type(runner.host.channel)
@@ -141,7 +141,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register contains a value, whether by steps or a load, without computing each step."""
+    """Wait until the position register contains `position`, by steps or by a load, without computing each step."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:
@@ -319,7 +319,7 @@ def _ask(rest: str) -> DirectiveKind:
 
 
 async def _ready(runner: ScriptRunner, chip: Chip) -> None:
-    """Query the state of a module until it is no longer busy."""
+    """Query the state of a module until the module is no longer busy, and report its last answer."""
     question = chip.sheet.acting("state")[0].form
     while True:
         found = await answers(runner, chip, question)
@@ -354,7 +354,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Return the finding after its last motion that explains why a chipset axis is at rest; "" if there is none."""
+    """Return text with the finding that explains why an axis is at rest; "" if none, or if it has moved since."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""

@@ -32,11 +32,11 @@ def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
 
 
 def program_script(text: str, where: str, sheet: Sheet) -> Script:
-    """Return the script of a program file; for .hex, it sends the bytes by lines or, to a chipset, by packets.
+    """Return the script of a program file; for .hex, it sends bytes line by line, or packets to a chipset.
 
     Args:
         where: the name of the file.
-        sheet: the sheet of the chip that the host commands, or of the first one if there are several.
+        sheet: the sheet of the chip that the host commands, or of the first such chip if there are several.
 
     Raises:
         BenchFileError: the file is named .hex but does not consist of pairs of hexadecimal digits.

@@ -78,7 +78,7 @@ class PacketProtocol(ScriptProtocol):
         port.note_update(data[0])
 
     def axis(self, runner: ScriptRunner, chip: Chip) -> int:
-        """Return the number of the current axis, as last selected by the host."""
+        """Return the number of the axis that the host selected last; 1 if it has not selected any."""
         return runner.packet_port(chip).axis or 1
 
 
@@ -147,7 +147,7 @@ class AdaptiveProtocol(ScriptProtocol):
 
 
 def answered(answer: str | bytes) -> str:
-    """Return an answer as text; bytes in hexadecimal."""
+    """Return an answer as text; an answer in bytes is written in hexadecimal."""
     return answer.replace("\r", " ") if isinstance(answer, str) else answer.hex(" ").upper()
 
 
@@ -178,7 +178,7 @@ async def _taken(runner: ScriptRunner, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """Return a function that queues the sending of a line to a module and the report of the answer."""
+    """Return a function that queues an action, which sends a line to a module and reports the answer."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
         runner.report(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")

@@ -98,7 +98,7 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
         where: the name of the script in messages.
 
     Raises:
-        ProgramError: lines that cannot be executed; all of them are in `.problems`.
+        ProgramError: some lines cannot be executed; the `.problems` of the error list all of them.
     """
     if not isinstance(script, Script):
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
@@ -117,7 +117,7 @@ def check_script(bench: Bench, host: Host, script: Script) -> None:
     """Check that a host can execute every line of a script on its bench.
 
     Raises:
-        ProgramError: lines that cannot be executed; all of them are in `.problems`.
+        ProgramError: some lines cannot be executed; the `.problems` of the error list all of them.
     """
     script.refuse(refused(bench, host, script))
 
@@ -125,7 +125,7 @@ def check_script(bench: Bench, host: Host, script: Script) -> None:
 def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
     """Return the problems in a script, including the use of pins and chips that the bench does not have.
 
-    `run` executes no line of such a script, and `lint` reports each problem as an error.
+    `run` executes no line of a script with problems, and `lint` reports each problem as an error.
     """
     found = list(script.problems)
     runner, chip = _runner(bench, host, script), bench.chips[host.chip.name]
@@ -146,7 +146,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:
-    """Return the problem with a command line that no host can send, in a list; [] if there is none."""
+    """Return a list with the problem of a command line that no host can send; [] if the line has no problem."""
     dialect = dialect_of(sheet)
     if step.directs or dialect.directs(step.text):
         return []
@@ -174,7 +174,7 @@ def read_script(text: str, where: str = "script") -> Script:
 
 
 def _plain(step: ScriptLine) -> None:
-    """Check that a line is printable ASCII, and not too long."""
+    """Check that a line is not too long and, unless it is a @note, that it is printable ASCII."""
     if len(step.text) > LONGEST:
         raise UsageError(f"a line of {len(step.text)} characters; allowed up to {LONGEST}")
     odd = next((c for c in step.text if not " " <= c <= "~"), None)

@@ -59,18 +59,18 @@ class ScriptLine:
 
     @property
     def verb(self) -> str:
-        """The word after @."""
+        """The word after @; "" if the line is not a directive."""
         words = self.text[1:].split(maxsplit=1)
         return words[0] if self.directs and words else ""
 
     def problem(self, code: str, found: str, remedy: str = "") -> Problem:
-        """Return an error in this line as a problem that states its place."""
+        """Return an error in this line as a `Problem`, which states the place of the line."""
         return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
 
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A parsed script: its lines, and their problems."""
+    """A parsed script: its lines, and the problems found in them."""
 
     text: str
     where: str
@@ -88,7 +88,7 @@ class Script:
 class ScriptRunner:
     """A host that executes a script on a bench.
 
-    `step` is the line that is being queued; `directed` is true if the line after it is a directive.
+    `step` is the line that is being queued; `directed` is true if the line after `step` is a directive.
     """
 
     def __init__(self, bench: Bench, host: Host, script: Script, protocol: ScriptProtocol) -> None:
@@ -103,7 +103,7 @@ class ScriptRunner:
         self.adaptive_host = cast("AdaptiveHost", host)
 
     def do(self, act: Act) -> None:
-        """Queue a host action for the current line; its errors are reported with the line."""
+        """Queue a host action for the current line; errors of the action are reported together with the line."""
         step, script, host = cast("ScriptLine", self.step), self.script, self.host
         chip = self.bench.chips[host.chip.name]
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
@@ -117,11 +117,11 @@ class ScriptRunner:
         host.queue.post(text, action)
 
     def port(self, chip: Chip) -> CommandPort:
-        """Return the `CommandPort` of the host on the bus of a chip."""
+        """Return the host's `CommandPort` for a chip on its bus."""
         return self.bus_host.ports[chip.name]
 
     def packet_port(self, chip: Chip) -> PacketPort:
-        """Return the `PacketPort` of the host for a chip."""
+        """Return the host's `PacketPort` for a chip."""
         return self.packet_host.ports[chip.name]
 
     def axis(self, chip: Chip) -> Axis:
@@ -138,18 +138,18 @@ class ScriptRunner:
         await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Suppress reports of inputs made in this block, because listeners have received the whole script.
+        """Return a context in which inputs are not reported, because listeners have received the whole script.
 
-        Within the block, calls to the host only queue actions.
+        Within this context, calls to the host only queue actions.
         """
         return self.kernel.outside.nested()
 
     def terminal(self, name: str, chip: Chip) -> Terminal:
-        """Return a pin by its short or full name."""
+        """Return the pin with this full name, or the pin of `chip` with this short name."""
         return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
-        """Drive a pin to a level or, for None, release it: now, or at an instant (ps)."""
+        """Drive a pin to a level or, if `value` is None, release it: now, or at the instant `at` (ps)."""
         if at is not None:
             self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
             return

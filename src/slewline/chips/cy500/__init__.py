@@ -1,1 +1,1 @@
-"""The CY500: its additions to the family, and where it differs from the family."""
+"""The CY500: its additions to the CY5xx family, and its differences from the family."""

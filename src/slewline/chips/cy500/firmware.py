@@ -1,4 +1,4 @@
-"""The CY500, the first chip of the family: external lines can start and stop it, trigger each step, and reverse it.
+"""The CY500, first of its family: input lines can start, stop and reverse its motor, and trigger each step.
 
 Where no source describes its behaviour, most of it is inferred from its successors: see quirks.py.
 """
@@ -45,7 +45,7 @@ class Interpreter(interpreter.Interpreter):
             port.open()
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
-        """Call the handler of a command, and record the command for the next handler."""
+        """Call the handler of a command, and record the command for the handler of the next command."""
         registers = self.instructions.registers
         await super().perform(code, values)
         registers.last = self.rows[code].name
@@ -74,7 +74,7 @@ class Cy500(Cy5xx):
         return Stepwise
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the host's unfinished input: a line, and a P that waits for its G."""
+        """Return the code and text of a finding for each unfinished input: a line, and a P that waits for its G."""
         found, state = super().left_over(), self.state
         if state.waits:
             part = self.sheet.part.upper()

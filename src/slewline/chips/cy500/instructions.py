@@ -43,7 +43,7 @@ class Registers(sloped.Registers):
 
 
 class SlopedMoves(Moves, Protocol):
-    """Motions of the motor, with slopes."""
+    """The mover of the motor; its motions may have slopes."""
 
     law: Law
 
@@ -67,7 +67,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_athome()
 
     def do_number(self, steps: int) -> None:
-        """N: load the number of steps of the next G; directly after A, load one step less."""
+        """N: load the number of steps of the next G; directly after A, load one step less, and report a finding."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"command N directly after A moves one step less: {steps}")
@@ -75,7 +75,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_number(steps)
 
     def do_position(self, position: int) -> Awaitable[None] | None:  # type: ignore[override]
-        """P: load the target of the next G; if P itself starts the motion, return the motion."""
+        """P: load the target of the next G; if P itself starts the motion, return the motion, else None."""
         self.registers.target, self.registers.waits = position, True
         return self.do_gostep() if self.chip.options.p_starts else None
 
@@ -104,7 +104,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
-        """G: return the motion by N steps or to P, as was sent last; in jog mode, report a finding, return None."""
+        """G: return the motion by N or to P, whichever was sent last; in jog mode, report a finding, return None."""
         self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "command G is ignored in jog mode, in which XSS starts and stops the motor")
@@ -121,7 +121,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
-        """Return the motion of a G after P: to that position in the set direction, wrapping around if necessary."""
+        """Return the motion of a G after P: to `target` in the set direction, wrapping around if necessary."""
         self.check_registers("G", "position")
         distance = (target - self.axis.position) * self.sign
         if distance < 0:
@@ -131,7 +131,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(distance % (1 << 16), f"P {target}")
 
     def takes(self, number: int, text: str) -> Awaitable[None]:
-        """Return a motion of a number of steps; with a slope, the user must make sure that both ramps fit."""
+        """Return a motion of a number of steps; report a finding if the two ramps of a slope do not fit into it."""
         registers = self.registers
         ramp = steps(self.motion.law.up(registers.values["rate"], registers.slope))
         if 0 < number < 2 * ramp:

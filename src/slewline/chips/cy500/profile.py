@@ -18,7 +18,7 @@ from ..cy5xx.stepping.slope import Law
 
 
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
-    """Return the plan of a move of `number` steps, 1 to 65535; slope 0: no ramps; other slopes: factor 1."""
+    """Return the plan of a move of 1 to 65535 steps: without ramps if `slope` is 0, else with a factor of 1."""
     up = law.up(rate, slope)
     if not up:
         return plan(("slew", ((law.period(rate) * (1 if slope else factor), number),))).verified(number)

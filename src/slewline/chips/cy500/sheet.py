@@ -59,7 +59,7 @@ def _us(at_11: int) -> int:
 
 
 def _row(letter: str, name: str, description: str, *args: Arg, like: str = "", **its: Any) -> TextRow:
-    """Return a command; columns that are not given are copied from the CY525."""
+    """Return a command; columns not given are those of the CY525 command `like`, by default `letter`."""
     row: TextRow = sheet.COMMANDS[like or letter]
     both: dict[str, Any] = {"time_us": _us(row.time_us), "where": T2, "code": -1} | its
     return replace(row, form=letter, name=name, description=description, args=args, **both)

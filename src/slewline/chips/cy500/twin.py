@@ -15,7 +15,7 @@ from .instructions import Registers
 
 
 class Stepwise(SlopeStepwise):
-    """The slow twin of motion.py, which plays every motion step by step."""
+    """The slow twin of `Motion` in motion.py: it plays every motion step by step."""
 
     registers: Registers
 
@@ -37,7 +37,7 @@ class Stepwise(SlopeStepwise):
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
-        """Wait until the trigger lets the motion begin."""
+        """Wait until TRIGGER is low, which lets the motion begin; a motion without steps does not wait."""
         if self.goes:
             await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
@@ -50,7 +50,7 @@ class Stepwise(SlopeStepwise):
 
     # ------------------------------------------------------------------------------------------------------- the steps
     def prepare(self) -> None:
-        """List the steps one by one: up until the rate is reached, then down for as many steps as remain."""
+        """List the steps one by one: the ramp up, the steps at rate R, and as much of the ramp down as still fits."""
         self.endless, self.plan = self.text == "J", deque()
         if self.abort.level == 0:
             self.endless = False
@@ -91,7 +91,7 @@ class Stepwise(SlopeStepwise):
         return True
 
     def face(self) -> bool:
-        """With external direction, set the direction from XDIR; return whether it has changed."""
+        """With external direction, set the direction from XDIR; return whether the direction has changed."""
         before = self.sign
         if self.registers.external:
             self.sign = 1 if self.xdir.level == 1 else -1

@@ -1,1 +1,1 @@
-"""The CY512: its additions to the family, and where it differs from its sister chips."""
+"""The CY512: its additions to the CY5xx family, and its differences from its sister chips."""

@@ -5,7 +5,8 @@ r"""Motion of the CY512.  TERMINATE ends a step early, so that an encoder can ti
     |                       |
     ABORT, I/O REQUEST      the next step, after PULSE has been high for 16 µs at 6 MHz
 
-Sampling of TERMINATE begins at the earliest time that lets the step, including PULSE high, last 92 machine cycles.
+b is the start of a step, t the instant at which TERMINATE is found low.  TERMINATE is first sampled late
+enough for the step, including PULSE high, to last at least 92 machine cycles.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Motion(sloped.Motion):
         return plan
 
     def ended(self, option: str, text: str, of: Plan, step: int) -> Plan:
-        """Return the plan that ends the motion, either immediately or with the stop ramp that the option selects."""
+        """Return the plan that ends the motion: the stop ramp if `option` selects it, else an immediate stop."""
         self.aborted = True
         self.mark_deviation("command", text)
         down = self.stop_ramp(of, step) if self.inferred[option] == "ramp" else ()
@@ -76,7 +77,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of a net's first sample after now, and the action if within a step (None at its end)."""
+        """Return the tick of a net's next sample, and the action if the sample is within a step (None at its end)."""
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train

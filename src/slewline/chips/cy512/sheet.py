@@ -33,7 +33,7 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 
 def _alike(letter: str, *args: Arg) -> TextRow:
-    """Return a CY525 command that the comparison does not list; pass `args` if the ranges differ from the CY525's."""
+    """Return a CY525 command that the comparison does not list; `args`, if given, replace its arguments."""
     row: TextRow = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 
@@ -48,7 +48,7 @@ def _own(
     trust: Trust = "inferred",
     role: str = "",
 ) -> TextRow:
-    """Return a command that the comparison lists, with the times of a CY525 command."""
+    """Return a command that the comparison lists, with the times of the CY525's command `like`."""
     time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
     return TextRow(letter, name, args, time_us, description, where, flow=flow, role=role, trust=trust)
 

@@ -10,7 +10,7 @@ from ..cy5xx.stepping.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):
-    """The slow twin of motion.py, which plays every motion step by step."""
+    """The slow twin of `Motion` in motion.py: it plays every motion step by step."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)

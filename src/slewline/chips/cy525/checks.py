@@ -54,7 +54,7 @@ class KnownMotion(NamedTuple):
 
 
 class Unreached(NamedTuple):
-    """A motion that decelerates before it reaches its rate, and its finding; `remedy` states the rate reached."""
+    """A motion that decelerates before reaching its rate, and its finding; `remedy` states the rate reached."""
 
     statement: Statement
     found: str
@@ -166,7 +166,7 @@ def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
 
 
 def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> bool:
-    """Report an H that has no effect: two ramps and 256 steps must fit into the motion (s.7, s.8).
+    """Report an H that has no effect, because two ramps and 256 steps do not fit into the motion (s.7, s.8).
 
     Return whether H makes the motion endless.
     """
@@ -211,7 +211,7 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Report the first motion that does not reach its rate, and list the lines of the other ones.
+    """Report the first motion that does not reach its rate, with the lines of all other such motions.
 
     The report is only a note, because such motions are seldom mistakes.
     """
@@ -255,9 +255,9 @@ class Flight:
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:
-        """Follow a change of rate on the fly, to 0 to 127.
+        """Follow a change on the fly to a rate of 0 to 127.
 
-        Report a new rate that has no motion to change, is out of range, or causes a dead stop.
+        Report the new rate if there is no continuous motion, if it is out of range, or if it causes a dead stop.
         """
         if self.current is None:
             found, remedy = "a rate on the fly needs a continuous motion", "send H before the G or P"
@@ -273,7 +273,7 @@ class Flight:
             self.current = rate
 
     def stop(self, item: Directive) -> None:
-        """Report an abort that does not decelerate to the first rate: its ramp ends at a higher one."""
+        """Report an abort that does not decelerate to the first rate, because its ramp ends at a higher rate."""
         if self.current is not None and self.lowest > self.first:
             found = f"the abort decelerates only to rate {self.lowest}, the last lower rate, and then stops dead"
             remedy = f"lower the rate to {self.first} before the abort"

@@ -1,4 +1,4 @@
-"""The CY525: the chip of the family that ramps, changes its rate on the fly, and executes live commands.
+"""The CY525, a CY5xx chip with ramps, rates on the fly, and live commands (sent while a program runs).
 
 Choices where the manual is silent are in quirks.py.
 """
@@ -40,5 +40,5 @@ class Cy525(Cy5xx):
         return Stepwise
 
     def _law(self) -> Law:
-        """Return the law by which the rate parameter changes."""
+        """Return the law by which the rate parameter changes in ramps, as the chip options set it."""
         return Law(self.options.ramp_unit, self.options.ramp_jumps)

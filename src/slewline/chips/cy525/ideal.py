@@ -36,22 +36,22 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def steps_per_s(self, rate: int) -> float:
-        """Return the rate of a rate parameter, in steps/s."""
+        """Return the step rate for a rate parameter, in steps/s."""
         return self.crystal_hz / int(sheet.STEP_TICKS[min(rate, sheet.RATE_TOP)])
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rates for F and R, and the values of S, Z and N."""
+        """Return the parameters to show in a picture: the rates for F and R, and the values of S, Z and N."""
         return MotionParameters(
             self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number}
         )
 
     def rates(self, first: int, rate: int) -> Mapping[str, float]:
-        """Return the rates for F and R, by name."""
+        """Return the rates (steps/s) for two rate parameters, F and R, by name ("F = 10")."""
         return {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", first), ("R", rate))}
 
     def ideal(self, start: int, position: int, sign: int, slews: bool, endless: bool) -> Ideal:
-        """Return the ideal of the motion.
+        """Return the ideal motion for these parameters.
 
         Args:
             start: the time of the first step, ps.

@@ -1,4 +1,4 @@
-"""Commands of the CY525 beyond those of the family: one method per row of the sheet, found by its name."""
+"""CY525 commands beyond those of the family: one method for each, named after it (do_delay for DELAY)."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Instructions(instructions.Instructions):
         self.program.begin(0)
 
     def do_til(self, target: int) -> None:
-        """T: branch to a program address if DOWHILE is low; as a host command, start the program there."""
+        """T: if DOWHILE is low, branch to a program address or, as a host command, start the program there."""
         program = self.program
         target = program.resolved(target)
         if self.dowhile.is_active:
@@ -56,7 +56,7 @@ class Instructions(instructions.Instructions):
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:
-        """O: output a phase pattern, 0 to 3; above 3, switch the phases off, and above 127 output a pulse before."""
+        """O: output a phase pattern, 0 to 3; above 3, switch the phases off; above 127, output a pulse first."""
         outputs = self.outputs
         if offset <= 3:
             self.registers.phase = offset

@@ -30,7 +30,7 @@ class Motion(motion.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters of this motion; return a function that computes them for pictures."""
+        """Load the parameters of this motion; return a function that computes those to be shown in pictures."""
         values = self.registers.values
         self.first = min(values["firstrate"], sheet.RATE_TOP)  # effective F: requests change it
         self.top = max(self.first, min(values["rate"], sheet.RATE_TOP))
@@ -52,7 +52,7 @@ class Motion(motion.Motion):
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.continuous)
 
     def planned(self) -> Plan:
-        """Return the plan of this motion; a continuous one slews without end if it reaches its slew rate (s.7)."""
+        """Return the plan of this motion; a continuous motion that reaches its slew rate slews without end (s.7)."""
         chip = self.chip
         values = self.registers.values
         self.request_changes = self.request.changes  # at the latest sample
@@ -102,7 +102,7 @@ class Motion(motion.Motion):
 
     # -------------------------------------------------------------------------------------- decisions between two steps
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample ABORT and I/O REQUEST before a step; return the plan of the rest of the motion (empty to stop)."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan of the remaining motion, empty if it stops."""
         chip = self.chip
         if step >= plan.steps:
             return plan  # at the target
@@ -125,7 +125,7 @@ class Motion(motion.Motion):
     def stop_ramp(self, plan: Plan, step: int) -> Plan:
         """Return the plan after ABORT: a ramp down to the first rate, then steps at that rate up to the target.
 
-        If the target is within the ramp, the motion ends there.
+        If the target is within the ramp, the motion ends at the target.
         """
         chip = self.chip
         self.aborted = True
@@ -151,12 +151,15 @@ class Motion(motion.Motion):
         return profile.plan(("down", down), ("crawl", ((sheet.STEP_TICKS[self.first], rest),))).verified(left)
 
     def ramp(self, low: int, high: int) -> Runs:
-        """Return the ramp between two rates with the present S and Z."""
+        """Return the ramp from the rate parameter `low` up to `high`, with the present S and Z."""
         values = self.registers.values
         return profile.ramp(low, high, values["slope"], values["divisor"], self.law)
 
     async def rate_request(self, plan: Plan, step: int) -> Plan:
-        """Handle I/O REQUEST low between two steps: a new rate in a continuous motion, a halt in a normal one."""
+        """Return the plan after a sample of I/O REQUEST between two steps.
+
+        If it is low, a continuous motion changes to a new rate, and a normal motion halts.
+        """
         chip = self.chip
         requested = self.request.is_active
         if not self.continuous:
@@ -194,7 +197,7 @@ class Motion(motion.Motion):
     async def change_rate(self, current: int) -> Plan:
         """Read a new rate from the bus (s.7) and return the new plan.
 
-        For the rest of this motion, a higher rate replaces R, and a lower rate replaces F as well as R.
+        For the rest of this motion, a rate above `current` replaces R; a rate below it replaces both F and R.
         """
         rate = self.taken_rate()
         if rate == 0:
@@ -209,11 +212,11 @@ class Motion(motion.Motion):
         return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
 
     def slews_at(self, rate: int) -> None:
-        """Set the slew rate, effective from now."""
+        """Record the rate parameter at which the motor slews from now on."""
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
-        """Return the rate byte, read with one INSTROBE pulse; I/O REQUEST is then ignored until it has been high."""
+        """Return the rate byte, 127 at most, read with one INSTROBE pulse; I/O REQUEST is then ignored until high."""
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:
@@ -256,8 +259,8 @@ class Motion(motion.Motion):
     def stretched(self, leg: str) -> int:
         """Put the position on the bus, first the high byte, then the low byte, if I/O SELECT is high (fig. 6.5).
 
-        Returns the clocks by which the step that begins becomes longer: none at a constant rate, 20 µs (at 11 MHz) in
-        a ramp.
+        Returns the clocks by which this lengthens the step that begins now: none at a constant rate, 20 µs
+        (at 11 MHz) in a ramp.
         """
         if self.select.level != 1:
             return 0

@@ -1,7 +1,7 @@
 """The CY525's parameters for the ramp calculator: F, R, S and Z; the manual's own program is in section 8.
 
-The manual's program uses one value of D for all rates; here the ramp is computed step by step (profile.py), at the
-frequency of the crystal that is fitted.
+The manual's program uses one value of D, the difference between adjacent rates, for all rates; here the
+ramp is computed step by step (profile.py), at the frequency of the crystal that is fitted.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
 
 
 def rate_of(parameter: int) -> float:
-    """Return the logarithm of a rate (plus a constant), in which equal ratios of rates are equal differences."""
+    """Return the logarithm of a rate (plus a constant), so that equal ratios of rates give equal differences."""
     return -log(STEP_TICKS[parameter])
 
 
@@ -48,12 +48,12 @@ QUANTITIES = (
 
 
 def law_of(values: Values) -> profile.Law:
-    """Return the law selected by the chip options that are among the values."""
+    """Return the law selected by the chip options among the values, `ramp_unit` and `ramp_jumps`."""
     return profile.Law(int(values["ramp_unit"]), values["ramp_jumps"] == "True")
 
 
 class Cy525Ramps(Calculator):
-    """The calculator of the CY525."""
+    """The ramp calculator of the CY525."""
 
     quantities = QUANTITIES
     parameter = "rate"
@@ -71,7 +71,7 @@ class Cy525Ramps(Calculator):
         )
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a move of a number of steps with these values."""
+        """Return the commands that a host sends for a move of `steps` steps with the given values."""
         return ["A 0", *(f"{form} {values[form]}" for form in "FRSZ"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
@@ -82,7 +82,7 @@ class Cy525Ramps(Calculator):
         )
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield S and Z for every possible duration of a rate unit; for equal durations, only the smallest Z."""
+        """Yield one pair of S and Z for every possible duration of a rate unit: the pair with the smallest Z."""
         slopes, divisors = (
             range(arg.low, arg.high + 1) if name in search.free else range(fixed := int(search.fixed[name]), fixed + 1)
             for name, arg in (("S", SLOPE), ("Z", DIVISOR))
@@ -105,7 +105,7 @@ class Cy525Ramps(Calculator):
 
 @lru_cache(maxsize=4)
 def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[int, tuple[int, int]]]:
-    """Return all possible durations of a rate unit (clocks, ascending), each with its S and smallest Z."""
+    """Return all possible durations of a rate unit (clocks, ascending), each with the S and Z of smallest Z."""
     units: dict[int, tuple[int, int]] = {}
     for divisor in divisors:
         for slope in slopes:
@@ -114,7 +114,7 @@ def every_unit(slopes: range, divisors: range, law: profile.Law) -> list[tuple[i
 
 
 class Bounds:
-    """Bounds of a ramp, from the clocks per rate unit, so that most ramps need not be calculated.
+    """Bounds of the searched quantity of a ramp, so that most ramps need not be calculated.
 
     No unit is taken before it is due, and the steps before it, at most one per unit, delay it by no more than
     their own durations: with u clocks per unit, unit k is due at k * u and taken no later than
@@ -136,7 +136,7 @@ class Bounds:
         self.more = self.late / intervals[-1] if intervals else 0.0
 
     def of(self, unit: int) -> tuple[float, float]:
-        """Return the smallest and the largest possible value of the searched quantity; `unit` is in clocks."""
+        """Return the least and the greatest possible value of the searched quantity, for `unit` clocks per unit."""
         if self.goal == "steps":
             return self.per_tick * unit - self.fewer - 1, self.per_tick * unit + self.more + 1
         low, high = (ticks * PS_PER_S / self.hz for ticks in (self.units * unit, self.units * unit + self.late))

@@ -1,6 +1,6 @@
 """The CY525's motion, step by step: ramps, ABORT, rates on the fly and read-outs, each input sampled when it is due.
 
-It shares only the two numbers of `Law` with motion.py and profile.py.
+This module shares only the two fields of `Law` with motion.py and profile.py.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .profile import Law
 
 
 def step_of(kind: str, rate: int) -> TwinStep:
-    """Return a step at a rate parameter."""
+    """Return a step of the given kind at a rate parameter."""
     return TwinStep(kind, rate, sheet.STEP_TICKS[rate])
 
 
@@ -39,7 +39,7 @@ class Stepwise(twin.Stepwise):
         await super().move(number, sign, text)
 
     async def play(self) -> None:
-        """Output step after step, beginning now; report an H without effect, or whose motion only RESET can end."""
+        """Output step after step, beginning now; report an H without effect, or a motion that only RESET can end."""
         if self.asked_endless:
             if not self.endless:
                 self.chip.finding("halt-without-effect", "too few steps to slew")
@@ -69,7 +69,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- the plan
     def prepare(self) -> None:
-        """List the steps of the motion without any disturbance by an input."""
+        """Plan the steps that the motion makes if no input disturbs it."""
         number, self.abort_used, self.served = self.number, False, False
         self.ramped_over = self.hold_reported = False
         self.asked_endless = self.registers.continuous
@@ -117,7 +117,7 @@ class Stepwise(twin.Stepwise):
         return self.ticks["readout_stretch"] if step.kind in (UP, DOWN) else 0
 
     def read_out(self, position: int) -> None:
-        """Put the position on the bus, high byte first, for I/O SELECT while stepping.
+        """Put the position on the bus, high byte first, as I/O SELECT requests while the motor is stepping.
 
         The read-out ends long before the step does.
         """
@@ -161,14 +161,14 @@ class Stepwise(twin.Stepwise):
         return aborts or await self.requested(just, coming)
 
     def asked_to_halt(self) -> bool:
-        """Return whether I/O REQUEST is low in a normal motion, which halts it."""
+        """Return whether I/O REQUEST is low in a normal motion, which halts the motion; report a finding if so."""
         if self.continuous or self.request.level == 1:
             return False
         self.chip.finding("fly-rate-outside-continuous", "a normal motion accepts no rate requests")
         return True
 
     async def requested(self, just: TwinStep, coming: TwinStep) -> bool:
-        """Handle I/O REQUEST in a continuous motion; return False if the motion ended at rate 0."""
+        """Handle I/O REQUEST in a continuous motion; return False if ABORT ended the motion at rate 0."""
         changes, self.changes = self.request.changes - self.changes, self.request.changes
         if self.request.level == 1:
             if self.ramped_over or changes > 1:
@@ -202,7 +202,7 @@ class Stepwise(twin.Stepwise):
 
     # ----------------------------------------------------------------------------------------------- rates on the fly
     def taken_rate(self) -> int:
-        """Return the rate on the bus, 127 at most, acknowledged by INSTROBE."""
+        """Return the rate parameter on the bus, 127 at most, and acknowledge it by an INSTROBE pulse."""
         chip, now, over = self.chip, self.chip.tick, self.chip.tick + self.ticks["strobe_width"]
         self.port.instrobe.play(Wave(1, (chip.clock.ps(now), chip.clock.ps(over)), (0, 1)))
         if chip.bus.byte > sheet.RATE_TOP:
@@ -222,7 +222,7 @@ class Stepwise(twin.Stepwise):
         self.axis.log.change(partial(self.motion_made.rates, self.first, rate))
 
     async def rate_request(self) -> bool:
-        """Handle I/O REQUEST low while slewing; return False if the motion ended at rate 0."""
+        """Handle I/O REQUEST low while slewing; return False if ABORT ended the motion at rate 0."""
         rate = self.taken_rate()
         if rate == 0:
             return await self.zero_rate()
@@ -238,7 +238,7 @@ class Stepwise(twin.Stepwise):
         return True
 
     async def zero_rate(self) -> bool:
-        """Slew at 0 steps/s; return True when a rate above the former one arrives, False when ABORT goes low."""
+        """Slew at 0 steps/s; return True when a rate above the previous one arrives, False when ABORT goes low."""
         chip, ps, every = self.chip, self.chip.clock.ps, self.ticks["wait_poll"]
         self.outputs.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + self.ticks["slew_blink"])), (1, 0)))
         self.port.motion_complete.drive(0)

@@ -20,7 +20,7 @@ PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # after these 
 
 
 def modes(source: Source) -> None:
-    """Report mode bits whose effect is not known."""
+    """Report commands that set mode bits of unknown effect."""
     for statement in source.statements:
         mode = mode_of(statement)
         if mode is not None and mode & (MB_6 | MB_3):
@@ -29,7 +29,7 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return the value that a command writes into the mode register; None if it writes none, or one set on switches."""
+    """Return the value that a command writes into the mode register; None if it has none, or uses switches."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 
@@ -66,7 +66,7 @@ def misread(source: Source, statement: Statement, text: bool | None) -> None:
 
 
 def spelled(source: Source, statement: Statement) -> None:
-    """Report a command that has no binary form for a host to send."""
+    """Report a command if it has no binary form that a host could send."""
     try:
         spoken_as(source.sheet, Verbatim).sent_binary(source.sheet, statement.text)
     except UsageError as error:
@@ -94,7 +94,7 @@ def running(sheet: Sheet) -> Check:
 
 
 def meets(source: Source, item: Statement, started: Statement, live: bool) -> None:
-    """Report a command that may arrive while a program started by an earlier command runs."""
+    """Report a host command that the chip ignores or cannot accept while the program begun by `started` runs."""
     begun = f"the program that {started.text} of line {started.line} started may still run"
     if live and item.row.form in REFUSED:
         found = f"{item.text}: {begun}, and would ignore it"

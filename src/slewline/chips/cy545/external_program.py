@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Program:
-    """State of the program in external memory.  Its counter is the memory pointer.
+    """State of the program in external memory.  The memory pointer is its program counter.
 
     `at` is the address of the command in progress; `immediate` is True while a host command is executed between
     two commands of the program.
@@ -31,34 +31,34 @@ class Program:
 
     @property
     def direct(self) -> bool:
-        """True if the command in progress comes from the host, whether or not a program runs."""
+        """True while the command in progress comes from the host, whether or not a program runs."""
         return self.immediate or not self.running
 
     @property
     def counter(self) -> int | None:
-        """The address of the command in progress or, during a host command, of the next one; None without a program."""
+        """The address of the present or, during a host command, the next program command; None if no program runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at
 
     def begin(self) -> None:
-        """Run from the pointer.  There are no loop counts then: they are cleared whenever a program ends."""
+        """Run the program from the pointer; it begins without loop counts, as the end of a program clears them."""
         if not self.running:
             self.reported.clear()
         self.running = True
         self.at = self.registers.pointer
 
     def end(self) -> None:
-        """End the program; the pointer is left after the command that stopped it."""
+        """End the program and clear its loop counts; the pointer stays at the byte after the command that ended it."""
         self.running = False
         self.loops.clear()
 
     def go_to(self, target: int) -> None:
-        """Continue at a byte of the present page, which is the page of the byte after the branch command."""
+        """Continue at byte `target` of the present page, the page that contains the byte after the branch command."""
         self.registers.pointer = self.registers.pointer // sheet.PAGE_BYTES * sheet.PAGE_BYTES + target
 
     def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, unless the present run of the program has one with this code."""
+        """Add a finding, unless one with this code has already been added in the present run of the program."""
         if code not in self.reported:
             self.reported.add(code)
             self.chip.finding(code, text)
@@ -68,7 +68,7 @@ class Program:
 
         Args:
             letter: the letter of the loop command; each letter has one count.
-            count: the argument of the command; 0 counts as `whole`, a full turn of the counter.
+            count: the argument of the command; 0 counts as `whole`, the full range of the counter.
         """
         if letter not in self.loops:
             self.loops[letter] = (self.at, count or whole)

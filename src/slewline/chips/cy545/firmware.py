@@ -1,11 +1,11 @@
-"""The CY545 and the CY545B: the classes that own the objects, start and stop the firmware, and provide the properties.
+"""The CY545 and CY545B: classes that start and stop the firmware, have properties, and own these objects.
 
 registers, user_bits      the memory of the chip, and the lines that programs switch and test
 local_bus                 memory, thumbwheel switches and HP display on the data bus
-port, serial_side, sides  both host interfaces, and the order of their bytes
+port, serial_side, sides  the two host interfaces, and the arbiter that orders their bytes
 display                   the destination of replies and strings
 steps, motion, jog, home  the motion of the motor
-program, instructions, interpreter
+program, instructions, interpreter: the execution of commands
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Cy545(Chip):
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
-        """Switch the supply; at power-up the chip resets itself, unless RESET is driven.
+        """Switch the supply on or off; at power-up the chip resets itself, unless RESET is driven.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -156,7 +156,7 @@ class Cy545(Chip):
 
     # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the host's unfinished input: the start of a line, and a program entry that Q has not ended yet."""
+        """Return findings (code, text) about unfinished input of the host: a line, or a program entry without Q."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
@@ -166,7 +166,7 @@ class Cy545(Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a command line of the serial host is in progress, or the answer to it is being sent."""
+        """True while a command line of the serial host is in progress, or its answer is being sent."""
         return self._sides.answering
 
     @property
@@ -186,7 +186,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the program's command in progress or, during a host command, of its next one; else None."""
+        """The address of the present or, during a host command, the next program command; None if no program runs."""
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:
@@ -201,7 +201,7 @@ class Cy545(Chip):
 
     @property
     def _lacking(self) -> str:
-        """The name of the character that would end the line; in a string, the quotation mark."""
+        """The name of the character that would end the line received so far or, within a string, end the string."""
         return "quotation mark" if self._interpreter.decoder.in_string else super()._lacking
 
 

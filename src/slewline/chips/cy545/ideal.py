@@ -1,4 +1,4 @@
-"""The parameters of a CY545 motion, and the ideal motion: one rate per unit of time, joined by straight lines."""
+"""The parameters of a CY545 motion, and its ideal: one rate per unit of time, joined by straight lines."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def steps_per_s(self, rate: int) -> float:
-        """Return the rate of a rate parameter, in steps/s."""
+        """Return the step rate for a rate parameter, in steps/s."""
         return self.crystal_hz / self.law.periods[rate]
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: the rates for F and R, and the values of S and N."""
+        """Return the parameters to show in a picture: the rates for F and R, and the values of S and N."""
         rates = {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", self.first), ("R", self.rate))}
         return MotionParameters(rates, {"S": self.slope, "N": self.number})
 
     def ideal(self, start: int, position: int, sign: int, endless: bool) -> Ideal:
-        """Return the ideal of the motion.
+        """Return the ideal motion for these parameters.
 
         Args:
             start: the time of the first step, ps.
@@ -47,7 +47,7 @@ class RegistersAtStart(NamedTuple):
 
 
 class Single(NamedTuple):
-    """The rate of jog steps and of HOME: a twentieth of the first rate."""
+    """The rate of jog steps and of HOME: a twentieth of the rate for F."""
 
     crystal_hz: int
     first: int
@@ -55,13 +55,13 @@ class Single(NamedTuple):
 
     @property
     def period(self) -> int:
-        """The clocks of a step."""
+        """The clocks per step."""
         return self.law.periods[self.first] * sheet.JOG_DIVISOR
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a picture: this rate."""
+        """Return the parameters to show in a picture: only this rate."""
         return MotionParameters(self.rates(), {})
 
     def rates(self) -> Mapping[str, float]:
-        """Return the rate, by name."""
+        """Return the rate in steps/s, by its name ("F = 10 / 20")."""
         return {f"F = {self.first} / {sheet.JOG_DIVISOR}": self.crystal_hz / self.period}

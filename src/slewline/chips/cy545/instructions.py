@@ -1,4 +1,4 @@
-"""Effects of commands: one method per row of the sheet, found by its name (do_loop for LOOP)."""
+"""Effects of commands: one method for each command of the sheet, named after it (do_loop for LOOP)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Instructions(instructions.ParameterHandlers):
     """The command handlers.  Handlers of commands with text also receive the characters after the numbers.
 
     Args:
-        begin: a function that restores the state after reset, for I.
+        begin: a function that restores the reset state, for command I.
     """
 
     registers: Registers
@@ -78,7 +78,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
-        """B: set, clear, write, AND or OR user bits, or set or clear a data bus bit; report a bit that is in use."""
+        """B: set, clear, write, AND or OR user bits, or set or clear a data bus bit; report a bit already in use."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding(
@@ -101,7 +101,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # -------------------------------------------------------------------------------------------------------- motions
     def do_go(self) -> Awaitable[None]:
-        """G: return the motion by N steps in the present direction."""
+        """G: return an awaitable that makes the motion of N steps in the present direction."""
         if not self.registers.directed:
             direction, count = ("clockwise", "up") if self.registers.clockwise else ("counter-clockwise", "down")
             after = f"after reset the direction is {direction} (inferred), and the position counts {count}"
@@ -129,7 +129,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # -------------------------------------------------------------------------------------------------------- program
     def do_enter(self) -> None:
-        """E: report a finding if a program runs, in which E has no effect."""
+        """E: report a finding if a program runs, because E has no effect in a program."""
         if self.program.running:
             self.program.finding_once("enter-while-running", "E has no effect in a program")
 
@@ -162,14 +162,14 @@ class Instructions(instructions.ParameterHandlers):
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
-        """L and Z: branch while passes are left; as a host command, start the program at the target, with a finding."""
+        """L and Z: branch while passes are left; report a host command, which starts the program if `count` != 1."""
         if self.program.direct:
             self.branch_as_command(letter, count != 1, target)
         elif self.program.passes_left(letter, count, whole):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch unless the bits match the argument; as a host command, report a finding."""
+        """T: branch unless the bits match the argument; report a host command, whose branch starts the program."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)
@@ -177,10 +177,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def branch_as_command(self, letter: str, away: bool, target: int) -> None:
-        """Report a branch command sent by the host, although it belongs in a program; if `away`, carry it out.
-
-        It then starts the program at its target.
-        """
+        """Report a host's branch command, which belongs in a program; if `away`, start the program at the target."""
         became = f"the program starts at the target of {letter}" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a host command: {became}")
@@ -201,7 +198,7 @@ class Instructions(instructions.ParameterHandlers):
             self.chip.finding("unknown-query", f"{text}; {meant}" if meant else text)
 
     def parameter(self, letter: str) -> int:
-        """Return the value that answers a query, given its letter."""
+        """Return the value that answers the query with the given letter."""
         if letter == "P":
             return self.axis.position
         if letter == "B":

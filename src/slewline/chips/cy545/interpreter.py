@@ -92,9 +92,9 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return the number of bytes, from index `at` on, that are merely stored as part of a command.
+        """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
 
-        Return -1 if no bytes may arrive as one value.
+        Return -1 if bytes may not arrive together, as one value (handshake.py).
         """
         if self.program.entering or self.program.running:
             return -1
@@ -109,7 +109,7 @@ class Interpreter:
         return found
 
     async def first_letter(self) -> int:
-        """Return the first byte of a command while nothing is in progress; until it arrives, JOG is sampled."""
+        """Return the first byte of the host's next command; until it arrives, sample JOG and make any jog steps."""
         chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
@@ -149,7 +149,7 @@ class Interpreter:
             chip.on_command("")
 
     def report_elsewhere(self, command: CommandText) -> None:
-        """Report, once for each value of the mode, that the answer to a query from the serial side goes elsewhere."""
+        """Report, once for each value of the mode, that the answer to a query from RXD is not sent on TXD."""
         mode, device = self.registers.values["mode"], self.instructions.display.device
         asked = command.row.form == "?" and self.arbiter.owner is self.arbiter.serial
         if asked and device in ("parallel", "hp") and mode != self.reported_mode:
@@ -185,7 +185,7 @@ class Interpreter:
             await work
 
     async def enter(self) -> None:
-        """E: write the bytes from the side that has sent E to the memory, until Q."""
+        """E: until Q, write to the memory the bytes that come from the side that has sent E."""
         chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
         self.program.entering = True
@@ -204,7 +204,7 @@ class Interpreter:
 
     # ---------------------------------------------------------------------------------------------------- the program
     async def run_program(self) -> None:
-        """Fetch and execute commands until the program stops, checking for host commands in between (CY545B)."""
+        """Fetch and execute commands until the program stops; on the CY545B, execute host commands between them."""
         program, arbiter = self.program, self.arbiter
         self.skipped = 0  # consecutive bytes FF
         arbiter.executing(not self.live)
@@ -217,7 +217,7 @@ class Interpreter:
         self.chip.on_command("")
 
     async def immediate(self) -> None:
-        """Execute a host command between two program commands; refuse one that would make the program branch."""
+        """Execute a host command between two program commands; ignore a command in `REFUSED`, with a finding."""
         program = self.program
         program.immediate = True
         try:
@@ -264,7 +264,7 @@ class Interpreter:
         return byte
 
     def skip(self) -> None:
-        """Skip a byte FF in place of a command, as in the empty handshake; a memory that is all FF ends the program."""
+        """Skip an FF in place of a command, as in the empty handshake; if all the memory is FF, end the program."""
         program = self.program
         program.finding_once("erased-memory", f"FF at address {program.at} in place of a command is skipped")
         self.skipped += 1

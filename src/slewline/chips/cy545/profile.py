@@ -3,13 +3,14 @@
     rate parameter
       R ..............._______________           one rate of the table every 256 * (256 - S) machine cycles, counted
                      _|               |_         from the first step, sampled as a step begins: 3906 D / (256 - S)
-                   _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the difference of two rates
-      F ..........|                       |
+                   _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the difference between
+      F ..........|                       |      adjacent rates
                   | up  |     slew     | down    a step of the ramp down is as long as its mirror image in the ramp up
 
-Where steps last longer than a unit of time, a step advances by several rates; with `jumps` off it advances by one, the
-law of the CY525.  Slewing has no minimum number of steps.  If the distance is too short for R, the ramp up ends in
-the middle of the move; if the number of steps is odd, the middle step belongs to the ramp up.
+Where steps last longer than a unit of time, a step advances by several rates; with `jumps` off it advances
+by one, the law of the CY525.  Slewing has no minimum number of steps.  If the distance is too short
+for R, the ramp up ends in the middle of the move; if the number of steps is odd, the middle step belongs to
+the ramp up.
 """
 
 from __future__ import annotations
@@ -112,5 +113,5 @@ def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
 
 
 def steady(period: int, number: int = OPEN) -> Plan:
-    """Return the plan of steps with one period, for jog and HOME, which have no ramps."""
+    """Return the plan of `number` steps, all with the same period, for jog and HOME, which have no ramps."""
     return plan(("crawl", ((period, number),)))

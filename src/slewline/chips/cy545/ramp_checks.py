@@ -1,4 +1,4 @@
-"""Lint rules for CY545 motions: whether R is reached and above F, and whether the direction of a G is set.
+"""Lint rules for CY545 motions: whether R is reached, and not below F; whether the direction of a G is set.
 
 The text is followed as the chip would run it, starting with the values after reset; each motion is checked with the
 ramp that the chip would generate for it, at the rates of the sheet, whether inferred or given.
@@ -78,7 +78,7 @@ def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[O
 
 
 def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Iterator[Odd]:
-    """Yield a problem if the motion decelerates before it reaches its rate."""
+    """Yield a problem if the motion must decelerate before it has reached R."""
     ramp = steps(profile.ramp(*made, law))
     if distance <= 2 * ramp:
         top = min(interval for interval, _ in profile.move(distance, *made, law).runs)
@@ -90,7 +90,7 @@ def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Itera
 
 
 def after(statement: Statement, state: State) -> State:
-    """Return the registers after a command."""
+    """Return the registers after a command, given those before it."""
     name = statement.row.name
     if name in SETS:
         register: dict[str, Any] = {SETS[name]: value(statement)}

@@ -14,7 +14,10 @@ from . import profile
 
 
 class Cy545Ramps(Calculator):
-    """The calculator of the CY545 and the CY545B; it uses the sheet's law, but the values select whether ramps jump."""
+    """The ramp calculator of the CY545 and CY545B.
+
+    It uses the sheet's law, but the values select whether a step may take several rates (`ramp_jumps`).
+    """
 
     parameter = "rate"
 
@@ -59,7 +62,7 @@ class Cy545Ramps(Calculator):
         )
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a clockwise move."""
+        """Return the commands that a host sends for a clockwise move of `steps` steps with the given values."""
         return ["+", *(f"{form} {values[form]}" for form in "FRS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
@@ -68,7 +71,7 @@ class Cy545Ramps(Calculator):
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.periods[each]), 0, top)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S, or only the fixed one; there are few, and each is cheap to compute."""
+        """Yield a candidate for every S or, if S is fixed, only one; they are few, and each is cheap to compute."""
         arg = self.arg("S")
         for slope in range(arg.low, arg.high + 1) if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})

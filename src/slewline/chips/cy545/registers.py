@@ -1,4 +1,4 @@
-"""The registers of a CY545 other than its position: parameters, mode, pointer and direction."""
+"""The registers of a CY545 other than its position: parameters, mode, memory pointer and direction."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from . import sheet
 
 @dataclass
 class Registers(registers.Registers):
-    """The registers; RESET and I set all of them to their power-up values (ch.10)."""
+    """The registers of a CY545; RESET and the command I set all of them to their power-up values (ch.10)."""
 
     clockwise: bool = False  # all pins are high after reset, CCW among them
     directed: bool = False  # a command has set the direction since reset
     continuous: bool = False  # True after C, until the next motion
 
     def power_up(self) -> None:
-        """Set every register to its power-up value; for this chip, all these values are known."""
+        """Set every register to its power-up value; on this chip these values are defined, so none counts as unset."""
         super().power_up()
         self.unset.clear()
 
     def clear(self) -> None:
-        """Reset the registers, for RESET and I."""
+        """Set every register to its power-up value, for RESET and the command I."""
         super().clear()
         self.power_up()
 
     def has(self, bit: int) -> bool:
-        """Return whether a bit of the mode register is set; the bit is one of the constants MB_... of the sheet."""
+        """Return whether a mode register bit is set; `bit` is one of the MB_... constants in sheet.py."""
         return bool(self.values["mode"] & bit)
 
     @property
     def ascii(self) -> bool:
-        """True if commands are in ASCII."""
+        """True while commands are in ASCII, not in binary."""
         return self.has(sheet.MB_ASCII)
 
     @property
     def pointer(self) -> int:
-        """The memory pointer; while a program runs, it is the program counter."""
+        """The memory pointer, which is the program counter while a program runs."""
         return self.values["pointer"]
 
     @pointer.setter

@@ -159,13 +159,13 @@ RATES = 256
 def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
     """Return the rates by rate index, 0 to 255, in whole steps/s at 12 MHz.
 
-    The first rates are 25 or 50 steps/s apart.  The others are rounded, but still determine exactly the
-    whole number of machine cycles that a step takes.
+    The first rates are 25 or 50 steps/s apart.  The remaining rates are rounded, but each still determines
+    exactly the whole number of machine cycles that a step takes.
 
     Args:
-        by_25: the number of rates, from 20 steps/s up, that are 25 steps/s above their predecessor.
-        by_50: the number of next higher rates that are 50 steps/s above their predecessor.
-        top: machine cycles of a step at index 255; with each lower index, a step takes one cycle more.
+        by_25: the number of rates after the first (20 steps/s) that are 25 steps/s above their predecessor.
+        by_50: the number of rates after these that are 50 steps/s above their predecessor.
+        top: machine cycles of a step at index 255; each lower index of the remaining rates adds one cycle.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]
     fast = [round(REFERENCE_HZ / ((top + RATES - 1 - k) * CYCLE_TICKS)) for k in range(len(slow), RATES)]
@@ -303,7 +303,7 @@ DIFFERENCES = MappingProxyType(
 
 
 def fitted(sheet: Sheet, options: Mapping[str, Any]) -> Sheet:
-    """Return a sheet with these options as its defaults, and with the rates that they select.
+    """Return a copy of a sheet with the given options as its defaults, and with the rates that they select.
 
     Args:
         options: all options, checked; the rates are `inferred.rates` or the table named by `rate_table`.

@@ -1,7 +1,8 @@
 r"""The CY545's motions and HOME, step by step: the slow and obvious reference for the fast path.
 
-It shares the outputs and the law's numbers with motion.py and home.py, but none of the code that plans, promises
-or samples.  It computes the length of a step at its start, and samples the pins at its end.  It reports no findings.
+The fast path is motion.py and home.py.  The twin shares the outputs and the step periods with it, but
+none of the code that plans, promises or samples: the twin computes the length of a step at the start of
+the step, and samples the pins at the end of the step.  It reports no findings.
 
     one step (a sample reads the levels from before the instant):
 
@@ -41,7 +42,7 @@ class TwinSteps:
         self.moving = False
 
     def killed(self) -> None:
-        """Handle a reset in mid-motion: count the steps begun so far; no more follow."""
+        """Handle a reset in mid-motion: end the motion; the steps begun so far count, and no more steps follow."""
         self.log.end("cut")
         self.moving = False
 
@@ -51,7 +52,7 @@ class TwinSteps:
         self.log.mark(kind, text)
 
     def limit_low(self) -> bool:
-        """Return whether the limit in the direction shown on CCW is low; if it is, mark it as a deviation."""
+        """Return whether the limit in the direction shown on CCW is low; if so, record a deviation from the plan."""
         if self.outputs.sign > 0:
             if self.cw_limit.level == 0:
                 self.mark_deviation("limit", "CW_LIMIT")
@@ -62,7 +63,7 @@ class TwinSteps:
         return False
 
     def start(self, text: str, parameters: Callable[..., object], sign: int) -> None:
-        """Begin a motion, for a command."""
+        """Begin the motion of a command, and set its direction."""
         self.moving = True
         self.chip.waits(f"{text} in motion")
         self.outputs.begin(text, parameters, sign)  # type: ignore[arg-type]
@@ -93,13 +94,13 @@ class TwinSteps:
         self.end(why)
 
     def end(self, why: Why | None) -> None:
-        """End the motion."""
+        """End the motion for a reason; None if it is complete or was stopped by a command."""
         self.log.end(why)
         self.moving = False
 
 
 class Stepwise(TwinSteps):
-    """The motions of G and P."""
+    """The slow twin of the motions of G and P."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
@@ -131,7 +132,7 @@ class Stepwise(TwinSteps):
         self.registers.continuous = False
 
     async def steps(self, at_start: RegistersAtStart) -> Why | None:
-        """Output step after step, until the samples after a step end the motion; return the reason."""
+        """Output steps until the motion is over; return "limit" if a limit has ended it, otherwise None."""
         periods, first = self.law.periods, at_start.first
         start, slow, fast = self.chip.tick, periods[first], periods[max(first, at_start.rate)]
         up: list[int] = []  # the steps of the ramp up, one by one
@@ -166,7 +167,7 @@ class Stepwise(TwinSteps):
 
 
 class Homewise(TwinSteps):
-    """The homing run of H."""
+    """The slow twin of the homing run of H."""
 
     def __init__(
         self,
@@ -204,7 +205,7 @@ class Homewise(TwinSteps):
         await self.rest("done" if found else "limit")
 
     async def until(self, wanted: bool, period: int, matches: Callable[[], bool]) -> bool:
-        """Step until `matches` returns `wanted`, or a limit is reached; return False if it was the limit."""
+        """Make steps until `matches` returns `wanted` (return True), or until a limit is reached (return False)."""
         while True:
             await self.single(period)
             if matches() is wanted:
@@ -213,6 +214,6 @@ class Homewise(TwinSteps):
                 return False
 
     async def single(self, period: int) -> None:
-        """Output a step, and show the position after it."""
+        """Output a step, then show the position if the mode register selects this."""
         await self.step(CRAWL, period)
         await self.shown()

@@ -1,7 +1,7 @@
 """The lint rules common to the family.
 
-A text is followed as a chip would run it, with both outcomes of every branch, and is checked for commands of a sister
-part.
+A program text is followed as a chip would run it, with both outcomes of every branch.  It is also
+checked for commands of a sister part, which is another chip of the family.
 """
 
 from __future__ import annotations
@@ -40,11 +40,13 @@ def walk(
     step: Callable[[Statement, S], S],
     directive: Callable[[Directive], None] = lambda item: None,
 ) -> None:
-    """Process each command of a text, even in a program never started, in every state in which it is reached.
+    """Call `step` for each command of a text, in every state in which the command is reached.
+
+    Commands of a program that is never started are included.
 
     Args:
         states: the possible states at the start; they must be hashable.
-        step: returns the state after a command.
+        step: returns the state after a command, from the command and the state before it.
         directive: is called with every host directive.
     """
     blocks = iter(source.blocks)
@@ -72,12 +74,12 @@ def walk(
 def judged(
     source: Source, state: S, remarks: Callable[[Statement, S], Iterator[Odd]], after: Callable[[Statement, S], S]
 ) -> None:
-    """Report the problems of a text's commands, each problem once.
+    """Report the problems of a text's commands, each problem of a command once.
 
     Args:
         state: the state at the start.
         remarks: yields the problems found in a command in a given state.
-        after: returns the state after a command.
+        after: returns the state after a command, from the command and the state before it.
     """
     reported = set()
 
@@ -95,8 +97,9 @@ def judged(
 def written_for(source: Source) -> None:
     """Report, once, that a text may be written for a sister part, if faulty commands are correct in that part.
 
-    The remedy lists all letters with another meaning there.  If several sister parts match, choose that in
-    which most of these commands are correct; among equals, the one with the fewest such letters.
+    The remedy lists all letters whose meaning differs in the sister part.  If several sister parts qualify,
+    choose the part in which most of the faulty commands are correct; in a tie, the part with the fewest
+    letters whose meaning differs.
     """
     sheet, problems = source.sheet, sorted(source.problems)
     means = exchanged(sheet.part)

@@ -1,4 +1,4 @@
-"""The family's times in crystal clocks, and a finding for a crystal that the part does not allow."""
+"""The family's times in crystal clocks, and a finding for a crystal frequency that the part does not allow."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def clocks(chip: ChipContext) -> dict[str, int]:
 
 
 def check_crystal(chip: ChipContext, where: str) -> None:
-    """Add a finding if the part does not allow the crystal; `where` states the allowed crystals."""
+    """Add a finding if the part does not allow the crystal frequency; `where` names the source of the limits."""
     low, high = chip.sheet.crystal_low_hz, chip.sheet.crystal_high_hz
     if not low <= chip.crystal_hz <= high:
         allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz of {where}"

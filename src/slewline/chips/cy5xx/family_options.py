@@ -1,4 +1,4 @@
-"""Options that the family's sheets have in common: rows of data, generated from rows of data."""
+"""Options common to the family's sheets, generated from the sheets' registers, times and step periods."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def clocks(times: Mapping[str, Timing]) -> tuple[Option, ...]:
 
 
 def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str) -> tuple[Option, ...]:
-    """Return the options that replace rates, ramps and half steps (slope.py).
+    """Return the options that replace the step periods, the start of ramps and the half steps (slope.py).
 
     Args:
         periods: clocks of a step by rate parameter, starting at 0.
@@ -56,6 +56,6 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
 
 
 def _many(*counts: int) -> Callable[[Sequence[int]], str]:
-    """Return a check that reports a list whose number of values is none of `counts`."""
+    """Return a check of a list: it returns an error text if the list's length is none of `counts`, else ""."""
     allowed = " or ".join(str(count) if count else "none" for count in counts)
     return lambda given: "" if len(given) in counts else f"{len(given)} numbers; allowed {allowed}"

@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 
 
 class Cy5xx(Chip):
-    """A stepper motor controller of the family, on a bench.  Each part's class names its own classes and tables."""
+    """A stepper motor controller of the family, on a bench.
+
+    The class of each part (chip type) sets the classes and tables that the part uses.
+    """
 
     _for_users = ("powered",)
     _power_up: PowerUp
@@ -74,11 +77,11 @@ class Cy5xx(Chip):
         raise NotImplementedError
 
     def _twin_class(self) -> type[Stepwise]:
-        """Return the class of the slow twin, which is loaded on demand."""
+        """Return the class of the slow twin, which plays motions step by step and is loaded on demand."""
         raise NotImplementedError
 
     def _moves(self, ticks: Mapping[str, int]) -> Moves:
-        """Create the object that moves the motor: the fast one, or its slow twin."""
+        """Create the object that moves the motor: the fast one or, with the option `stepwise`, its slow twin."""
         moves = self._twin_class() if self.options.stepwise else self._motion_class
         return moves(self, ticks, self.state, self._outputs, self._port, self._law())
 
@@ -88,10 +91,10 @@ class Cy5xx(Chip):
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
-        """Switch the supply.
+        """Switch the supply on or off.
 
-        After power-up the registers have their power-up values, and RESET must be low for 10 ms; if nothing drives
-        RESET, the capacitor of fig. 9.1 keeps it low.
+        After power-up the registers have their power-up values, and RESET must be low for 10 ms; if nothing
+        drives RESET, the capacitor of fig. 9.1 keeps it low.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -100,18 +103,18 @@ class Cy5xx(Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Pulse RESET low, beginning now, for 20 µs (with a 6 MHz crystal)."""
+        """Pulse RESET low for 120 clocks, beginning now (20 µs with a 6 MHz crystal)."""
         self.pin("reset").pulse(0, self.clock.ps(120) + 1)
 
     def _powered_up(self) -> None:
-        """Set the registers to their power-up values, drive every output, and start the clock."""
+        """Set the registers to their power-up values, drive every output, and start the clock output CLK/15."""
         self.state.power_up()
         self.axes[0].load(self.state.defaults["position"])
         self._driven(True)
         self._clock_runs()
 
     def _cleared(self) -> None:
-        """Clear program, motion and command state, and reset flags and pointers; the firmware is already stopped."""
+        """Clear program, motion and partial command, reset flags and pointers; the firmware must have stopped."""
         self._stored.clear()
         self._motion.killed()
         self.on_command("")
@@ -122,7 +125,7 @@ class Cy5xx(Chip):
         self._outputs.clear()
 
     def _driven(self, on: bool) -> None:
-        """Drive every output to 1 (s.13), and PROG/LIVE to its pull level; without supply, release all outputs."""
+        """Drive outputs to 1 (s.13), release PROG/LIVE to its pull level; if `on` is False, release all outputs."""
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
@@ -130,13 +133,13 @@ class Cy5xx(Chip):
         self._port.rest(on)
 
     def _clock_runs(self) -> None:
-        """Start CLK/15, which runs from power-up, regardless of anything else (s.13)."""
+        """Start the output CLK/15, which runs from power-up, regardless of anything else (s.13)."""
         clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
         self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 µs at 11 MHz
 
     # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the host's unfinished input: a line, and a program that has not been ended."""
+        """Return the host's unfinished input, a line or an open program entry, each as a finding's code and text."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
@@ -151,12 +154,12 @@ class Cy5xx(Chip):
 
     @property
     def program(self) -> bytes:
-        """The bytes in use in the program buffer, as stored."""
+        """The bytes stored in the program buffer."""
         return bytes(self._stored.buffer)
 
     @property
     def program_counter(self) -> int | None:
-        """Buffer address of the running instruction (in live commands: of the next one); None if no program runs."""
+        """Buffer address of the running instruction or, during live commands, of the next; None if no program runs."""
         return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:
@@ -177,14 +180,15 @@ class Cy5xx(Chip):
 
     @property
     def unfinished(self) -> str:
-        """The part of a line received so far."""
+        """The part of an unfinished command line that has been received so far."""
         self._port.catch_up()
         return self._interpreter.decoder.unfinished
 
     def _group_bytes(self, group: int, ascii: bool) -> bytes:
         """Return the present bytes of a verify group: position, program, status or parameters.
 
-        The position has the form of the mode in which V was sent; the other groups are binary in both modes (s.6).
+        The position is in ASCII if `ascii` (V was sent in ASCII), otherwise binary; other groups are always
+        binary (s.6).
         """
         position = self.axes[0].position
         if group == 0:

@@ -1,6 +1,7 @@
-"""Effects of commands: one method per row of the sheet, found by its name (do_loop for LOOP), and common helpers.
+"""Effects of commands: one method per command row of the sheet (do_loop for LOOP), and common helpers.
 
-This file contains the commands that work alike throughout the family; a part adds its own commands and replaces some.
+This file contains the commands that work alike throughout the family; a part adds commands and replaces
+some of these.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class ParameterHandlers:
         self.reported: set[str] = set()  # findings that are reported once
 
     def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, once per code."""
+        """Add a finding, at most once for each code."""
         if code not in self.reported:
             self.reported.add(code)
             self.chip.finding(code, text)
@@ -63,13 +64,13 @@ class ParameterHandlers:
         self.outputs.turn(False)
 
     def declare(self, position: int, text: str) -> None:
-        """Set the position register to a value."""
+        """Set the position register to a value, and record the command `text` that does this."""
         self.axis.load(position)
         self.axis.log.mark("command", text)
         self.registers.unset.discard("position")
 
     async def pause(self, letter: str, delay: int) -> None:
-        """Wait for a number of milliseconds."""
+        """Wait for `delay` milliseconds, for the command with this letter."""
         clocks = delay * self.ticks["millisecond"]
         self.chip.waits(f"waiting {readable(self.chip.clock.ps(clocks))} ({letter} {delay})")
         await self.chip.ticks(clocks)
@@ -89,7 +90,12 @@ class ParameterHandlers:
         await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
 
     def check_registers(self, text: str, distance: str) -> None:
-        """Report, once per parameter, motion parameters that the manual does not allow, or that have not been set."""
+        """Report, once each, a motion's parameters that the manual does not allow or that have not been set.
+
+        Args:
+            text: the command of the motion.
+            distance: the register that determines its distance.
+        """
         registers = self.registers
         used = (set(registers.values) - {"number"}) | {distance}
         for name in sorted(used & registers.unset):
@@ -104,12 +110,12 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield each fault sought in a motion's parameters: whether it is present, its finding's code and text."""
+        """Yield, per possible fault of the motion parameters: whether it is present, its finding's code and text."""
         return ()
 
 
 class Instructions(ParameterHandlers):
-    """The handlers of the family."""
+    """The command handlers common to the family."""
 
     request_ends_wait = True  # I/O REQUEST, too, ends U and W
     tested = "dowhile"  # the pin that T tests
@@ -149,7 +155,10 @@ class Instructions(ParameterHandlers):
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
-        """Wait, for U and W, sampling WAIT every 8 µs; a new low on I/O REQUEST may also end the wait (s.3 item 8)."""
+        """Wait, for U or W, until WAIT, sampled every 8 µs, has the level `wanted`.
+
+        A new low on I/O REQUEST may also end the wait (s.3 item 8).
+        """
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
         request, ends = port.request, self.request_ends_wait
         chip.waits(f"waiting for wait={wanted} ({letter})")
@@ -168,7 +177,7 @@ class Instructions(ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------- read-out
     def do_verify(self, group: int) -> None:
-        """V: set the readout to a register group; report a finding if the group is unknown."""
+        """V: select a group for read-out; if the group is unknown, report a finding and keep the old selection."""
         if group not in self.readout.sizes:
             last = max(self.readout.sizes)
             self.chip.finding(
@@ -183,7 +192,7 @@ class Instructions(ParameterHandlers):
 
     # ------------------------------------------------------------------------------------------------------ program
     def do_enter(self) -> None:
-        """E: begin program entry; within a running program, report a finding."""
+        """E: begin program entry; within a running program, report a finding instead."""
         if self.program.pc is not None:
             became = "refused" if self.program.live else "skipped"
             self.chip.finding("enter-while-running", f"E in a running program is {became}")
@@ -211,11 +220,11 @@ class Instructions(ParameterHandlers):
         self.program.end()
 
     def do_jump(self, target: int) -> None:
-        """J: continue at a byte of the program."""
+        """J: continue the program at a byte, or start it there."""
         self.program.begin(self.program.resolved(target))
 
     def do_loop(self, count: int, target: int) -> None:
-        """L: branch to a byte of the program until the count is 0."""
+        """L: branch to a byte of the program, until the loop has made `count` passes (0 means 256)."""
         program, finding = self.program, self.chip.finding
         target = program.resolved(target)
         if not program.running:

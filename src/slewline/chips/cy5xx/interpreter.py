@@ -1,8 +1,8 @@
 """Execution of commands: the host's commands as they arrive, the stored program, and live commands.
 
-The effect of a command shows shortly before READY returns; motions, delays and waits begin when READY would return.
-An instruction of a running program acts at the end of its execution time, so signals change between two
-instructions.
+A command takes effect shortly before READY rises; motions, delays and waits begin when READY would
+otherwise rise.  An instruction of a running program acts at the end of its execution time, so signals
+change between two instructions.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Interpreter:
             )
 
     def lead(self, row: Row) -> int:
-        """Return the clocks by which a command begins early: a motion sets READY and DIRECTION before stepping."""
+        """Return how many clocks early a command begins: a motion sets READY and DIRECTION before its first step."""
         return self.ticks["step_lead"] if row.motion else 0
 
     async def run(self) -> None:
@@ -92,11 +92,11 @@ class Interpreter:
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes from index `at` that are merely stored as part of a command."""
+        """Count the bytes of `data`, from index `at` on, that will merely be stored as part of a command."""
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:
-        """Add to the command the bytes that `kept` has counted."""
+        """Add `data`, which are bytes that `kept` has counted, to the command."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:
@@ -119,14 +119,17 @@ class Interpreter:
         chip.on_command("")
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
-        """Call the handler of a command, and wait for its end."""
+        """Call the handler of the command with an opcode, and wait until the command has ended."""
         work = self.handlers[code](*values)
         if work is not None:
             await work
 
     # --------------------------------------------------------------------------------------------- the stored program
     async def run_program(self) -> None:
-        """Fetch and execute instructions until 0, I or a reset; sample PROG/LIVE between instructions (s.7)."""
+        """Fetch and execute instructions until 0, I or a reset ends the program.
+
+        PROG/LIVE is sampled between instructions (s.7).
+        """
         chip, program = self.chip, self.program
         due = program.run_fell + self.ticks["first_instruction"]
         while program.pc is not None:
@@ -158,7 +161,10 @@ class Interpreter:
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
-        """Execute one instruction after its execution time; the first one of a program acts 60 µs after RUN falls."""
+        """Execute the instruction at an address after its execution time.
+
+        The first one of a program acts at the tick `due` instead, 60 µs after RUN falls.
+        """
         chip, program, buffer = self.chip, self.program, self.program.buffer
         program.began()
         code = buffer[at]
@@ -182,7 +188,7 @@ class Interpreter:
         self.port.open()
 
     async def live_commands(self) -> None:
-        """Execute host commands until PROG/LIVE, which is low now, is high at the end of a command."""
+        """Execute host commands until the program ends, or until PROG/LIVE, now low, is high after a command."""
         program = self.program
         program.live = True
         self.chip.on_command("")

@@ -20,16 +20,17 @@ class Moves(Protocol):
     moving: bool
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Output steps; return when READY may rise."""
+        """Output `number` steps in a direction; return when READY may rise."""
 
     def killed(self) -> None:
-        """Handle a reset: count the steps begun so far; no more follow."""
+        """Handle a reset: end any motion; the steps begun so far count, and no more steps follow."""
 
 
 class Program:
-    """The stored program: its bytes, labels and counter; whether it runs, is being entered, or waits for live commands.
+    """The stored program: bytes, labels, counter; whether it runs, is being entered or awaits live commands.
 
-    `pc` is the address of the next instruction, None while no program runs; `at` is that of the running instruction.
+    `pc` is the address of the next instruction, None while no program runs; `at` is the address of the
+    running instruction.
     """
 
     def __init__(self, chip: ChipContext, port: BusPort, motion: Moves) -> None:
@@ -52,20 +53,20 @@ class Program:
         self.entering = self.live = self.waits = False
 
     def erase(self) -> None:
-        """Empty the buffer."""
+        """Empty the buffer, and discard all labels."""
         self.buffer = bytearray()
         self.labels: dict[str, int] = {}
         self.overflowed = False
 
     # ------------------------------------------------------------------------------------------------- program entry
     def enter(self) -> None:
-        """E: begin to store commands."""
+        """E: erase the program, and begin to store commands."""
         self.erase()
         self.entering = True
         self.prog.activate()
 
     def quit(self) -> None:
-        """Q: end program entry, and execute commands again."""
+        """Q: end program entry, so that commands are executed again."""
         self.entering = False
         self.rest()
 
@@ -86,7 +87,7 @@ class Program:
             self.overflowed = True
 
     def mark(self, letter: str) -> None:
-        """`A$`: make a letter the label of the next instruction of the program."""
+        """`A$`: make a letter (here A) the label of the instruction that will be stored next."""
         if not self.entering:
             self.chip.finding("label-outside-program", f"{letter}$ is ignored outside program entry")
             return
@@ -124,7 +125,7 @@ class Program:
             self.port.request.unwatch(self._requested)
 
     def _requested(self, net: Net) -> None:
-        """Report a request that a running program misses; I/O REQUEST edges are watched while a program runs."""
+        """Report a low I/O REQUEST that is missed because a program runs; called at each of its edges meanwhile."""
         if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
@@ -133,7 +134,10 @@ class Program:
             )
 
     def resolved(self, target: int) -> int:
-        """Return the address of a branch target; replace a label of the program by its address in the buffer (s.3)."""
+        """Return the address of a branch target, which is an address or the code of a label.
+
+        In a running program, a label is also replaced in the buffer by its address (s.3).
+        """
         if target < self.sheet.buffer_bytes or chr(target) not in self.sheet.labels:
             return target
         address = self.labels.get(chr(target))

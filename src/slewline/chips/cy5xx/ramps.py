@@ -1,4 +1,4 @@
-"""The ramp calculator of parts with slopes (slope.py), and of ramps whose rate grows with time (unit_ramps.py)."""
+"""Ramp calculation for parts with slopes (slope.py), and for ramps that grow with time (unit_ramps.py)."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PlannedMove(Move):
 
 
 class SlopeRamp(Ramp):
-    """The ramp from the first rate parameter up to R."""
+    """The ramp from the rate parameter at which ramps start up to R."""
 
     def __init__(self, of: SlopeRamps, values: Values, crystal_hz: int) -> None:
         self.of, self.values, self.crystal_hz, self.clock = of, values, crystal_hz, Clock(crystal_hz)
@@ -59,13 +59,13 @@ class SlopeRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """The ramp's accelerations: each increase of the rate, divided by the duration of the step before it."""
+        """The ramp's accelerations, each a rate increase divided by the duration of the step before the increase."""
         rates = [self.crystal_hz / interval for interval in self.intervals]
         rises = [(b - a) * a for a, b in pairwise(rates)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
-        """Yield the intervals of the ramp, one segment per rate parameter."""
+        """Yield the steps of the ramp, each as one segment with its rate parameter."""
         ticks = 0
         for at, interval in enumerate(self.intervals[:-1]):
             parameter = self.of.law.start + at * self.slope
@@ -74,23 +74,23 @@ class SlopeRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The minimum number of steps that reaches the rate; None if no move does."""
+        """The number of steps in the shortest move that reaches the rate of R; None if no move does."""
         return least(lambda number: self.made(number).reached, 1, self.of.number.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps, and the command that sets the number."""
+        """The minimum and maximum numbers of steps in a move, and a text with the command that sets the number."""
         return self.of.number.low, self.of.number.high, " (N)"
 
     def made(self, distance: int) -> PlannedMove:
-        """Return the move that makes a number of steps."""
+        """Return the move of `distance` steps."""
         return PlannedMove(self, self.of.plan_move(distance, self.rate, self.slope, 1, self.of.law), distance)
 
 
 class SlopeRamps(Calculator):
-    """The calculator of a part with slopes (slope.py), for R and S.
+    """The ramp calculator of a part with slopes (slope.py), for the parameters R and S.
 
-    `plan_move` plans its moves.
+    `plan_move` plans the moves of the part.
     """
 
     parameter = "rate"
@@ -122,25 +122,25 @@ class SlopeRamps(Calculator):
         return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter for a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the parameter nearest to a rate in a text such as "500 steps/s"; None if the text is not a rate."""
         arg, where = self.arg(quantity.name), f"{self.sheet.part}: {quantity.name}"
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.law.period(each)), arg.low, arg.high)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S, because there are few and each is cheap to compute; an empty candidate if S is given."""
+        """Yield a candidate for every S (they are few, and cheap to compute); one empty candidate if S is given."""
         for slope in self.slopes if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
 
 
 class UnitRamp(Ramp):
-    """The ramp from F up to R.
+    """The ramp from rate parameter F up to rate parameter R.
 
     Args:
         part: the part's name, for messages.
         periods: clocks of a step by rate parameter; all periods differ.
         runs: the acceleration ramp.
         number: the range of N.
-        plan: returns the move of a number of steps.
+        plan: returns the plan of a move from its number of steps.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class UnitRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """The ramp's accelerations: each increase of the rate, divided by the duration of the lower rate."""
+        """The ramp's accelerations, each a rate increase divided by the time spent at the rate before the increase."""
         stretches = [*self.table(), RampSegment(self.time_ps, self.steps, 0, self.top)]
         rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
@@ -178,14 +178,14 @@ class UnitRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The number of steps in the shortest move that reaches the rate; None if no move does."""
+        """The number of steps in the shortest move that reaches the rate of R; None if no move does."""
         return least(lambda number: self.made(number).reached, 1, self.number.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum numbers of steps, and the command that sets the number."""
+        """The minimum and maximum numbers of steps in a move, and a text with the command that sets the number."""
         return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
 
     def made(self, distance: int) -> PlannedMove:
-        """Return the move that makes a number of steps."""
+        """Return the move of `distance` steps."""
         return PlannedMove(self, self.plan(distance), distance)

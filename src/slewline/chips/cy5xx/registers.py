@@ -8,7 +8,7 @@ from dataclasses import MISSING, dataclass, field, fields
 
 @dataclass
 class Registers:
-    """Parameters (under the manual's names), flags and pointers; a part adds flags and their clearing events.
+    """Parameters (under the manual's names), flags and pointers; a part adds flags and events that clear them.
 
     `defaults` are the parameters after power-up.  `values` lacks the position, because the axis counts it.
     """
@@ -33,7 +33,7 @@ class Registers:
         self.unset.discard(name)
 
     def clear(self) -> None:
-        """Set all flags and pointers, which are the fields with a default, to their values after RESET and I (s.4)."""
+        """Set all flags and pointers, which are the fields with a default, to this default, for RESET and I (s.4)."""
         for each in fields(self):
             if each.default is not MISSING:
                 setattr(self, each.name, each.default)

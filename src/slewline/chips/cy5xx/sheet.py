@@ -1,10 +1,10 @@
-"""Data of the 40-pin socket that the parts share: pins, commands, and the times printed in a manual of 1984.
+"""Data common to the parts for one 40-pin socket: pins, commands, and times printed in a manual of 1984.
 
-The sheets of the parts begin with this data and state their differences; the two parts whose rate grows by S with each
-step (sloped.py) also share registers and half steps.  Data only.
+The sheets of the parts begin with this data and state their differences; the two parts whose rate grows
+by S with each step (sloped.py) also share registers and half steps.  Data only.
 
-Times are stated at the crystal that the manual names with them; the chip counts crystal clocks, so every time
-scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
+Each time is stated for the crystal that the manual names with it; the chip counts crystal clocks, so
+every time scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Power and RESET.
 
-RESET must be low for 15 µs (at 6 MHz) to be detected; after power-up, for 10 ms, which the capacitor of fig. 9.1
-ensures if nothing drives RESET.  The reset acts through an internal net, so it is the last event at its
-instant.  RESET's row in the sheet states its active level.
+A reset is detected if RESET is low for 15 µs (at 6 MHz), but after power-up only if it is low for 10 ms;
+the capacitor of fig. 9.1 ensures this if nothing drives RESET.  The reset acts through an internal net,
+so that it is the last event at its instant.  RESET's row in the sheet states the pin's active level.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """The duration of RESET after power-up in ps, for any crystal: the minimum, and that with the capacitor."""
+    """The durations of RESET after power-up, in ps, for any crystal: the minimum, and that with the capacitor."""
 
     least_ps: int
     charged_ps: int
@@ -63,10 +63,10 @@ class Supply:
         chip.waits("waiting for power")
 
     def switch(self, on: bool) -> None:
-        """Switch the supply.
+        """Switch the supply on or off.
 
-        After power-up the registers have their power-up values, and RESET must be low for 10 ms; if nothing drives
-        RESET, the capacitor of fig. 9.1 keeps it low.
+        After power-up the registers have their power-up values, and RESET must be low for 10 ms; if nothing
+        drives RESET, the capacitor of fig. 9.1 keeps it low.
         """
         chip = self.chip
         if on == self.powered:
@@ -83,7 +83,7 @@ class Supply:
         self.kernel.settle()
 
     def _power_up_reset(self) -> None:
-        """Start the power-up reset: by the capacitor of fig. 9.1 if RESET is undriven, otherwise by the pin."""
+        """Start the power-up reset, timed by the capacitor of fig. 9.1 if RESET is undriven, otherwise by the pin."""
         on = self.powered_at = self.kernel.now
         if all(driver.at(self.kernel.seen) is None for driver in self.pin.drivers):
             charged = on + self.power_up.charged_ps
@@ -103,7 +103,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """End the reset of the power-up at `on`, if it is still in progress, unless the pin is driven active now."""
+        """End the reset of the power-up at `on` (ps), unless it is already over, or RESET is driven active now."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.is_active:
                 self.reset_valid = True
@@ -132,9 +132,9 @@ class Supply:
             self.chip.finding("reset-short", f"RESET was {self.active} for less than {least}: it was ignored")
 
     def _reset_seen(self, fell: int) -> None:
-        """Stop the firmware once RESET has been active for long enough.
+        """Stop the firmware if RESET has been active without interruption since `fell` (ps).
 
-        This acts through an internal net, so that it is the last event at its instant.
+        The stop acts through an internal net, so that it is the last event at this instant.
         """
         if self.powered and self.pin.is_active and self.reset_fell == fell:
             self.reset_valid = True

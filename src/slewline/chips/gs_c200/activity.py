@@ -34,6 +34,6 @@ class Activity:
             self.busy.put(None)
 
     def works_on(self, text: str) -> None:
-        """Set the text that describes work other than a program instruction; set an empty text when it is over."""
+        """Set the text that describes work other than a program instruction; "" when this work is over."""
         self.text = text
         self.chip.on_command(text)

@@ -1,7 +1,8 @@
-"""Lint rules that apply to the GS-C modules only: whether a ramp reaches its speed, loops, the position counter.
+"""Lint rules for the GS-C modules only: whether a ramp reaches its speed, loops, the position counter.
 
-The text is followed as a module would run it, with registers whose values are known or unknown (None), and both
-outcomes of every branch; each motion is then checked with its registers.  Ramps are computed by profile.py.
+The program text is followed as a module would run it, with both outcomes of every branch, and with
+registers whose values are known or unknown (None).  Each motion is then checked with the registers at
+its start.  Ramps are computed by profile.py.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ COMMANDS = "command descriptions"
 
 
 class KnownRegisters(NamedTuple):
-    """The registers, as far as the text determines them."""
+    """The values of the registers, as far as the program text determines them; None for unknown values."""
 
     start: int | None = None
     top: int | None = None
@@ -39,7 +40,7 @@ class MotionCommand(NamedTuple):
 
     @property
     def steps(self) -> int | None:
-        """The signed number of steps; None if unknown or endless."""
+        """The signed number of steps; None if it is unknown, or if the motion is endless."""
         name, values, position = self.statement.row.name, self.statement.values, self.state.position
         if name == "MOVE":
             return values[0]
@@ -47,7 +48,7 @@ class MotionCommand(NamedTuple):
 
 
 def after(statement: Statement, state: KnownRegisters) -> KnownRegisters:
-    """Return the registers after a command."""
+    """Return the registers after a command, given those before it."""
     row, values = statement.row, statement.values
     if row.form in SPEEDS:
         return state._replace(**{SPEEDS[row.form]: values[0]})
@@ -93,7 +94,7 @@ def motions(source: Source) -> None:
 
 
 def judge(source: Source, motion: MotionCommand) -> None:
-    """Check one motion with one set of registers."""
+    """Check one motion with the registers at its start, as far as they are known."""
     statement, (start, top, length, position) = motion
     if start is not None and top is not None:
         if top <= start:
@@ -106,7 +107,7 @@ def judge(source: Source, motion: MotionCommand) -> None:
 
 
 def reach(source: Source, motion: MotionCommand, start: int, top: int, length: int) -> None:
-    """Report a move that decelerates before it reaches its speed T, or a ramp without any rate between S and T."""
+    """Report a move that is too short to reach its top speed T, or a ramp without any rate between S and T."""
     steps = abs(motion.steps or 0)
     if 0 < steps < 2 * length + 2:
         up = ramp(start, top, length)
@@ -153,7 +154,7 @@ def unset(source: Source) -> None:
 
 
 def loops(source: Source) -> None:
-    """Report nested loops (the module has one loop start and count), single passes, and missing starts or ends."""
+    """Report nested loops (the module has one start and count), one-pass loops, and missing starts or ends."""
     for block in source.blocks:
         inside: Statement | None = None
         marks = 0

@@ -21,7 +21,7 @@ class ProgramEeprom:
 
     Args:
         refresh_idle: is called when a write ends.
-        write_ps: the time to write a full memory.
+        write_ps: the time to write a full memory and the check byte, ps.
         fails: True if programming the EEPROM fails.
     """
 
@@ -71,10 +71,7 @@ class ProgramEeprom:
         self.refresh_idle()
 
     async def _programmed(self, program: bytes) -> str:
-        """Store a program; return the reason for a failure, or "".
-
-        This waits until the store has completed the write.
-        """
+        """Write a program to the store, and wait until it is stored; return the reason for a failure, or ""."""
         try:
             self.store.write(INVALID if self.fails else program)
             while is_pending(self.store):
@@ -84,9 +81,9 @@ class ProgramEeprom:
             return str(error)
 
     def cut(self) -> None:
-        """Abort a write at power-down: bytes already written are new, the others are old.
+        """Abort a write at power-down: the bytes written so far are new, all others are old.
 
-        The check byte matches neither content.
+        If this has changed the content, the content is invalid, because its check byte does not match.
         """
         if self.task is not None:
             self.task.kill()
@@ -107,7 +104,7 @@ class ProgramEeprom:
 
     # ----------------------------------------------------------------------------------------------------------- read
     def recall(self) -> str:
-        """Load the program into the memory and return ""; on failure leave the memory alone and return the reason."""
+        """Load the program into the memory and return ""; on failure, change nothing and return the reason."""
         try:
             data = self.store.read()
         except OSError as error:

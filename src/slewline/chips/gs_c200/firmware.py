@@ -1,7 +1,7 @@
-"""A GS-C module: it owns the objects, starts and ends their work, answers lines, and provides the public properties.
+"""A GS-C module: it owns its parts, starts and ends their work, answers lines and has public properties.
 
-A line is first checked here: whether it was received without faults (E1) and is for this module.  immediate_commands.py
-executes its command.
+A line is first checked here: it must be for this module, and received without faults (otherwise E1).
+Then immediate_commands.py executes its command.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ class GsC(InLines, Chip):
         return times | {name: picoseconds(time) for name, time in given.items()}
 
     def _strapped(self, port: SerialLine) -> Straps:
-        """Return the strap reader; raise UsageError if a GS-C200S is given an early firmware version."""
+        """Return the reader of the straps; raise UsageError if a GS-C200S is given an early firmware version."""
         options = self.options
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
         if early and self.sheet is not GS_C200:
@@ -130,7 +130,7 @@ class GsC(InLines, Chip):
         return Straps(port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
 
     def check_wiring(self) -> None:
-        """Report wiring that violates the sheet, as findings.  This is called before time passes."""
+        """Report wiring that violates the sheet, as findings.  This is called at the start, before time passes."""
         super().check_wiring()
         if self.pins["test"].level != 0:
             self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
@@ -143,7 +143,7 @@ class GsC(InLines, Chip):
 
     # --------------------------------------------------------------------------------------------- power and the start
     def power(self, on: bool) -> None:
-        """Switch the supply; without it, program memory, speeds, counter and outputs are lost, but not the EEPROM.
+        """Switch the supply; without it, program memory, speeds, counter and outputs are lost; the EEPROM is kept.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -160,7 +160,7 @@ class GsC(InLines, Chip):
         raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
 
     def _powered_up(self) -> None:
-        """Start again, with the program memory, registers and counter cleared."""
+        """Start the module, with the program memory, registers and counter cleared."""
         self.up_ps, self.idle = self.kernel.now, False
         self._counter.clear()
         self.start()
@@ -182,7 +182,7 @@ class GsC(InLines, Chip):
         self.waits("waiting for its supply")
 
     async def run(self) -> None:
-        """Run the firmware, beginning at power-up: the RESET pulse, the straps, and the work that needs no host."""
+        """Run the firmware from power-up: the RESET pulse, the straps, then stand-alone operation if REC is low."""
         self.waits("waiting for the end of the RESET pulse")
         self.outputs_reset()
         self._activity.begin(START)
@@ -218,7 +218,7 @@ class GsC(InLines, Chip):
 
     # ----------------------------------------------------------------------------------------------------------- lines
     def busy(self, on: bool) -> None:
-        """Begin or end the work on a line, during which RDY is low."""
+        """Begin (True) or end (False) the work on a line; RDY is low during this work."""
         if on:
             self._activity.begin(LINE)
         else:
@@ -226,7 +226,7 @@ class GsC(InLines, Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a line is in progress or its answer is sent, or an EEPROM write delays the answer to M."""
+        """True while a line is in progress, its answer is being sent, or an EEPROM write delays the answer to M."""
         return self.line.worker is not None or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
@@ -234,7 +234,7 @@ class GsC(InLines, Chip):
         self.idle = not (self.answering or self._activity.kinds)
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Check that a line was received without faults, and execute it; return the answers as sent over the line."""
+        """Check that a line was received without faults, and execute it; return the answers in the form to send."""
         body = self.meant(line)
         if body is None:
             return ()
@@ -247,7 +247,7 @@ class GsC(InLines, Chip):
         return self._framed(answer, line.checked)
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command of a line, without address and checksum; None if the line has none for this module."""
+        """Return the command in a line, without address and checksum; None if there is none for this module."""
         text = line.text
         if not text:
             return None
@@ -256,12 +256,12 @@ class GsC(InLines, Chip):
         return text[bool(self._address) : len(text) - line.checked]
 
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
-        """Return answers in the form sent over the line, with checksums if selected; an empty text yields no answer."""
+        """Return the lines of an answer as bytes to send, with checksums if `checked`; no lines for an empty text."""
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
         return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines]
 
     def _answer_later(self, answer: str) -> None:
-        """Send the late answer to a line."""
+        """Send an answer that an EEPROM write has delayed."""
         self.line.take(self._framed(answer, self._late_checked)[0])
 
     # ------------------------------------------------------------------------------------------------ public properties
@@ -281,7 +281,7 @@ class GsC(InLines, Chip):
         return self._stored.entering
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the host's unfinished input: a line, and a program that was neither ended nor saved."""
+        """Return the host's unfinished input (code, text): a line, and a program that was neither ended nor saved."""
         found = super().left_over()
         if self._entering and not self._stored.kept:
             code, text = self._open_entry()
@@ -295,7 +295,7 @@ class GsC(InLines, Chip):
 
     @property
     def eeprom_fault(self) -> bool:
-        """True while programming the EEPROM fails; `fail_eeprom` and tests set it."""
+        """True while programming the EEPROM fails, as set by an option, by `fail_eeprom` or by a test."""
         return self._eeprom.fails
 
     @eeprom_fault.setter
@@ -318,9 +318,9 @@ class GsC(InLines, Chip):
 
     @from_outside
     def kill(self) -> None:
-        """End program and motion immediately, as command K does, but without a line from the host or an answer.
+        """End the program and the motion immediately, as command K does, but without a host's line or an answer.
 
-        This is an external input, which a journal records.  Registers and program are kept.
+        This is an external input, which a journal records.  The registers and the program are kept.
         """
         self.input("kill")
         if self._interpreter.running:

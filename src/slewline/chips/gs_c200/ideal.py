@@ -1,8 +1,8 @@
 """The parameters of a GS-C module's motion, and the ideal motion.
 
-steps/s                                  the rate at each whole step of a ramp is that of the law;
+steps/s                                  the rate at each whole step of a ramp follows the ramp law;
   T ..............._______________       between two steps, the square of the rate changes linearly
-                 .'               '.     (constant acceleration).  With the law of that name, position
+                 .'               '.     (constant acceleration).  With the law of this name, position
                .'                   '.   over time is a parabola, from S to T in R steps
   S ........ .'                       '.__
              |<-R->|             |<-R->|1|      the last step, the start-stop interval, is made at S
@@ -31,18 +31,18 @@ class RegistersAtStart(NamedTuple):
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """Return the parameters to show in a picture of the motion: the rates for S and T, and R."""
+        """Return the parameters to show in a picture of the motion: the rates of S and T, and the ramp length R."""
         speeds = (("S", self.start_stop), ("T", self.top_speed))
         rates = {f"{letter} = {speed}": float(RATE_UNIT * speed) for letter, speed in speeds if speed}
         return MotionParameters(rates, {"R": self.ramp})
 
     def homing(self) -> MotionParameters:
-        """Return the parameters to show in a picture of a homing run."""
+        """Return the parameters to show in a picture of a homing run: the rate of S."""
         return MotionParameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
 
     @property
     def ramp_up(self) -> list[IdealPiece]:
-        """The ramp, step by step; empty unless S < T."""
+        """The ideal ramp from S up to T, one piece per step; empty unless S < T."""
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
         if high <= low:
             return []
@@ -55,7 +55,9 @@ class RegistersAtStart(NamedTuple):
         Args:
             start: the time of the first step, ps.
             position: the position before the first step.
-            number: steps; None if the motion lasts until an event ends it, or for `limit` steps.
+            sign: 1 clockwise, -1 counter-clockwise.
+            number: the number of steps; None if the motion lasts until an event ends it, or for `limit` steps.
+            limit: the maximum number of steps if `number` is None; OPEN for no maximum.
         """
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
         up = self.ramp_up

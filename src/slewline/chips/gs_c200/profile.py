@@ -52,7 +52,7 @@ def period(speed: int) -> int:
 
 @lru_cache(maxsize=256)
 def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) -> Runs:
-    """Return the ramp: the intervals after steps 0 to length-1; empty unless start < top.
+    """Return the ramp up: the intervals (ps) after steps 0 to length-1; empty unless start < top.
 
     Args:
         start, top: S and T, in units of 10 steps/s.
@@ -93,27 +93,27 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
 
 
 def down(up: Runs, intervals: int) -> Runs:
-    """Return the ramp down after a number of intervals of the ramp up, with the start-stop interval at the end."""
+    """Return the ramp down: the first `intervals` intervals of `up`, reversed, and then a start-stop interval."""
     return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 
 def endless(start: int, top: int, length: int, law: Law = constant_acceleration, limit: int = OPEN) -> Plan:
-    """Return the plan of an endless motion, which stops dead after `limit` steps, at the end of the counter."""
+    """Return the plan of an endless motion, which ends without a ramp after `limit` steps (end of the counter)."""
     up = head(ramp(start, top, length, law), limit)
     rest = limit - len(up) if limit < OPEN else OPEN
     return plan(("up", up), ("slew", ((period(top), rest),)))
 
 
 def steady(interval: int) -> Plan:
-    """Return the plan of endless steps at one rate, for a homing run."""
+    """Return the plan of endless steps at one interval (ps), for a homing run."""
     return plan(("slew", ((interval, OPEN),)))
 
 
 def stopped(of: Plan, step: int) -> Plan:
-    """Return the plan that replaces the rest of a plan, to decelerate from `step`, which is about to begin.
+    """Return the plan that replaces `of` from `step`, the next step, in order to decelerate to a stop.
 
-    It has as many steps as the ramp up has had so far, but no more than the ramp down still has, if that has
-    begun; it is empty if there is no ramp.
+    The new plan has as many steps as the ramp up has had so far, but no more than remain of the ramp down if
+    this has begun; the new plan is empty if there is no ramp, or if `step` is 0.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:

@@ -1,6 +1,6 @@
-"""Cases where the GS-C200 data sheet is silent or contradicts itself: the model's choice, its reason, and its test.
+"""Cases where the GS-C200 data sheet is silent or contradicts itself: the model's choice, reason and test.
 
-Data only.  UND: the sheet leaves it open.  CON: two passages of the sheet disagree.
+Data only.  UND: the sheet leaves the case open.  CON: two passages of the sheet disagree.
 """
 
 from __future__ import annotations

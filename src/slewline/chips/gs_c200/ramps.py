@@ -1,7 +1,7 @@
 """The GS-C modules' parameters for the ramp calculator: S, T, R and the ramp law.
 
-Here, acceleration is the amount that a step adds to half the square of the rate; `constant acceleration` keeps it
-constant.
+Here, acceleration is the amount that a step adds to half the square of the rate; the ramp law `constant
+acceleration` keeps this amount constant.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class GscRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The minimum number of steps that reaches the top speed; None if no number does."""
+        """The number of steps of the shortest move that reaches the top speed; None if no move reaches it."""
         return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
 
     @property
@@ -77,7 +77,7 @@ class GscRamp(Ramp):
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:
-        """Return the move that makes a number of steps."""
+        """Return the move of `distance` steps."""
         return GscMove(self, distance)
 
 
@@ -94,7 +94,7 @@ class GscMove(Move):
 
     @cached_property
     def train(self) -> StepTrain:
-        """The step train, computed on demand: checking whether a rate is reached does not need it."""
+        """The step train of the move, computed on demand, because `reached` does not need it."""
         return StepTrain(CLOCK, 0, self.runs)
 
     @cached_property
@@ -133,7 +133,7 @@ class GscRamps(Calculator):
         return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter for a rate such as "500 steps/s"; None if the text is not a rate."""
+        """Return the value of S or T for a rate such as "500 steps/s"; None if the text is not a rate."""
         rate = steps_per_s(text)
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 

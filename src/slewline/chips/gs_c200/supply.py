@@ -20,7 +20,7 @@ class Supply:
 
     Args:
         volts: the minimum and maximum supply voltages.
-        loads: the maximum total current that may be drawn from pins, mA.
+        loads: the maximum total current (mA) that may be drawn from each group of pins.
     """
 
     def __init__(

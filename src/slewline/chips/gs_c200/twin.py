@@ -79,7 +79,7 @@ class Stepwise:
                 return
 
     async def go(self, sign: int, text: str, limit: int) -> None:
-        """Step from the rising edge of MOV to the end of the last period."""
+        """Make a motion, from the rising edge of MOV to the end of the last step period."""
         counter = self.counter
         self.made = 0
         self.start_stop, self.top, self.ramp = counter.registers.speeds

@@ -9,7 +9,7 @@ FOR_A_COMMAND = "waiting for a command"
 
 
 class Activity:
-    """The work in progress, which determines the `idle` and `waiting` of the chip."""
+    """The work in progress, which determines the chip's properties `idle` and `waiting`."""
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
@@ -39,7 +39,7 @@ class Activity:
         self.refresh()
 
     def worked(self) -> None:
-        """Record that a cycle has been processed, including all values written before it."""
+        """Record that a cycle has been processed, together with all values written before this cycle."""
         self.unprocessed = any(state.update is not None for state in self.registers.states)
         self.refresh()
 
@@ -69,5 +69,5 @@ class Activity:
 
     @property
     def armed(self) -> bool:
-        """True if an axis has a breakpoint whose condition an input may meet at any time."""
+        """True if an axis has a breakpoint, whose condition an input may meet at any time."""
         return any(state.breakpoint for state in self.registers.states)

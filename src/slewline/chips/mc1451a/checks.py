@@ -1,11 +1,11 @@
 """Lint rules that apply to the MC1451A family only: an axis's registers at an update.
 
-A script is followed as the chipset would receive it, packet by packet.  A register that the text has not yet written
-keeps its previous value, which is unknown (None) unless RESET precedes it; no rule then applies to it.  Three things
-have their power-up state until the script changes them: the pulse range is the standard one; the
-acceleration is 0, if the script sets destination and velocity; and an axis is at position 0.  Motion is
-only reported where it is certain: the minimum duration of a move is known, and so is the time for which
-the script waits.
+A script is followed as the chipset would receive it, packet by packet.  A register that the script has
+not yet written has an unknown value (None), to which no rule applies, unless RESET came before.  Three
+things are assumed to have their power-up state until the script changes them: the pulse range is the
+standard one; the acceleration is 0, if the script sets destination and velocity; and an axis is at
+position 0.  Problems of an axis in motion are only reported where the motion is certain: the minimum
+duration of a move is known, and so is the time for which the script waits.
 """
 
 from __future__ import annotations
@@ -56,16 +56,16 @@ class KnownMove:
     used: Mapping[str, int | None]
 
     def changes(self, name: str, pending: Mapping[str, Statement]) -> bool:
-        """Return whether an update would change the move's value for the command `name`."""
+        """Return whether the pending command `name` would change the value with which the move began."""
         return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
 
     def after(self, seconds: float) -> KnownMove | None:
-        """Return the move as it will be after a number of seconds; None if it may then be over."""
+        """Return the move as it will be after a number of seconds; None if the move may be over by then."""
         return replace(self, left_s=self.left_s - seconds) if self.left_s > seconds else None
 
 
 def waited_s(directive: Directive) -> float:
-    """Return the seconds for which a directive makes the host wait; infinite if the host waits for an event."""
+    """Return the time (s) for which a directive makes the host wait; infinite if unknown, as for an event."""
     if directive.verb != "wait":
         return inf
     try:
@@ -117,19 +117,19 @@ class KnownAxis:
     at: int | None = 0  # position, or destination
 
     def value(self, name: str) -> int | None:
-        """Return the value of a parameter; None if unknown."""
+        """Return the value last written by the command `name`, or 0 if there is none since RESET; None if unknown."""
         if name in self.written:
             return self.written[name].values[0]
         return 0 if self.is_reset else None
 
     @property
     def profile(self) -> int:
-        """The number of the profile mode; before it is known, the power-up mode."""
+        """The number of the profile mode; as long as the mode is unknown, that of the power-up mode."""
         return PROFILE_COMMANDS.index(self.mode or "SET_PRFL_TRAP")
 
 
 class KnownChipset:
-    """The state of the chipset during a script."""
+    """The state of the chipset in the course of a script, as far as it is known."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -140,7 +140,7 @@ class KnownChipset:
         self.is_for_servo = False  # True once it was reported
 
     def warn(self, statement: Statement, code: str, found: str, remedy: str = "", note: bool = False) -> None:
-        """Report a problem in a statement."""
+        """Report a problem in a statement, as a warning or, if `note`, as a note."""
         severity: Severity = "note" if note else "warning"
         self.source.report(statement, code, severity, found, section=statement.row.where, remedy=remedy)
 
@@ -170,7 +170,7 @@ class KnownChipset:
             self.set(statement, axis)
 
     def set(self, statement: Statement, axis: KnownAxis) -> None:
-        """Record an axis's parameters, modes and breakpoints."""
+        """Record the parameter, mode or breakpoint that a statement sets on an axis."""
         name = statement.row.name
         self.in_motion(statement, axis)
         if name in COMPARING and axis.value("SET_BRK_PNT") is None:
@@ -186,7 +186,7 @@ class KnownChipset:
         axis.auto_update = name == "SET_AUTO_UPDATE_ON" or (axis.auto_update and name != "SET_AUTO_UPDATE_OFF")
 
     def multi_update(self, statement: Statement) -> None:
-        """Follow an update of the axes whose bits in the mask are set."""
+        """Follow an update of the axes whose bits in the mask are set; report bits of axes that do not exist."""
         mask = statement.values[0]
         for number, axis in enumerate(self.axes):
             if mask >> number & 1:
@@ -198,7 +198,7 @@ class KnownChipset:
 
     # ------------------------------------------------------------------------------------------------------- updates
     def update(self, axis: KnownAxis) -> None:
-        """Apply the buffered values, and check that they fit together."""
+        """Apply the pending values of an axis, and check that they fit together."""
         self.velocities(axis)
         mode, uses = USES.get(axis.mode, ("", ()))
         for name, statement in axis.pending.items():
@@ -210,7 +210,7 @@ class KnownChipset:
         axis.pending.clear()
 
     def in_motion(self, statement: Statement, axis: KnownAxis) -> None:
-        """Report commands that are not allowed while the axis moves."""
+        """Report a command that is not allowed while the axis moves, and record its effect on the motion."""
         name, before = statement.row.name, axis.written.get("SET_START_VEL")
         if name == "SET_ACTL_POS":
             axis.at = statement.values[0]
@@ -227,7 +227,7 @@ class KnownChipset:
             axis.move = axis.at = None
 
     def move(self, axis: KnownAxis) -> None:
-        """Follow the move that an update begins, changes or ends; values refused in motion change nothing."""
+        """Record the move that an update begins, changes or ends; report changes that are refused in motion."""
         pending, move = axis.pending, axis.move
         if pending.keys() & {"STOP", "SMOOTH_STOP", "SYNCH_PRFL"} or axis.mode == "SET_PRFL_GEAR" or not axis.known:
             axis.move = axis.at = None
@@ -263,7 +263,7 @@ class KnownChipset:
         self.begun = self.begun[ends[-1] :]
 
     def direct(self, directive: Directive) -> None:
-        """Follow the host's other actions: bytes sent, time passed, waits for events."""
+        """Follow a directive to the host: bytes sent, time passed, or a wait for an event."""
         if directive.verb == "bytes":
             self.sent(directive)
         seconds = waited_s(directive)
@@ -272,7 +272,7 @@ class KnownChipset:
                 axis.move = axis.move.after(seconds)
 
     def velocities(self, axis: KnownAxis) -> None:
-        """Check the maximum and start velocities."""
+        """Check the maximum velocity against the pulse range, and the start velocity against the maximum velocity."""
         velocity, start = axis.value("SET_VEL"), axis.value("SET_START_VEL")
         if not velocity or axis.mode == "SET_PRFL_GEAR":
             return
@@ -288,7 +288,7 @@ class KnownChipset:
             self.warn(axis.written["SET_START_VEL"], "no-ramp", f"{found}, without ramps")
 
     def starts(self, axis: KnownAxis) -> None:
-        """Report an update that cannot start the axis."""
+        """Report an update that cannot start the axis, because commands are missing before it."""
         mode = axis.profile
         absent = missing(mode, axis.value, axis.written, bool(axis.value("SET_START_VEL")))
         wanted = axis.value("SET_POS") if mode in (TRAPEZOIDAL, S_CURVE) else axis.pending
@@ -322,7 +322,7 @@ class KnownChipset:
 
 
 def script(source: Source) -> None:
-    """Check every packet and host directive in turn."""
+    """Check every packet and host directive of a script in turn."""
     chipset, returned = KnownChipset(source), False
     for item in source.items:
         if isinstance(item, Statement):

@@ -26,9 +26,9 @@ class CycleClock:
         return self.clock.ps(self.origin + n * self.cycle_ticks)
 
     def cycle_at(self, ps: int) -> int:
-        """Return the last cycle that has begun by an instant (ps); negative before cycle 0."""
+        """Return the number of the last cycle that has begun by an instant (ps); negative before cycle 0."""
         return self.cycle_at_tick(self.clock.ticks_until(ps))
 
     def cycle_at_tick(self, tick: int) -> int:
-        """Return the last cycle that has begun by a tick; negative before cycle 0."""
+        """Return the number of the last cycle that has begun by a tick; negative before cycle 0."""
         return (tick - self.origin) // self.cycle_ticks

@@ -1,4 +1,4 @@
-"""The chipset: it owns the objects and provides the public properties.
+"""The chipset: it owns the objects listed below, and provides the public properties.
 
 The six parts differ in the number of axes, and in whether they have encoder inputs.
 
@@ -12,7 +12,8 @@ Each object knows only those above it in this picture:
               Port                    strobes become packets
       Chipset                         creates them
 
-An object calls those below it only through functions passed to it; for example, the supply acts on the others this way.
+An object calls those below it only through functions passed to it; for example, the supply restarts them
+this way.
 """
 
 from __future__ import annotations
@@ -78,7 +79,9 @@ class Chipset(Chip):
 
     # ------------------------------------------------------------------------------------------------- supply and reset
     def power(self, on: bool) -> None:
-        """Switch the supply.  If RESET is low at power-up, its rise starts the chip; if high, the chip starts itself.
+        """Switch the supply on or off.
+
+        If RESET is low at power-up, its rise starts the chip; if RESET is high, the chip starts by itself.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -91,7 +94,7 @@ class Chipset(Chip):
         self._supply.pulse()
 
     def _cleared(self) -> None:
-        """Begin a reset: clear packet and motion; set registers and outputs as the manual lists them."""
+        """Begin a reset: discard the packet, end all motions, set registers and outputs as listed in the manual."""
         self._motion.stop()
         for axis in self.axes:
             axis.log.end("cut")
@@ -110,12 +113,12 @@ class Chipset(Chip):
         self._motion.start()
 
     def _open(self) -> None:
-        """Allow the first command."""
+        """Allow the first command after a reset."""
         self._motion.catch_up()
         self._port.open()
 
     def _clock_runs(self) -> None:
-        """Start CLKOUT, which runs as long as there is a supply, regardless of anything else."""
+        """Start CLKOUT, which runs as long as the supply is on, regardless of anything else."""
         period = StepTrain(self.clock, self.clock.ticks_from(self.kernel.now) + 1, ((sheet.CLKOUT_TICKS, OPEN),))
         self.drivers["clkout"].play(PulseView(Playing(period), sheet.CLKOUT_TICKS // 2))
 
@@ -134,11 +137,11 @@ class Chipset(Chip):
 
     @property
     def registers(self) -> dict[str, int]:
-        """The registers of axis 1, under the names of the commands that write and read them."""
+        """The registers of axis 1, named after the commands that write and read them, as in "pos" for SET_POS."""
         return self.registers_of(1)
 
     def registers_of(self, number: int) -> dict[str, int]:
-        """Return an axis's registers (axes count from 1), under the names of the commands that write and read them."""
+        """Return the registers of an axis (counted from 1), with the same names as in `registers`."""
         self._motion.catch_up()
         return self._known(self.state.by_name(number, self._motion.cycle), number if len(self.axes) > 1 else 0)
 
@@ -153,11 +156,11 @@ class Chipset(Chip):
 
     @property
     def armed(self) -> bool:
-        """True if an axis has a breakpoint whose condition an input may meet at any time."""
+        """True if a breakpoint of any axis is set, whose condition an input may meet at any time."""
         return self._activity.armed
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return the values that still wait for an update, as findings: code and text."""
+        """Return the values that still wait for an update, as one finding (code, text) per axis concerned."""
         found = []
         for state in self.state.states:
             if pending := forgotten(pending_of(state.buffer), bool(state.breakpoint), state.auto_update):
@@ -167,7 +170,7 @@ class Chipset(Chip):
 
     @property
     def answering(self) -> bool:
-        """True while a byte or a word from the host is in progress."""
+        """True while the host port is not ready, for example while it processes a byte or a word from the host."""
         return not self._port.ready
 
 

@@ -1,12 +1,13 @@
-r"""The host port, which assembles a host's strobes into packets; HostRdy paces them.
+r"""The host port, which assembles a host's strobes into packets; HostRdy paces the strobes.
 
     HostCmd    ____/‾‾‾‾\______________________________________________      a command byte, then words
     HostWrite  ‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
     HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 µs
 
-A byte or a word takes effect at the end of the slice: a command without data acts then, a command with data when its
-last word has arrived; the words to be read are frozen at that point.  A command byte begins a new packet, even if the
+A byte or a word takes effect at the end of its slice.  A command without data is executed at the end of
+the command byte's slice, a command with data at the end of its last word's; the words that the host will
+read are computed then, and do not change afterwards.  A command byte begins a new packet, even if the
 old one is incomplete.
 """
 
@@ -133,7 +134,7 @@ class Port:
                 self.read_on()
 
     def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
-        """Output a byte on the bus, or release the bus, after a delay."""
+        """Output a byte on the bus after a delay; if `level` is None, release the bus after the delay."""
         now, driver = self.kernel.now, self.bus_driver
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
@@ -155,12 +156,15 @@ class Port:
 
     # ------------------------------------------------------------- operations as values (parts/base/operation.py)
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port expects an operation of `number` bytes whose first strobe is at an instant (ps)."""
+        """Return whether the port is ready for an operation, with its first strobe at an instant (ps).
+
+        The operation transfers `number` bytes; it is a read operation if `reading`.
+        """
         awaited = self.ready and (number == 1 or not (self.bytes or self.half)) and not (reading and self.wanted)
         return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
 
     def shows(self, number: int) -> bytes:
-        """Return the next bytes that the host will read, up to `number`, within one word."""
+        """Return the next bytes for the host to read: at most `number`, and only those left of the present word."""
         word = (self.answer[0] if self.answer else 0).to_bytes(2, "big")
         return word[self.half :][:number]
 
@@ -187,12 +191,12 @@ class Port:
         self.strobed_at = None  # HostSlct rises in time
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
-        """Follow the pins from now on, beginning in the middle of an operation.
+        """Take over an operation in progress: from now on, follow the pins edge by edge.
 
         Args:
             falls, rises: the edges of the operation's strobes so far (ps).
             data: the bytes written; None for a read operation.
-            over: True if the operation has been processed.
+            over: True if the operation has already been processed.
         """
         if over:
             self.strobed_at = None if self.ready else self.rose_at
@@ -220,7 +224,7 @@ class Port:
         self._busy(lambda: self._begin_packet(byte))
 
     def data(self, byte: int) -> None:
-        """Process a byte of a word from the host, high byte first."""
+        """Process a byte of a word from the host; the high byte comes first."""
         if not self.ready:
             self._early(f"data {byte:02x} written")
             return
@@ -231,7 +235,7 @@ class Port:
             self._busy(lambda: self._take(word))
 
     def read(self) -> int:
-        """Return the byte that the host reads, high byte of a word first."""
+        """Return the byte that the host reads; the high byte of a word comes first."""
         if not self.ready:
             self._early("data read")
             return self.shown
@@ -257,7 +261,7 @@ class Port:
         self.chip.finding("busy-access", f"{what} while HostRdy is low: it has no effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
-        """Lower HostRdy, and call a function when it rises."""
+        """Lower HostRdy for a slice, then call a function and raise HostRdy, unless a reset has come between."""
         starts = self.supply.starts
         self.ready = False
         self.ready_driver.put(self.ready_driver.inactive_level)
@@ -272,7 +276,7 @@ class Port:
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def _serve(self, then: Callable[[], None]) -> None:
-        """Call a function, and raise HostRdy; after command RESET, the supply raises HostRdy, ten cycles later."""
+        """Call a function, and raise HostRdy; after RESET as a command, the supply raises it ten cycles later."""
         self.motion.catch_up()
         self.ready = True
         then()
@@ -332,7 +336,7 @@ class Port:
             self._answer([0] * (sibling.reads if sibling is not None else 0))
 
     def _take(self, word: int) -> None:
-        """Process a word from the host."""
+        """Process a word from the host; if it completes the packet, execute the command."""
         if not self.wanted:
             if not self.silent:
                 self.chip.finding(
@@ -368,5 +372,5 @@ class Port:
         self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
 
     def _answer(self, words: list[int]) -> None:
-        """Prepare the words to be read, and the checksum after them."""
+        """Prepare the words that the host will read, followed by the checksum."""
         self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

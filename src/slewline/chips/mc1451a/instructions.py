@@ -1,8 +1,9 @@
 """The commands of the chipset that do more than set, load or show a register, in the order of the manual.
 
-The effects of the other commands are in their rows.  A handler is named after its row.  Its argument is the number
-written by the host (words combined, unsigned) if its row has one, and it returns the number to be read if its row has
-one.  `self.state` is the current axis.
+The effects of all other commands are stated in their rows of the command table (sheet.py).  A handler is
+named after its command's row.  Its argument is the number written by the host (words combined,
+unsigned), if the row has one; it returns the number that the host will read, if the row has one.
+`self.state` is the current axis.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Moves(Protocol):
         """Output no more pulses after this instant, because of a reset or the loss of supply."""
 
     def catch_up(self) -> None:
-        """Update the registers to this instant, including a cycle that begins with it."""
+        """Update the registers to this instant; a cycle that begins at this instant is included."""
 
     def attend(self) -> None:
         """Make the next cycle read the registers, because a command has written to them."""
@@ -73,7 +74,7 @@ class Instructions:
         self.writes = {row.code for row in rows if not row.reads and row.name != "RESET"}  # registers read by a cycle
 
     def perform(self, row: Row, value: int) -> int | None:
-        """Execute a complete packet with the registers of the present cycle; return the number to be read."""
+        """Execute the command of a complete packet; return the number that the host will read, or None."""
         handler = self.handlers[row.code]
         found = handler(value) if row.args else handler()
         if row.code in self.writes:
@@ -109,9 +110,9 @@ class Instructions:
         return act
 
     def kept(self, what: Arg, value: int, bits: int) -> int:
-        """Return the value that a register stores, and report a range error.
+        """Return `value` as a register stores it, and report a finding if the value is out of range.
 
-        `bits` is the width of the register; a negative one means that the register is signed.
+        `bits` is the width of the register, negative for a signed register.
         """
         kept = signed(value, -bits) if bits < 0 else value & (1 << bits) - 1
         written = what.unpack(what.pack(value, "big"), "big")
@@ -136,7 +137,7 @@ class Instructions:
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:
-        """SET_START_VEL: load the start velocity; report a finding if it changes during a motion that has one."""
+        """SET_START_VEL: load the start velocity; report a finding if it changes in motion, in a mode that uses it."""
         state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
         if state.in_motion and number != state.start_velocity and state.mode in STARTING:
             self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")
@@ -148,7 +149,7 @@ class Instructions:
         self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
-        """MULTI_UPDATE: apply the buffered values of all axes whose bits in a mask are set, simultaneously."""
+        """MULTI_UPDATE: apply the buffered values of all axes whose bits in `mask` are set, simultaneously."""
         kept = self.kept(sheet.AXES, mask, 4)
         for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
@@ -160,7 +161,7 @@ class Instructions:
         return self.registers.states[(self.interrupt.axis or self.registers.current) - 1].status
 
     def do_rst_intrpt(self, mask: int) -> None:
-        """RST_INTRPT: clear the events of the interrupting axis whose mask bits are 0, and end the interrupt."""
+        """RST_INTRPT: clear those events of the interrupting axis whose bits in `mask` are 0; end the interrupt."""
         if self.interrupt.axis:
             state = self.registers.states[self.interrupt.axis - 1]
             state.reported |= state.motion_error and not mask & MOTION_ERROR
@@ -173,7 +174,7 @@ class Instructions:
         self.state.clear(0)
 
     def do_rst_status(self, mask: int) -> None:
-        """RST_STATUS: clear the events of the current axis whose bits in the mask are 0."""
+        """RST_STATUS: clear those events of the current axis whose bits in `mask` are 0."""
         self.state.clear(mask)
 
     # ------------------------------------------------------------------------------------------------ pulse generation
@@ -189,17 +190,17 @@ class Instructions:
 
     # ---------------------------------------------------------------------------------------------------- miscellaneous
     def do_set_actl_pos(self, value: int) -> None:
-        """SET_ACTL_POS: set the actual position, in counts, -2^31 to 2^31 - 1."""
+        """SET_ACTL_POS: set the actual position and the target, in counts, -2^30 to 2^30 - 1."""
         position = self.kept(sheet.POSITION, value, -31)
         mark_deviation(self.chip, self.state, "command", f"SET_ACTL_POS {position}")
         self.motion.declare(self.state, position)
 
     def do_get_lmt_swtch(self) -> int:
-        """GET_LMT_SWTCH: return the levels of the limit switches, one bit each."""
+        """GET_LMT_SWTCH: return the levels of all axes' limit switches, one bit each."""
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.limits))
 
     def do_get_home(self) -> int:
-        """GET_HOME: return the levels of the home inputs, one bit each."""
+        """GET_HOME: return the levels of all axes' home inputs, one bit each."""
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.homes))
 
     def do_reset(self) -> None:

@@ -14,7 +14,7 @@ class HostInterrupt:
         self.axis = 0
 
     def look(self) -> None:
-        """If no interrupt is pending, start one for the lowest axis with an event enabled by its mask."""
+        """If no interrupt is pending, start one for the lowest-numbered axis with an event that its mask enables."""
         if not self.axis:
             for state in self.registers.states:
                 if state.interrupts:

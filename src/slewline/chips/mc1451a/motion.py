@@ -3,11 +3,12 @@
     commands, limits, HOME, encoders                 a cycle that must be processed is an instant of the kernel;
           |  attend: the next cycle is due           a query in between is answered from the present run (catch_up)
           v
-    axis 1   due ------------>|                      due: the next cycle in which an axis decides without an event
-    axis 2   due ---->|
+    axis 1   due ------------>|                      due: the next cycle in which an axis has a decision to make,
+    axis 2   due ---->|                                   if nothing happens before
 
-At the instant at which a cycle begins, inputs have the levels from just before it, a command that ends there is
-processed after it, and the last edge of the preceding pulses still belongs to those pulses.
+A cycle sees its inputs with their levels from just before the instant at which it begins.  A command
+that ends at that instant is processed after the cycle, and a pulse edge at that instant still belongs to
+the preceding pulses.
 """
 
 from __future__ import annotations
@@ -89,15 +90,15 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """Make the next cycle due after this round, because a filtered input may be about to change."""
+        """Make the next cycle due, but only in the next round, because a filtered input may be about to change."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 
     def _schedule(self) -> None:
-        """Request a call for the next cycle that is due, or for an earlier one.
+        """Ensure that the kernel calls this object in the next due cycle; an earlier call may come first.
 
-        A needless call is cheap.  Cancelling one would leave an entry in the kernel for each host write during a
-        motion that may last for hours.
+        A call that is no longer needed is cheap.  Cancelling it would leave an entry in the kernel for each host
+        write during a motion, which may last for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
         tick = self.cycle_clock.tick(due)
@@ -123,7 +124,7 @@ class Motion:
         self.activity.worked()
 
     def _limit(self, switches: LimitSwitches, limit: int, net: Net) -> None:
-        """Record the new level of a limit input, which the cycle that begins now has not sampled."""
+        """Record the new level of a limit input; a cycle that begins at this instant has sampled the old level."""
         if self.running:
             self.catch_up()
             switches.levels[limit] = net.value or 0

@@ -43,11 +43,12 @@ STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or th
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:
-    """Return the commands missing before an update that is to start an axis; none if it is to remain at rest.
+    """Return the commands missing before an update that is to start an axis; [] if the axis is to stay at rest.
 
     Args:
         mode: the profile mode.
-        value: returns the value that a command has set, as of an update; None if unknown, which counts as 0.
+        value: a function that returns the value set by a command, as the update will use it; None if
+            unknown, which counts as 0.
         written: the commands sent so far; a velocity of 0 that was sent explicitly is intended.
         starts: True if there is a start velocity, with which trapezoidal mode needs no acceleration.
     """
@@ -67,7 +68,7 @@ def missing_of(mode: int, state: AxisState) -> list[str]:
 
 
 def forgotten(pending: Iterable[str], armed: bool, auto_update: bool) -> list[str]:
-    """Return the pending commands, or [] if a breakpoint is due to update them."""
+    """Return the pending commands, or [] if a breakpoint is armed that will apply them by auto update."""
     return [] if armed and auto_update else list(pending)
 
 
@@ -85,7 +86,7 @@ REMEDY = "motion commands are the same in both; omit commands for gains and outp
 
 
 def servo(sheet: Sheet, code: int) -> str:
-    """Return a remark on a code that is typical of a program for a servo chip; "" for any other code."""
+    """Return a remark on a command code if it belongs to the servo chip but not to this part; "" for any other."""
     sibling = SIBLINGS.get(code)
     if sibling is None or sibling.of != SERVO:
         return ""
@@ -95,7 +96,10 @@ def servo(sheet: Sheet, code: int) -> str:
 
 
 def codes(sheet: Sheet, data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the code of each packet in a host's bytes, and the end of the packet, which may be beyond these bytes."""
+    """Yield the command code of each packet in a host's bytes, and the index at which the packet ends.
+
+    The end of the last packet may be beyond these bytes.
+    """
     at = 0
     while at < len(data):
         row, sibling = sheet.commands.by_code.get(data[at]), SIBLINGS.get(data[at])

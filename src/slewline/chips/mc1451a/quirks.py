@@ -1,6 +1,6 @@
 """Cases where the MC1451A manual is silent or contradicts itself: the model's choice, its reason, and its test.
 
-Data only.  UND: the manual leaves it open.  CON: two passages of the manual disagree.
+Data only.  UND: the manual leaves the case open.  CON: two passages of the manual disagree.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The MC1451A family's profiles for the ramp calculator: trapezoids and S-curves, in the units of their commands.
 
-Both are computed in cycles.  The ramp of a trapezoid ends before the first cycle at its maximum
-velocity, that of an S-curve at the end of its phase 3.
+Both profiles are computed in cycles of the chipset.  The ramp of a trapezoid ends before the first cycle
+at its maximum velocity, the ramp of an S-curve at the end of its phase 3.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
 class Units:
-    """The conversion of cycles and registers to seconds and steps."""
+    """The conversion of cycles and register values to units of seconds and steps."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int) -> None:
         self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
@@ -57,7 +57,7 @@ class Units:
         return self.clock.ps(cycles * CYCLE)
 
     def rate(self, arg: Arg, value: int) -> float:
-        """Return a register value in steps/s, steps/s^2 or steps/s^3."""
+        """Return a register value converted to steps/s, steps/s^2 or steps/s^3, whichever `arg` implies."""
         return float(rates.per_second(arg, value, self.per_s))
 
 
@@ -73,7 +73,7 @@ class ChipsetRamp(Ramp):
     @property
     @abstractmethod
     def law(self) -> Law:
-        """The law of the displacement in each cycle."""
+        """The law that gives the displacement in each cycle."""
 
     def table(self) -> Iterator[RampSegment]:
         """Yield a segment for each cycle of the ramp, with its rate in steps/s."""
@@ -84,12 +84,12 @@ class ChipsetRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The minimum distance, in steps, at which the velocity is reached; None if no distance suffices."""
+        """The minimum distance, in steps, of a move that reaches the maximum velocity; None if no move does."""
         return least(lambda distance: self.made(distance).reached, 1, POSITION.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The minimum and maximum distances, in steps, and the command that sets the distance."""
+        """The minimum and maximum distances of a move, in steps, and the command that sets the distance."""
         return 1, POSITION.high, " (SET_POS)"
 
     @abstractmethod
@@ -98,7 +98,7 @@ class ChipsetRamp(Ramp):
 
 
 class ChipsetMove(Move):
-    """A whole move: a sequence of laws, each with the number of cycles that follow it."""
+    """A whole move: a sequence of laws, each with its number of cycles."""
 
     def __init__(
         self, ramp: ChipsetRamp, distance: int, parts: Sequence[tuple[Law, int]], top: int, legs: Mapping[str, int]
@@ -119,7 +119,7 @@ class ChipsetMove(Move):
 
 # ------------------------------------------------------------------------------------------------------------ profiles
 class Trapezoid(ChipsetRamp):
-    """The linear acceleration ramp.
+    """The linear acceleration ramp of a trapezoid.
 
     Its first cycle has the velocity `start`, or the velocity gained in one cycle if that is higher.
     """
@@ -135,17 +135,20 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def law(self) -> Law:
-        """The law of the acceleration ramp."""
+        """The law that gives the displacement in each cycle of the ramp."""
         return self.linear
 
     @property
     def acceleration(self) -> float:
-        """The acceleration in every cycle, steps/s^2, at most that which reaches the maximum velocity in one cycle."""
+        """The acceleration, the same in every cycle, in steps/s^2.
+
+        It is limited to the value that reaches the maximum velocity in one cycle.
+        """
         return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
 
     @property
     def accelerations(self) -> Accelerations:
-        """The first, mean and maximum accelerations."""
+        """The first, mean and maximum accelerations, which are equal, in steps/s^2."""
         return Accelerations(*(self.acceleration,) * 3)
 
     def made(self, distance: int) -> ChipsetMove:
@@ -167,7 +170,7 @@ class Trapezoid(ChipsetRamp):
 
 
 class SCurvePhases(ChipsetRamp):
-    """Phases 1 to 3 of an S-curve long enough to reach its maximum velocity; they may end within a cycle."""
+    """Phases 1 to 3 of an S-curve that reaches its maximum velocity; each of them may end within a cycle."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -181,12 +184,12 @@ class SCurvePhases(ChipsetRamp):
 
     @cached_property
     def law(self) -> Law:
-        """The law of the cycles; the last cycle may contain a part of phase 4."""
+        """The law of the S-curve; the last cycle of the ramp may contain a part of phase 4."""
         return SCurve(self.phases.pieces())
 
     @property
     def accelerations(self) -> Accelerations:
-        """The first, mean and maximum accelerations."""
+        """The acceleration in the first cycle, the mean and the maximum acceleration, in steps/s^2."""
         speeds = [0, *(self.law.velocity(cycle) for cycle in range(self.cycles + 1))]
         rises = [after - before for before, after in pairwise(speeds)]
         first, greatest = (self.units.rate(ACCELERATION, rise) for rise in (rises[0], max(rises)))
@@ -201,9 +204,9 @@ class SCurvePhases(ChipsetRamp):
 
 
 def risen(phases: profile.Phases) -> int:
-    """Return the distance of phases 1 to 3, covered at half the peak velocity on average.
+    """Return the distance covered in phases 1 to 3, in which the mean velocity is half the peak velocity.
 
-    The distance is in 1/65536 step, with 17 + 3 * PLACES PLACES binary places.
+    The distance is in 1/65536 step, with 17 + 3 * PLACES binary places.
     """
     return phases.peak * (2 * phases.jerked + phases.steady)
 
@@ -213,7 +216,7 @@ PROFILES: dict[str, type[Trapezoid | SCurvePhases]] = {"trapezoid": Trapezoid, "
 
 # ---------------------------------------------------------------------------------------------------------- calculator
 class ChipsetRamps(Calculator):
-    """The calculator of a part of the family."""
+    """The ramp calculator of one part of the MC1451A family."""
 
     parameter = "velocity"
 
@@ -235,11 +238,11 @@ class ChipsetRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
-        """Return the ramp for a set of values; `crystal_hz` is the crystal frequency."""
+        """Return the acceleration ramp for a set of parameter values; `crystal_hz` is the crystal frequency."""
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands that a host sends for a move of `steps` steps with the given values."""
+        """Return the commands that a host sends for a move of `steps` steps with the given parameter values."""
         modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
             values["output"] == "high"
         )
@@ -253,7 +256,7 @@ class ChipsetRamps(Calculator):
     def candidates(self, search: Search) -> Iterable[Candidate]:
         """Return the values of the free parameter whose ramps are nearest to the wanted result.
 
-        Of several values with the same ramp, only the gentlest is included.
+        Of several values whose ramps have the same result, only the smallest is included.
         """
         if len(search.free) > 1:
             names = " and ".join(search.free)
@@ -277,7 +280,7 @@ class ChipsetRamps(Calculator):
 
 
 def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
-    """Yield acceleration values whose ramp is near a target number of steps.
+    """Yield acceleration values whose ramps have about the wanted number of steps.
 
     While the ramp has the same number of cycles, a higher acceleration takes more steps; with one cycle
     fewer, the next tooth begins.  Teeth hardly overlap, so the best values are in the teeth near the target.
@@ -292,7 +295,7 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
         return low or arg.low, arg.high if above is None else above - 1
 
     def within(low: int, high: int) -> Iterator[int]:
-        """Yield the values of a tooth that are near the target."""
+        """Yield the values from `low` to `high`, one tooth, whose ramps are nearest to the target."""
         return levels(lambda each: -steps(each), -target, low, high, around)
 
     middle = tooth(least(lambda each: steps(tooth(each)[0]) <= target, arg.low, arg.high) or arg.high)

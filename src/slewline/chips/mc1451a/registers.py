@@ -1,8 +1,8 @@
 """A chipset's registers, as the manual lists them: those of each axis, and the few common to all axes.
 
 An axis has double-buffered registers, registers with immediate effect, and a status.  Commands write to
-them; the module that processes the cycles (motion.py, or the slow twin) reads them at the start of each
-cycle and writes its results to them.
+the registers; the module that processes the cycles (motion.py, or its slow reference model in twin/)
+reads them at the start of each cycle and writes its results to them.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class AxisState:
 
     @property
     def steps(self) -> int:
-        """The target position in whole steps."""
+        """The target position in whole steps, rounded down."""
         return self.target // ONE
 
     @property
@@ -130,13 +130,13 @@ class AxisState:
         self.buffer.loaded |= {register}
 
     def take(self, cause: str) -> None:
-        """Begin an update; `cause` is the command that requested it, or that set the breakpoint requesting it.
+        """Begin an update; `cause` is the command that requested it, or that set the breakpoint which triggers it.
 
         The buffered values, and the actions commanded since the last update, take effect in the next cycle.
 
         The state of the motor during this call decides whether a motion may start: after MTR_ON the axis stays
-        at rest until a move is initiated (manual, pulse generation control), no matter in which cycle that
-        happens.
+        at rest until a move is initiated (manual, pulse generation control), whether MTR_ON and the update fall
+        in the same cycle or not.
         """
         self.awaits_update = not self.motor_on
         buffer, waiting = self.buffer, self.update
@@ -165,7 +165,7 @@ class AxisState:
         return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
-        """Clear the events whose bits in `mask` are 0; a persistent motion error is not cleared."""
+        """Clear the events whose bits in `mask` are 0, except a motion error that still persists."""
         self.events &= mask | (MOTION_ERROR if self.motion_error else 0)
 
 
@@ -190,7 +190,7 @@ class Registers:
         return self.states[self.current - 1]
 
     def by_name(self, number: int, cycle: int) -> dict[str, int]:
-        """Return the registers of an axis in a cycle, as {name: value}.
+        """Return the present registers of axis `number` as {name: value}; `cycle` is the present cycle's number.
 
         The names are those of the commands that write and read the registers, in lower case without SET_ or
         GET_.
@@ -201,6 +201,6 @@ class Registers:
 
 
 def signed(value: int, bits: int) -> int:
-    """Return a number of `bits` bits, interpreted as two's complement."""
+    """Return the lowest `bits` bits of a number, interpreted as two's complement."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half

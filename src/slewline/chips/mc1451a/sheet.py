@@ -197,7 +197,10 @@ class RegisterRow(PacketRow):
 
 
 def _do(name: str, code: int, description: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
-    """Return a command with its arguments (`args`), the value that it `reads`, and the axes on which it `acts`."""
+    """Return the row of a command with arguments `args`; `reads` is the value that the host reads.
+
+    `acts` names the axes on which the command acts.
+    """
     found = () if reads is None else (reads,)
     return RegisterRow(name, name, args, BUSY_US, description, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
 

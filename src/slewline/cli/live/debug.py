@@ -94,7 +94,7 @@ class DebugCommand(BenchOptions):
 
     # ----------------------------------------------------------------------------------------------------- the server
     def serve(self) -> int:
-        """Open a control port for the paused bench, until a signal ends it."""
+        """Run the server of the paused bench, with a control port, until a signal ends it; return the exit status."""
         from ...links.lines.pace import Paced
         from ...links.server import Server
         from .serve import signals
@@ -144,7 +144,7 @@ def is_terminal(file: TextIO | None) -> bool:
 
 
 def end_with_input(server: Server) -> None:
-    """Stop a server when its standard input ends, as it does when the parent process ends."""
+    """Stop a server when this process's standard input ends, as it does when the parent process ends."""
 
     def read() -> None:
         if not os.read(0, 1024):
@@ -173,7 +173,7 @@ def app_class() -> Any:
 
 
 def run(app: Debugger) -> int:
-    """Show a screen until the user leaves it; return the exit status.
+    """Show the debugger's screen until the user leaves it; return the exit status.
 
     Raises:
         SlewlineError: there is no terminal, the screen could not connect, or the server has ended.
@@ -199,7 +199,7 @@ def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
     The process ends when ours does, however ours ends, because its standard input closes.
 
     Raises:
-        UsageError: the server has not started; the message is the one that it printed.
+        UsageError: the server has not started; the message is the server's own error message, if any.
     """
     token = secrets.token_urlsafe(16)
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]

@@ -1,4 +1,4 @@
-"""slewline drive: a virtual chip in place of the failed one, and a board that steps its motor."""
+"""slewline drive: a virtual chip replaces a failed one, and a board steps the motor."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ WORDS = "clear: continue after a halt; clear homing, clear homed: and energise i
 
 @dataclass(kw_only=True)
 class DriveCommand(ServeCommand):
-    """The options of a drive, and of the ports that it serves."""
+    """The options of a drive, and of the ports on which its chip is served."""
 
     board: str
     of: str | None
@@ -100,7 +100,7 @@ class DriveCommand(ServeCommand):
         return super().check_options()
 
     def _folder(self, stack: ExitStack) -> Path:
-        """Return the folder of the recording; without a black box, a temporary one for the session history."""
+        """Return the folder of the black box; without a black box, a temporary folder for the session history."""
         from ...drive.blackbox import new_folder
 
         if self.no_black_box or self.check:
@@ -108,7 +108,7 @@ class DriveCommand(ServeCommand):
         return new_folder(self.black_box)
 
     def new_drive(self, bench: Bench, folder: Path) -> Drive:
-        """Return the drive, which is not yet open."""
+        """Return a new drive for the motor; it is not open yet."""
         from ...drive.motor_drive import Drive
 
         chip, axis = self._motor(bench)
@@ -148,7 +148,7 @@ class DriveCommand(ServeCommand):
         return bench.chips[name], int(number or 1)
 
     def server(self, bench: Bench, drive: Drive | None = None) -> Server:
-        """Return the server, without ports; the board's crystal sets its pace."""
+        """Return the server, without ports; if a drive is given, its board's crystal sets the pace of time."""
         from ...links.lines.pace import Paced
         from ...links.server import Server
 
@@ -156,7 +156,7 @@ class DriveCommand(ServeCommand):
         return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def _open(self, stack: ExitStack, server: Server, drive: Drive) -> None:
-        """Open the session with the board; if that fails, close the server's ports again."""
+        """Open the session with the board; if that fails, close the server's ports."""
         try:
             stack.enter_context(drive)
         except BaseException:
@@ -197,7 +197,7 @@ class DriveCommand(ServeCommand):
         self._watch_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
     def _watch_user(self, server: Server, drive: Drive, introduction: str) -> None:
-        """Make SIGUSR2 act as `clear`, print the introduction, and read typed commands."""
+        """Make SIGUSR2 act like a typed `clear`, print the introduction, and obey commands that the user types."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 
@@ -242,7 +242,7 @@ class DriveCommand(ServeCommand):
 
 @contextmanager
 def kept_if_it_begins(folder: Path) -> Iterator[None]:
-    """Remove the folder of a session that fails to start: a failed start must not displace another black box."""
+    """Remove the folder of a session that fails to start, so that it does not displace an earlier black box."""
     try:
         yield
     except BaseException:

@@ -257,8 +257,8 @@ def panel_command(**options: Any) -> int:
     runs from the start.  With --attach the panel shows the bench of a running server, whatever host program
     is connected; the token of its control port is taken from the environment, SLEWLINE_TOKEN.
 
-    The address of the page is printed.  Any browser with its token may operate the chip; without it the page is
-    read-only.
+    The address of the page is printed.  Any browser with the page's token may operate the chip; without the
+    token the page is read-only.
     """
     from .panel import PanelCommand
 

@@ -56,11 +56,11 @@ class PanelProcess(Closing):
 
     @classmethod
     def beside(cls, listen: str, read_only: bool = False, allow_remote: bool = False) -> PanelProcess:
-        """Return a panel for a server in this process; `open` gives it a control port with a secret token."""
+        """Return a panel for a server in this process; `open` gives that server a control port with a secret token."""
         return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
 
     def open(self, server: Server) -> None:
-        """Open the page for a server in this process, which is notified if the panel ends by itself."""
+        """Open the page for a server in this process; the server reports it if the panel ends by itself."""
         control = server.control(CONTROL, self.token).where
         self.attach(control)
         self._watch(server, control)
@@ -110,7 +110,7 @@ class PanelProcess(Closing):
         return True
 
     def _watch(self, server: Server, control: str) -> None:
-        """Make a server's loop check whether the panel has ended, or a restarted panel has opened."""
+        """Make a server's loop notice the end of the panel, and the opening of a restarted panel."""
         out, loop = cast("IO[bytes]", self.process.stdout), server.loop
 
         def read(data: bytes) -> None:

@@ -86,10 +86,11 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
 
 
 def write_firmware(name: str | None, board: str | None, output: str | None, source: str | None) -> int:
-    """Write the firmware image of this name, or list all images; return the exit status.
+    """Write the firmware image of this name, or list all images if `name` is None; return the exit status.
 
     Raises:
-        UsageError: there is no such firmware, it is for another board, or its file is in none of the folders.
+        UsageError: there is no such firmware, it is for another board, its file is in none of the searched
+            folders, or `output` has another extension than its file.
     """
     if name is None:
         for each, about in FIRMWARE.items():

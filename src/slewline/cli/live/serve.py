@@ -182,7 +182,7 @@ class ServeCommand(BenchOptions):
         return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def open_chip(self, server: Server, ports: list[tuple[str, str]]) -> list[tuple[str, str]]:
-        """Open the ports of the only chip; return the name and address of each."""
+        """Open the given ports for the only chip; return the name and address of each."""
         (chip,), found = server.bench.chips.values(), []
         for kind, where in ports:
             over = over_which(chip.sheet, kind)
@@ -236,7 +236,7 @@ def over_which(sheet: Sheet, kind: str) -> str | None:
 
 
 def joined(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options merged from two sources: the second one overrides the first, and tables are merged row by row."""
+    """Return options merged from two sources: `two` overrides `one`, and tables in both are merged key by key."""
     both = {name for name in one if isinstance(one[name], dict) and isinstance(two.get(name), dict)}
     return {**one, **two, **{name: one[name] | two[name] for name in both}}
 
@@ -248,7 +248,7 @@ def keeps(part: str) -> bool:
 
 
 def titled(line: HostLine) -> str:
-    """Return the name of a line; if chips share a line or a bus, include their addresses."""
+    """Return the name of a served line; if several chips share the line or bus, include their addresses."""
     from ...links.ports.prologix import PrologixLine
 
     if isinstance(line, PrologixLine):
@@ -262,7 +262,7 @@ def titled(line: HostLine) -> str:
 
 @contextmanager
 def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores | None]:
-    """Yield a function that returns the memory of a chip by name; None without a directory.
+    """Yield a function that returns the memory of the chip with a given name; yield None if `path` is None.
 
     The memories are files in the directory, which is locked by one server at a time.
 
@@ -311,7 +311,7 @@ def background_store(path: Path, lockstep: bool) -> BackgroundStore:
 
 
 def finish(store: BackgroundStore) -> None:
-    """Wait until a memory has been written to its file; report the wait, and any failure."""
+    """Wait until a memory has been written to its file; report a long wait, and any failure."""
     if not store.wait(STATUS_S):
         remark(f"{store.path} is still being written: the disk is slow; the command ends when it is written")
     try:
@@ -332,20 +332,20 @@ def remark(text: str) -> None:
 
 
 def show(server: Server, end: str = "\n") -> None:
-    """Print a status line."""
+    """Print a server's status line to standard error."""
     from ...links.views.server_status import as_line
 
     say(as_line(server), end)
 
 
 def show_again(server: Server) -> None:
-    """Print a status line every second; on a terminal, each line overwrites the previous one."""
+    """Print a server's status line every second; on a terminal, each line overwrites the previous one."""
     show(server, "\033[K\r" if sys.stderr.isatty() else "\n")
     server.loop.after(STATUS_S, lambda: show_again(server))
 
 
 def signals(server: Server) -> AbstractContextManager[None]:
-    """End the server cleanly on a signal; print a status line on SIGUSR1."""
+    """Return a context in which a signal ends the server cleanly, and SIGUSR1 prints a status line."""
     return ended_by_signals(server.loop, server.stop, lambda: show(server))
 
 
@@ -353,8 +353,8 @@ def signals(server: Server) -> AbstractContextManager[None]:
 def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
     """Call `stop` on SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGBREAK; call `status` from the loop on SIGUSR1.
 
-    After the first of these signals the others are ignored, because the process is ending.  A signal that was ignored
-    before stays ignored.
+    After the first of the ending signals the others are ignored, because the process is ending.  A signal
+    that was already ignored on entry stays ignored.
     """
     from ...links.sockets import system
 

@@ -1,4 +1,4 @@
-"""slewline firmware NAME --check PORT: compare the answers of a board in a module's place with those of the model."""
+"""slewline firmware NAME --check PORT: compare the answers of a module's replacement with the model's."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901"
 
 
 def entry(part: str) -> tuple[str, list[str]]:
-    """Return the command that begins program entry, and the commands that end it without a run (one or none)."""
+    """Return the command that begins program entry, and a list with any command that ends it without a run."""
     rows = sheet_of(part).rows(LineRow)
     begin = next(row.head for row in rows if row.role == "enter")
     return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]
@@ -43,8 +43,8 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
     Args:
         part: the module that the board replaces.
-        replace: enter a program, which replaces the program in RAM; the EEPROM is not written.
-        move: let the motor make steps, 60 in each direction.
+        replace: also enter a program, which replaces the one in RAM; the EEPROM is not written.
+        move: if `replace`, also run that program: the motor makes 60 steps in each direction.
     """
     begin, end = entry(part)
     lines = [*HARMLESS]
@@ -56,7 +56,7 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
 
 def exchanges_with(speech: Speech, lines: list[str]) -> list[RecordedExchange]:
-    """Return lines in the form of recorded exchanges; the times leave a pause after each line."""
+    """Return lines as recorded exchanges, with times that leave a pause after each line."""
     found: list[RecordedExchange] = []
     at_us = 0
     for number, line in enumerate(lines, start=1):
@@ -73,10 +73,10 @@ ONLY_CHECKED = ("baud", "checksum", "address", "echo", "replace", "move", "dialo
 def firmware(
     name: str | None, board: str | None, output: str | None, source: str | None, port: str | None, **check: Any
 ) -> int:
-    """Write firmware, or check a board that runs it; return the exit status.
+    """Write firmware or, if a port is given, check the board on that port; return the exit status.
 
     Raises:
-        UsageError: options of both tasks are mixed, or the board does not replace a module.
+        UsageError: options are missing or do not fit together, or the board does not replace a module.
     """
     if port is None:
         if given := [option for option in ONLY_CHECKED if check[option] not in (None, False)]:
@@ -101,7 +101,7 @@ def firmware(
 
 @dataclass
 class CheckBoard(SettingOptions):
-    """Options of a check."""
+    """Options of `slewline firmware --check`."""
 
     part: str
     port: str
@@ -118,7 +118,7 @@ class CheckBoard(SettingOptions):
             return performed(lambda: self._play(path)) or self._compare(path)
 
     def _play(self, path: Path) -> None:
-        """Send the dialogue to the board and record it."""
+        """Send the check dialogue to the board, and record it with the answers in a file at `path`."""
         from ...modules.comparing.playing import play
 
         module = self.found(self.port, sheet_of(chip_class(self.part)), may_move=self.move)
@@ -130,7 +130,7 @@ class CheckBoard(SettingOptions):
             play(exchanges_with(speech, lines), module, self.replace, (self.tolerance or 0) / PS_PER_US / 1e6)
 
     def _compare(self, path: Path) -> int:
-        """Compare the answers of the board with those of the model; return the exit status."""
+        """Compare the recorded answers of the board with those of the model; return the exit status."""
         from ...modules.comparing.model_differences import DialogueComparison, usual_tolerance
         from ...modules.speech import speech_of
 

@@ -36,7 +36,7 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
 def is_dialogue(path: str) -> bool:
-    """Return whether a file begins like a dialogue, or cannot be read (reading it later then reports the cause)."""
+    """Return whether a file begins like a dialogue, or cannot be read (reading it later reports the cause)."""
     try:
         with opened(path) as file:
             return file.read(len(BOM + BEGINNING)).removeprefix(BOM).startswith(BEGINNING)
@@ -48,18 +48,18 @@ class SendableFile(DialogueFile):
     """A dialogue file that contains no remarks: these are printed to standard error instead."""
 
     def note(self, text: str) -> None:
-        """Print a remark."""
+        """Print a remark to standard error instead of writing it to the file."""
         remark(text)
 
 
 class ComparisonProgress:
-    """A printer of the progress of a long comparison."""
+    """Progress messages of a long comparison, about 3 s apart."""
 
     def __init__(self) -> None:
         self.next_s = monotonic() + PROGRESS_S
 
     def __call__(self, number: int) -> None:
-        """Print the number of the present exchange, but only about every 3 s."""
+        """Print the number of the exchange that the model has reached, if 3 s have passed since the last message."""
         if monotonic() >= self.next_s:
             self.next_s += PROGRESS_S
             remark(f"the model is at exchange {number} ...")
@@ -67,7 +67,7 @@ class ComparisonProgress:
 
 @dataclass
 class CompareDialogue(SettingOptions):
-    """Files and options of a comparison."""
+    """Files and options of `slewline compare DIALOGUE`."""
 
     dialogue: str
     part: str | None
@@ -84,7 +84,7 @@ class CompareDialogue(SettingOptions):
     as_json: bool
 
     def perform(self) -> int:
-        """Compare; return the exit status."""
+        """Compare a dialogue with the model, and print the result; return the exit status."""
         from ...modules.comparing.model_differences import DialogueComparison, usual_tolerance
 
         dialogue = RecordedDialogue.read(self.dialogue)
@@ -118,7 +118,10 @@ class CompareDialogue(SettingOptions):
         return 0 if found.agree else FOUND
 
     def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
-        """Return the class of the part named by the user, or else by the dialogue, which is not trusted."""
+        """Return the class of the part that the user names or, if the user names none, of the part in the dialogue.
+
+        A dialogue may name a class in code of its own, as module:Class, only with --allow-code.
+        """
         if self.part is not None:
             return chip_class(self.part)
         try:
@@ -127,7 +130,7 @@ class CompareDialogue(SettingOptions):
             raise UsageError(f"dialogue {self.dialogue}, line 1: part: {error}") from error
 
     def header(self, dialogue: RecordedDialogue) -> DialogueHeader:
-        """Return the header of a dialogue, with the values that the command line overrides."""
+        """Return the header of a dialogue, in which values from the command line replace the recorded ones."""
         header = dialogue.header
         checked = header.checksum if self.checksum is None else self.checksum
         return replace(
@@ -142,11 +145,11 @@ class CompareDialogue(SettingOptions):
         )
 
     def speech(self, cls: type[Chip], header: DialogueHeader) -> Speech:
-        """Return the protocol of the module."""
+        """Return the protocol of the module, with the rate, checksum setting and address of the header."""
         return speech_of(sheet_of(cls), header.baud, header.checksum, header.address)
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
-        """Send the commands of a dialogue to the module now; return the dialogue recorded in doing so."""
+        """Repeat the commands of a dialogue with the module on the port; return the newly recorded dialogue."""
         from ...modules.comparing.playing import play
 
         with ExitStack() as stack:
@@ -158,7 +161,7 @@ class CompareDialogue(SettingOptions):
 
     @contextmanager
     def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
-        """Yield the module, with a file that records the dialogue; remove the file if nothing was exchanged."""
+        """Yield the module, recording its dialogue in a file at `path`; remove the file if nothing was exchanged."""
         from ...modules.module import TIDY_S, Module
         from ...modules.module_port import ModulePort
         from .pull_push import raw_record, say_raw

@@ -92,13 +92,13 @@ def decode_command(**options: Any) -> int:
 @CLOCK
 @OPTIONS
 def terminal_command(**options: Any) -> int:
-    """Open a terminal to a real module on PORT, line by line, until Ctrl-D; lines that you send may move the motor.
+    """Exchange lines with a real module on PORT, until Ctrl-D; the lines that you send may move the motor.
 
     PORT is a name or URL that pySerial accepts: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.
     Lines are sent with the checksum, the address and the terminator that the part needs.  The tab key
-    completes commands, the row below shows the text of the manual, and :help lists all commands.  Every line
-    also goes to the model, which starts in the state after power-up: its findings are printed below the
-    line, with a !.
+    completes commands, the row below the prompt shows the text of the manual, and :help lists all commands.
+    Every line also goes to the model, which starts in the state after power-up; findings of the model are
+    printed below the line, each with a !.
     """
     from .terminal import TerminalCommand
 
@@ -169,15 +169,15 @@ def compare_command(**options: Any) -> int:
     """Compare a measurement with the model: the signals of a waveform file, or the dialogue with a module.
 
     For two waveforms, one of a run and one of a logic analyser, the missing, extra, late and early edges of
-    each signal are reported, and the drift of the measured clock; exit status 1 if there are such edges.
+    each signal are reported, and the drift of the measured clock; exit status 1 if any edge differs.
     Without --map, signals of the same name are compared, whatever their scopes.  --shift first and
     --shift best align the first of the compared signals.  MEASURED is a VCD file, a CSV file from a logic
     analyser or an oscilloscope, or a PulseView session (.sr).
 
     For a dialogue, as recorded by `slewline proxy` and other commands, every line is sent to the model at
     its recorded time, in virtual time, and every answer or delay that differs is reported; exit status 1 if
-    there is one.  The module and its model should begin in the same state: start the recording with a module
-    that has just been switched on.
+    any of them differs.  The module and its model should begin in the same state: start the recording with a
+    module that has just been switched on.
     """
     return compare(**options)
 
@@ -205,7 +205,7 @@ DIALOGUES = (
 
 
 def compare(model: str, measured: str | None, **options: Any) -> int:
-    """Compare two waveforms, or a dialogue with the model."""
+    """Compare two waveforms or, if `measured` is None, a dialogue with the model; return the exit status."""
     from .compare_dialogue import CompareDialogue, is_dialogue
 
     for name in filter(None, (model, measured)):

@@ -1,4 +1,4 @@
-"""slewline epics: the motor of a real module, served as a motor record."""
+"""slewline epics: the motor of a real module, served as an EPICS motor record."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class EpicsCommand(SettingOptions):
-    """The module, the motor and the record to be served."""
+    """Options of `slewline epics`: the module, its motor and the record to be served."""
 
     port: str
     part: str
@@ -43,7 +43,7 @@ class EpicsCommand(SettingOptions):
     allow_remote: bool
 
     def perform(self) -> int:
-        """Serve until a signal ends it; return the exit status."""
+        """Serve the record until a signal ends the command; return the exit status."""
         from ...labs.channel_access import interfaces, port_of_server
         from ...labs.record import MotorRecord
 
@@ -71,7 +71,7 @@ class EpicsCommand(SettingOptions):
         return 0
 
     def find(self) -> ModuleMotor:
-        """Find the module, for the first time or again; return its motor."""
+        """Find the module, at the start or after communication was lost; return its motor."""
         from ...labs.module_motor import ModuleMotor
 
         sheet = sheet_of(self.part)
@@ -94,7 +94,7 @@ class EpicsCommand(SettingOptions):
         return motor
 
     def values(self) -> Mapping[str, str]:
-        """Return the ramp parameters."""
+        """Return the values of the ramp parameters, by parameter name."""
         found: dict[str, str] = {}
         for each in self.parameters:
             name, equals, value = each.partition("=")
@@ -104,7 +104,7 @@ class EpicsCommand(SettingOptions):
         return found
 
     def check_program(self, record: MotorRecord) -> None:
-        """Refuse to replace a program, unless it consists of this record's moves or --replace is given."""
+        """Refuse a module whose RAM holds a program other than this record's own moves, unless --replace is given."""
         lines = 0 if self.replace else record.motor.foreign_program()
         if lines:
             record.close()
@@ -114,7 +114,7 @@ class EpicsCommand(SettingOptions):
             )
 
     async def serve(self, record: MotorRecord, every_s: float) -> None:
-        """Serve the record until a signal ends it."""
+        """Serve the record until a signal arrives; query the position of a resting motor every `every_s` seconds."""
         from ...labs.channel_access import interfaces, serve
         from ...links.sockets.system import ends
 

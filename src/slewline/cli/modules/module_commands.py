@@ -35,7 +35,7 @@ def pull_command(**options: Any) -> int:
     The command reads the program (it is listed until two listings agree), the position, and the registers
     that the part can report.  The module is not changed, and no command is sent that may step the motor.
     Speeds and ramps of a GS-C are only in its program.  A CY525 or CY512 is read through an adapter, which
-    accepts the same lines as a served chip with --framing; the first 48 bytes of its program are read.
+    accepts the same lines as a chip served with --framing; only the first 48 program bytes are read.
 
     With --eeprom the program in the EEPROM is saved too: it briefly replaces the one in RAM, which is saved
     first, then restored and verified.  The dialogue is recorded next to FILE, in FILE.dialogue.
@@ -65,7 +65,7 @@ def push_command(**options: Any) -> int:
     the listing has agreed.  After an error the present content of the module is reported; repeating the
     command resumes from there.
 
-    A GS-C200 stays in program entry, because its only exit is E, which runs the program.
+    A GS-C200 stays in program entry, because the only command that ends it, E, also runs the program.
     """
     from .pull_push import PushCommand
 
@@ -103,10 +103,11 @@ def epics_command(**options: Any) -> int:
     The parameters set the ramp of every move, as in `slewline ramp CHIP`: S=10 T="1000 steps/s" R=50.  A put
     to VAL completes when the motor is at rest.
 
-    A GS-C moves only by programs: each move replaces the program in RAM, not the one stored by M.
+    A GS-C can move only by running a program: each move replaces the program in RAM, but not the one that
+    command M has stored.
 
-    Clients on this machine may connect; others only with --allow-remote, and if EPICS_CAS_INTF_ADDR_LIST
-    names an address that they can reach.
+    Clients on this machine may connect; others only with --allow-remote, and only if
+    EPICS_CAS_INTF_ADDR_LIST names an address that they can reach.
     """
     from .epics import EpicsCommand
 

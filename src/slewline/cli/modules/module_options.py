@@ -22,7 +22,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def chip_option(description: str, *, required: bool = True) -> Callable[[Function], Function]:
-    """Return the option --chip, whose value is the part number of a module."""
+    """Return a decorator that adds the option --chip, whose value is the part number of a module."""
     return click.option(
         "--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=description
     )
@@ -55,7 +55,7 @@ DIALOGUE = path("--dialogue", help="Record the dialogue in this new file; by def
 
 @dataclass
 class SettingOptions:
-    """The settings of a module."""
+    """The options for the settings of a module: rate, checksums, address, echo and clock."""
 
     baud: int | None
     checksum: bool | None
@@ -69,7 +69,7 @@ class SettingOptions:
         return None if self.crystal is None else int(hertz(self.crystal))
 
     def found(self, port: str, sheet: Sheet, raw: RawRecord | None = None, *, may_move: bool) -> Module:
-        """Find a module at a port; return it when it has answered.  The errors are those of `find`."""
+        """Find the module at a port, and return it once it has answered; raise the same errors as `find`."""
         from ...modules.finding import find
         from ..live.serve import remark
 
@@ -94,5 +94,5 @@ def setting_options(function: Function) -> Function:
 
 
 def module_options(function: Function) -> Function:
-    """Add the options for the port of a module, and all other connection options, to a command."""
+    """Add PORT, --chip, the options for settings, --dialogue, --markings and --crystal to a command."""
     return PORT(PART(setting_options(DIALOGUE(MARKINGS(CLOCK(function))))))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class ProxyCommand(SettingOptions):
-    """Ports and options of a proxy."""
+    """Ports and options of `slewline proxy`."""
 
     serial: str
     pty: str | None
@@ -58,7 +58,7 @@ class ProxyCommand(SettingOptions):
         return 0
 
     def opened(self) -> tuple[LineSetting, DialogueFile]:
-        """Return the line settings of the module, and the new dialogue file."""
+        """Return the line settings of the module, and a new dialogue file, open for recording."""
         from ...modules.dialogue import DialogueFile, DialogueHeader
         from ...modules.speech import speech_of
 
@@ -75,7 +75,7 @@ class ProxyCommand(SettingOptions):
         return setting, DialogueFile(self.dialogue, header, remark)
 
     def host_port(self, loop: Loop, line: ProxyEnd) -> OpenPort:
-        """Open the port for the host program."""
+        """Open and return the port for the host program: a pseudo-terminal or a TCP port."""
         if self.pty is not None:
             from ...links.ports.pty import PtyPort
 

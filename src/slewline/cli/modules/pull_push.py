@@ -39,7 +39,7 @@ class PortOptions(SettingOptions):
 
     @contextmanager
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
-        """Find and yield the module; record the dialogue and the raw characters in files next to `beside`."""
+        """Yield the module; record its dialogue and raw characters, by default in files next to the file `beside`."""
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=None)
@@ -56,7 +56,7 @@ class PortOptions(SettingOptions):
 
 
 def free(beside: str, ending: str) -> Path:
-    """Return a path at which no file exists: the path with the given ending, and with a number if necessary."""
+    """Return a path at which no file exists: `beside` plus the ending, with a number between them if necessary."""
     path, number = Path(beside + ending), 1
     while path.exists():
         number += 1
@@ -66,7 +66,7 @@ def free(beside: str, ending: str) -> Path:
 
 @contextmanager
 def raw_record(beside: str) -> Iterator[RawRecord]:
-    """Record the characters of a module in a new file next to `beside`; after an error, report the file's path."""
+    """Yield a record of raw characters, in a new file in the same folder; on an error, report its path."""
     raw = RawRecord(free(beside, RAW), remark)
     try:
         yield raw
@@ -78,7 +78,7 @@ def raw_record(beside: str) -> Iterator[RawRecord]:
 
 
 def say_raw(raw: RawRecord) -> None:
-    """Report the path of the file with the received characters."""
+    """Report the path of the file with the raw characters received, if that file exists."""
     if raw.is_kept:
         remark(f"the raw characters received are in {raw.path}")
 
@@ -98,7 +98,7 @@ def performed(work: Callable[[], object]) -> int:
 
 @dataclass
 class PullCommand(PortOptions):
-    """Options of a pull."""
+    """Options of `slewline pull`."""
 
     output: str
     base: int | None
@@ -106,7 +106,7 @@ class PullCommand(PortOptions):
     replace: bool
 
     def perform(self) -> int:
-        """Save the program; return the exit status."""
+        """Save the program of the module to a file; return the exit status."""
         sheet = sheet_for(self.output, self.part, speech_of)
         check_new(Path(self.output), self.replace)
         check_recall(sheet, self.eeprom)
@@ -121,7 +121,7 @@ class PullCommand(PortOptions):
 
 @dataclass
 class PushCommand(PortOptions):
-    """Options of a push."""
+    """Options of `slewline push`."""
 
     file: str
     store: bool
@@ -130,7 +130,7 @@ class PushCommand(PortOptions):
     move: bool
 
     def perform(self) -> int:
-        """Send the program; return the exit status."""
+        """Send the program to the module, and verify it; return the exit status."""
         sheet = sheet_for(self.file, self.part, check_push)
         check_push(sheet)
         check_store(sheet, self.store)

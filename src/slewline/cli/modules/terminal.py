@@ -67,7 +67,7 @@ class TerminalCommand(PortOptions):
             converse(Conversation(module, shadow), self.lines)
 
     def lines(self, conversation: Conversation, lock: Lock) -> Iterator[str]:
-        """Return the user's lines, from a terminal with completion or from standard input."""
+        """Return an iterator over the user's lines, typed at a prompt or piped into standard input."""
         if not sys.stdin.isatty():
             return piped(conversation)
         if not self.plain:
@@ -81,7 +81,7 @@ Lines = Callable[[Conversation, Lock], Iterator[str]]
 
 
 def converse(conversation: Conversation, lines: Lines) -> None:
-    """Send lines to a module and print its answers until there are no more lines.
+    """Send lines to a module and print its answers, until the lines end or the user leaves.
 
     Raises:
         PortLost: the port is gone.
@@ -119,21 +119,21 @@ def show(reply: Reply) -> None:
 
 
 def show_unasked(conversation: Conversation) -> None:
-    """Print unsolicited characters from the module."""
+    """Print any characters that the module has sent without a command."""
     if text := conversation.unasked():
         click.echo(f"unsolicited: {text.encode('unicode_escape').decode()}")
 
 
 # --------------------------------------------------------------------------------------------------------------- input
 def piped(conversation: Conversation) -> Iterator[str]:
-    """Yield lines from a file or another program, and print each, because the user has not typed it."""
+    """Yield the lines of standard input, a file or pipe; print each, because the user has not typed it."""
     for line in sys.stdin:
         click.echo(f"{conversation.sheet.part}> {line.rstrip()}")
         yield line
 
 
 def typed(conversation: Conversation) -> Iterator[str]:
-    """Yield lines from Python's input, with history and tab completion if available."""
+    """Yield lines that the user types at Python's `input`, with history and tab completion if available."""
     with completed(conversation):
         while True:
             try:
@@ -149,7 +149,7 @@ def typed(conversation: Conversation) -> Iterator[str]:
 
 @contextmanager
 def completed(conversation: Conversation) -> Iterator[None]:
-    """Enable tab completion of a line, if a readline library is available."""
+    """Enable tab completion of lines within a `with` block, if a readline library is available."""
     try:
         readline: Any = import_module("readline")
     except ModuleNotFoundError:
@@ -170,17 +170,17 @@ def completed(conversation: Conversation) -> Iterator[None]:
 
 
 def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
-    """Return lines from a prompt that completes them and shows the manual's text below.
+    """Return an iterator over lines typed at a prompt with completion, with the manual's text shown below it.
 
     Raises:
-        ModuleNotFoundError: the package of the prompt is not installed.
+        ModuleNotFoundError: prompt_toolkit, the package for the prompt, is not installed.
     """
     from prompt_toolkit import PromptSession
     from prompt_toolkit.completion import Completer, Completion
     from prompt_toolkit.patch_stdout import patch_stdout
 
     class ManualCompleter(Completer):
-        """A completer of lines that also shows the manual's text."""
+        """A completer of lines that shows a description from the manual with each suggestion."""
 
         def get_completions(self, document: Any, _event: Any) -> Iterator[Completion]:
             begun = document.text_before_cursor
@@ -211,7 +211,7 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
 
 @contextmanager
 def listening(conversation: Conversation, lock: Lock) -> Iterator[None]:
-    """Print unsolicited characters from a module while the user types."""
+    """Print unsolicited characters from a module, in a second thread, during a `with` block."""
     over = Event()
 
     def listen() -> None:

@@ -1,1 +1,1 @@
-"""Commands about motors: the fastest ramp, and the constants that no data sheet lists."""
+"""Commands about motors: the fastest ramp, and the friction and iron loss, which no data sheet lists."""

@@ -25,7 +25,7 @@ def calibrate(
     motor: str, driver: str, load: str, start_stop: str | None, pull_out: str | None, torque: str, stepping: str,
     as_json: bool,
 ) -> int:  # fmt: skip
-    """Print the constants and the rows for a bench file."""
+    """Print the constants found from the measurements, and rows `motor` and `load` for a bench file; return 0."""
     given = motor_value(motor)
     its = read_motor(given, OPTION)
     drives = read_driver(driver, "--driver", its)
@@ -69,7 +69,7 @@ def calibrate(
 
 
 def rate(text: str | None, name: str, per_turn: int) -> float | None:
-    """Return a rate in full steps/s; None if there is no text.
+    """Return the rate that a text states, in full steps/s; None if the text is None.
 
     Args:
         per_turn: full steps per revolution of the motor.
@@ -81,7 +81,7 @@ def rate(text: str | None, name: str, per_turn: int) -> float | None:
 
 
 def rows_of(found: Calibration, motor: str | Mapping[str, Any], load: str) -> list[str]:
-    """Return the lines `motor` and `load` for a bench file: the user's values with the constants found."""
+    """Return the lines `motor` and `load` for a bench file: the user's values, with the constants found."""
     iron = {} if found.iron is None else {"iron": float(f"{found.iron:.3g}")}
     if isinstance(motor, str) and not is_described(motor):
         rows = [f"motor = {toml({'like': motor} | iron if iron else motor)}"]

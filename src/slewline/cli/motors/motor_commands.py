@@ -34,10 +34,10 @@ from .wizard import AskingCommand
 def calibrate_command(**options: Any) -> int:
     """Find the two constants of a motor that no data sheet lists, friction and iron loss.
 
-    Measure a real motor with a known driver and load: the highest rate at which it starts from rest determines the
-    friction; the rate at which it stalls when accelerated slowly, in a second or more, determines the iron loss.  Rates
-    are in full steps/s.  The command prints the constants, the values assumed without them, and the rows for a bench
-    file.
+    Measure a real motor with a known driver and load: the highest rate at which it starts from rest
+    determines the friction; the rate at which it stalls when accelerated slowly, over a second or more,
+    determines the iron loss.  Rates are in full steps/s.  The command prints the constants, the values
+    assumed before this calibration, and the rows for a bench file.
     """
     from .calibrate import calibrate
 
@@ -96,8 +96,9 @@ def tune_command(**options: Any) -> int:
 
     Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated, the
     fastest first, with the physics of the motor, under perturbations of load, inertia, supply, current,
-    friction and drag, until one completes under all of them: this is the best move.  The recommended move is
-    the fastest one whose neighbours in the grid also complete, and whose lag is never more than 1.8 steps.
+    friction and drag, until one completes without lost steps under all of them: this is the best move.  The
+    recommended move is the fastest one that also has only neighbours in the grid that lose no steps, and a
+    lag of never more than 1.8 steps.
 
     A Dask cluster runs any code that a client sends, and the results that it returns can run code in the
     client: name only your own cluster.

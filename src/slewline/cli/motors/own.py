@@ -14,7 +14,7 @@ OPTION = "--motor"
 
 
 def motor_value(text: str) -> Any:
-    """Return the motor that --motor names or describes, in the form for `read_motor`; a table in a file is checked.
+    """Return the value of --motor in a form that `read_motor` accepts: text unchanged, or a checked table.
 
     Args:
         text: "QSH4218-51-10-049"; "current 2 A, resistance 1.4 ohm ..."; a table as in a bench file,
@@ -22,7 +22,7 @@ def motor_value(text: str) -> Any:
 
     Raises:
         BenchFileError: the file cannot be read, is not TOML, or is a bench file.
-        UnknownName, UsageError: not a motor; the error has the message of `read_motor` and the name of the file.
+        UnknownName, UsageError: the table is not a motor; the message names the file, or --motor.
     """
     if text.lstrip().startswith("{"):
         return _checked(read_toml(OPTION, f"motor = {text}")["motor"], OPTION)

@@ -52,7 +52,7 @@ def tune(
     bench: str | None,
     options: str | None = None,
 ) -> int:
-    """Find the best move, and print the result; return the exit status, which is 1 if no candidate completes."""
+    """Find the best move, and print the result; return the exit status, 1 if every candidate loses steps."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
@@ -85,7 +85,7 @@ def tune(
 
 
 def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | None, bench: str | None) -> None:
-    """Write the picture and the bench file, if a move completes."""
+    """Write the requested picture and bench file, if there is a best move."""
     if found.best is None:
         return
     outputs.save(plot, lambda path: draw(path, found, calculator))
@@ -111,7 +111,7 @@ def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> Abstrac
 
 
 def draw(path: str, found: Tuned, calculator: Calculator) -> None:
-    """Draw the map, the pull-out curve and the lag."""
+    """Draw the map of candidates, the pull-out curve and the lag, in a file."""
     from ...tuning.tuning_picture import save_tuning
 
     save_tuning(path, found, calculator)
@@ -119,7 +119,7 @@ def draw(path: str, found: Tuned, calculator: Calculator) -> None:
 
 # ----------------------------------------------------------------------------------------------------------------- text
 def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str]:
-    """Yield the lines of the result."""
+    """Yield the result as lines of text, with the map only if `full_map`."""
     task = found.task
     refused = f", {found.refused} refused by the chip" if found.refused else ""
     yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {grid_text(task.grid, calculator)}"
@@ -160,18 +160,18 @@ def grid_text(grid: Grid, calculator: Calculator) -> str:
 
 
 def chosen_line(chosen: Chosen, calculator: Calculator) -> str:
-    """Return a line that describes a move."""
+    """Return a line with the parameters, the time and the worst lag of a move."""
     return f"{values_text(calculator, chosen.values)}: {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} steps"
 
 
 def values_text(calculator: Calculator, values: Any) -> str:
-    """Return parameter values as text, without the values at their default."""
+    """Return parameter values as text, without those equal to their defaults."""
     named: dict[str, Value] = calculator.without_defaults(values)
     return ", ".join(f"{name} {value}" for name, value in named.items())
 
 
 def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
-    """Yield the map, fastest move first, with the perturbation under which a move fails, if it does."""
+    """Yield the map as lines, fastest move first; a failed move has the perturbation under which it failed."""
     counts = Counter(place.says for place in found.map)
     yield f"map           {', '.join(f'{count} {verdict}' for verdict, count in counts.most_common())}"
     names = found.task.grid.free or found.task.grid.names[:1]
@@ -191,7 +191,7 @@ def _verdict(place: MapPlace) -> tuple[str, str, str]:
 # ------------------------------------------------------------------------------------------------------------- progress
 @contextmanager
 def progress() -> Iterator[OnProgress]:
-    """Yield a function that shows progress on a terminal: the best move so far, and the faster candidates left."""
+    """Yield a function that shows on a terminal the best time so far, and how many faster candidates are left."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return

@@ -1,8 +1,8 @@
-"""The questions of `slewline tune` in a terminal: one for each missing argument, with a list and a default.
+"""The questions of `slewline tune` in a terminal: one per missing argument, with choices and a default.
 
 An answer is a number from the list, a name, part of a name (which shortens the list), or any other text;
-the Enter key alone selects the default.  An answer is checked as a value on the command line is, so any
-valid value may be typed.  At the end the complete command line is printed, for the next time.
+the Enter key alone selects the default.  Answers are checked like values on the command line, so any
+valid value may be typed.  At the end the complete command line is printed, for use next time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ LOADS = (
 
 @dataclass
 class Question:
-    """A question: a list of answers, each with a short description, a default, and a check."""
+    """A question with a list of answers (each with a short description), a default, and a check."""
 
     title: str
     choices: list[tuple[str, str]]
@@ -78,7 +78,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the name that a text gives in any case, or by its number in the list; otherwise the text itself."""
+        """Return the choice that an answer names (ignoring case) or numbers; return any other answer unchanged."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]
@@ -86,7 +86,7 @@ class Question:
         return shown[number - 1][0] if 1 <= number <= min(len(shown), MOST_SHOWN) else answer
 
     def show(self, rows: list[tuple[str, str]]) -> None:
-        """Print a numbered list; if it is long, only its beginning."""
+        """Print a numbered list of at most 9 choices, then the names of any others."""
         width = max((len(name) for name, _ in rows), default=0)
         for number, (name, description) in enumerate(rows[:MOST_SHOWN], 1):
             click.echo(f"  {number:2}  {name:<{width}}  {description}".rstrip(), err=True)
@@ -99,7 +99,7 @@ class AskingCommand(HintingCommand):
     """The command `tune`, which prompts for missing arguments in a terminal."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; refuse ramp parameters outside --grid."""
+        """Read the arguments; refuse ramp parameters (NAME=VALUE) that are not part of the value of --grid."""
         values = [
             word for before, word in pairwise(["", *args]) if VALUE.fullmatch(word) and not before.startswith("--")
         ]
@@ -108,7 +108,7 @@ class AskingCommand(HintingCommand):
         return super().parse_args(ctx, args)
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Prompt for missing arguments in a terminal, print the complete command line, and return its arguments."""
+        """In a terminal, prompt for missing arguments, and print the complete command line; return its arguments."""
         if not (sys.stdin.isatty() and sys.stderr.isatty()) or not self.missing(ctx, args):
             return args
         click.echo("Enter the missing arguments; the enter key takes the default, Ctrl-C ends.", err=True)
@@ -137,7 +137,7 @@ class AskingCommand(HintingCommand):
                 yield ("" if isinstance(param, click.Argument) else param.opts[0]), given[name]
 
     def questions(self) -> list[tuple[str, Callable[[dict[str, str]], Question]]]:
-        """Return the name of each value, and a function that makes its question from the answers so far, in order."""
+        """Return, in order, the name of each value and a function that makes its question from earlier answers."""
         return [
             ("chip", chip_question), ("motor", motor_question), ("driver", driver_question), ("load", load_question),
             ("steps", steps_question),
@@ -168,7 +168,7 @@ def motor_of(given: dict[str, str]) -> MotorData:
 
 
 def driver_question(given: dict[str, str]) -> Question:
-    """Return the question for the driver of this motor."""
+    """Return the question for the driver; its choices suit the motor named in the answers so far."""
     from ...parts.motors.drivers import read_driver
 
     motor = motor_of(given)

@@ -61,15 +61,15 @@ EXAMPLES = {  # of commands that need more than one option
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """Return a text that suggests the name probably meant by a wrong one; empty if no name is similar."""
+    """Return a text that suggests the known name most similar to a wrong name; empty if none is similar."""
     return next((f". Did you mean {each!r}?" for each in near(name, names)), "")
 
 
 class HintingCommand(click.Command):
-    """A command that suggests a name for an unknown option, and lists all missing options."""
+    """A command that suggests a known option for an unknown one, and lists all missing arguments and options."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; suggest an option for an unknown one."""
+        """Read the arguments; if any is misplaced, missing or unknown, fail with a suggestion."""
         given = list(args)
         is_checked = not (ctx.resilient_parsing or {"-h", "--help"} & {*args})
         if is_checked and (message := misplaced(self, ctx, given)):
@@ -90,12 +90,12 @@ class HintingCommand(click.Command):
             raise click.UsageError(f"No such option '{error.option_name}'{message}", ctx) from None
 
     def options(self, ctx: click.Context) -> list[str]:
-        """Return the options that the help lists."""
+        """Return the names, beginning with --, of the options that the help lists."""
         listed = [each for each in self.get_params(ctx) if isinstance(each, click.Option) and not each.hidden]
         return [name for each in listed for name in (*each.opts, *each.secondary_opts) if name.startswith("--")]
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments unchanged; subclasses may add answers that the user gives to questions."""
+        """Return the arguments unchanged; a subclass may prompt the user for missing ones and add the answers."""
         return args
 
     def given(self, ctx: click.Context, args: list[str]) -> dict[str, Any]:
@@ -139,7 +139,7 @@ class CommandGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that is called; for an unknown name, fail with a suggestion."""
+        """Return the name, the command and its arguments; for an unknown name, fail with a suggestion."""
         name = args[0]
         if name not in self.commands and not name.startswith("-"):
             if name in MEANT:
@@ -153,7 +153,7 @@ class CommandWithGuide(HintingCommand):
     """A command whose help ends with the guide to writing run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the guide, which is the docstring of bench/scripts/script.py, unchanged, and the exit status."""
+        """Write the guide, which is the unchanged docstring of bench/scripts/script.py, then the exit statuses."""
         from ...bench.scripts import script
 
         formatter.write_paragraph()

@@ -20,7 +20,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem]:
-    """Return the words that begin with a text, ignoring case, each with its meaning."""
+    """Return completions for the words that start with `begun`, ignoring case, each with its description."""
     return [
         CompletionItem(word, help=description or None)
         for word, description in words
@@ -29,7 +29,7 @@ def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem
 
 
 def quietly(complete: Complete) -> Complete:
-    """Return a completer that returns no completions if it fails."""
+    """Return a completer that calls `complete`, but returns no completions if that call fails."""
 
     def completed(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem]:
         try:
@@ -49,7 +49,7 @@ def parts(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comp
 
 
 def sheet(ctx: click.Context) -> Sheet | None:
-    """Return the data sheet of the part that an argument or a file extension names; None if none does."""
+    """Return the data sheet of the part named by an argument or by a file's extension; None if none is named."""
     from ...chips import CATALOGUE, sheet_of
 
     known = CATALOGUE.names()
@@ -62,7 +62,7 @@ def sheet(ctx: click.Context) -> Sheet | None:
 
 
 def of_sheet(words: Callable[[Sheet], Iterable[tuple[str, str]]]) -> Complete:
-    """Return a completer for words from the data sheet of the part that the line names."""
+    """Return a completer for words from the data sheet of the part that the command line names."""
 
     def complete(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
         found = sheet(ctx)
@@ -84,12 +84,12 @@ def options(found: Sheet) -> Iterable[tuple[str, str]]:
 
 
 def commands(found: Sheet) -> Iterable[tuple[str, str]]:
-    """Yield the commands of a part."""
+    """Yield the form of each command of a part, with the name of the command."""
     return ((row.form, row.name) for row in found.commands)
 
 
 def parameters(found: Sheet) -> Iterable[tuple[str, str]]:
-    """Yield the parameters of the ramp calculator of a part."""
+    """Yield NAME= for each parameter of the ramp calculator of a part, with its description."""
     from ...chips import ramps_of
 
     return ((f"{quantity.name}=", quantity.description) for quantity in ramps_of(found.part).quantities)

@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class Completed(click.ParamType[T]):
-    """A value that a shell can complete, by means of `complete`."""
+    """A kind of value that a shell can complete; `complete` returns the completions."""
 
     complete: completion.Complete
 
@@ -60,7 +60,7 @@ class TimeWithUnit(click.ParamType[int]):
 
 
 class UnitsPerStep(click.ParamType[float]):
-    """A number without a unit, because the option --units sets the unit."""
+    """A number of units per step, written without the unit, which the option --units sets."""
 
     name = "number"
 
@@ -84,7 +84,8 @@ class WholeNumber(click.ParamType[int]):
         example: an example, for messages.
         noun: the things counted, such as "steps"; the word may follow the number.
         also: text added to the message about a wrong value.
-        least, most: the allowed range; without `least` the command checks it, without `most` it has no end.
+        least, most: the allowed range; if `most` is None, there is no upper limit; if `least` is None, only
+            the command checks the range.
     """
 
     name = "number"
@@ -95,7 +96,7 @@ class WholeNumber(click.ParamType[int]):
         self.example, self.noun, self.also, self.least, self.most = example, noun, also, least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number; for step counts, "400 steps" is allowed too."""
+        """Return the number; `noun` may follow it in the text, as in "400 steps"."""
         noun = rf"(?:{self.noun}?)?" if self.noun else ""
         found = re.fullmatch(rf"\s*([+-]?[0-9]{{1,12}})\s*{noun}\s*", str(value))
         if found is None:
@@ -132,10 +133,10 @@ STEPS = WholeNumber(400, "steps", "; most motors have 200 per revolution")
 
 
 class QuantityWithUnit(click.ParamType[float]):
-    """A number with a unit; any unit in one row of the table of units is allowed.
+    """A number with any of the units in one row of the table of units.
 
     Args:
-        unit: the unit that stands for the row; the number is converted to this unit.
+        unit: one of the units in that row; the number is converted to this unit.
     """
 
     name = "quantity"
@@ -156,7 +157,7 @@ class CheckedText(click.ParamType[str]):
 
     Args:
         name: the kind of value, for the usage line.
-        read: reads the text, and raises UsageError or TimeError if it is wrong.
+        read: a function that converts the text; it raises UsageError or TimeError if the text is wrong.
     """
 
     def __init__(self, name: str, read: Callable[[str], object]) -> None:
@@ -172,7 +173,7 @@ class CheckedText(click.ParamType[str]):
 
 
 def step_rate(text: str) -> None:
-    """Check a rate in steps per second, with its unit."""
+    """Check that a text is a rate in steps per second, with its unit."""
     from ...drive.terminals import steps_a_second  # most commands do not need it
 
     steps_a_second(text)
@@ -186,13 +187,13 @@ FREQUENCY, TIME, STEP_RATE = (
 
 
 class PinDrive(Completed[tuple[str, int, int]]):
-    """A pin, its level, and a time: pin=level@time."""
+    """A pin, its new level, and the time of the change (0 if omitted): pin=level@time."""
 
     name = "pin=level@time"
     complete = staticmethod(completion.drive)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int, int]:
-        """Return (pin, level, picoseconds)."""
+        """Return (pin, level, time in picoseconds)."""
         if isinstance(value, tuple):
             return value
         match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([01])\s*(?:@(.*))?", value)
@@ -220,7 +221,7 @@ class PartName(Completed[str]):
     complete = staticmethod(completion.parts)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name as it was written; a name with a colon may be a module in the current directory."""
+        """Return the name as it was written; if it has a colon, allow imports from the current directory."""
         look_here(None, None, ":" in value)
         return str(value)
 
@@ -236,7 +237,7 @@ def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: 
 
 
 class Names(Completed[tuple[str, ...]]):
-    """Names separated by commas."""
+    """Names of pins, separated by commas."""
 
     name = "a,b,c"
     complete = staticmethod(completion.pins)
@@ -254,7 +255,7 @@ class Names(Completed[tuple[str, ...]]):
 
 
 class Strap(Completed[tuple[str, int]]):
-    """A pin and its level: pin=level."""
+    """An input pin and its fixed level: pin=level."""
 
     name = "pin=level"
     complete = staticmethod(completion.strap)
@@ -272,7 +273,7 @@ class Strap(Completed[tuple[str, int]]):
         return match[1], int(match[2])
 
     def wrong(self, value: str, sheet: Sheet | None) -> str:
-        """Return a message for a wrong strap: the error, the inputs of the chip, and the most similar name."""
+        """Return a message for a wrong strap: the error and, for a wrong pin, the chip's inputs and a similar name."""
         if sheet is None:
             return wrong_level(value) or "give a pin and its level, 0 or 1, such as 'chs=0'"
         inputs = {row.name: row.description for row in sheet.pins if row.in_out in ("in", "both")}
@@ -291,7 +292,7 @@ class Strap(Completed[tuple[str, int]]):
 
 
 class SettingText(Completed[tuple[str, str]]):
-    """A setting, name=value or table.name=value; the part interprets the text.
+    """A setting, name=value or table.name=value; the part interprets the value.
 
     Args:
         what: the kind of setting, for messages.
@@ -305,7 +306,7 @@ class SettingText(Completed[tuple[str, str]]):
         self.what, self.example = what, example
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        """Return (name, text)."""
+        """Return (name, value), both as text."""
         if isinstance(value, tuple):
             return value
         name, equals, text = (part.strip() for part in value.partition("="))

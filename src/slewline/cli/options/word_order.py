@@ -1,8 +1,8 @@
 """Words in the wrong order on a command line: the kind of each word, and the line that the user meant.
 
-A word is a chip, a port, a file, a parameter ...: `kind_of`.  The kinds that an argument takes follow from its name
-(`TAKES`); a word that fits no argument belongs to an option that takes its kind (`OPTIONS`).  A line in the right order
-is left alone, and so is a line that cannot be put in order.
+`kind_of` returns the kind of a word: a chip, a port, a file, a parameter ...  The name of an argument
+determines the kinds that it takes (`TAKES`); a word that fits no argument belongs to an option for its
+kind (`OPTIONS`).  A line in the right order, or that cannot be put in order, is left alone.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ RECORDINGS = (".csv", ".sr")
 
 
 def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -> str | None:
-    """Return a message with the misplaced word and the line that the user meant; None if every word is in its place."""
+    """Return a message with a misplaced word and the line that the user meant; None if no correction is found."""
     try:
         words, rest = parted(command, args)
     except LookupError:
@@ -89,7 +89,7 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
 
 
 def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], words: Sequence[str]) -> str:
-    """Return a message that an output file and a port are swapped; empty if they are not."""
+    """Return a message that an output file and a port are swapped, with the right line; empty if they are not."""
     written = next((each for each in command.params if "--output" in each.opts), None)
     first = next((each for each in command.get_params(ctx) if isinstance(each, click.Argument)), None)
     if written is None or first is None or TAKES.get(first.name or "") != TAKES["port"] or len(words) != 1:
@@ -103,7 +103,7 @@ def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], w
 
 
 def describe(word: str, kind: str, argument: click.Argument | None) -> str:
-    """Return a text with the kind of a misplaced word, and the name of the argument in whose place it is."""
+    """Return a text with the kind of a misplaced word, and the name of the argument expected in its place."""
     if kind == ANY:
         return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} is one word too many"
     here = argument is not None and not fits(kind, TAKES.get(argument.name or ""))
@@ -113,13 +113,13 @@ def describe(word: str, kind: str, argument: click.Argument | None) -> str:
 
 
 def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) -> bool:
-    """Return whether the first word is a file in the place of the chip, and none of the words is a chip."""
+    """Return whether the first word is a file given for the chip: no word is a chip, no option takes the file."""
     kinds = [kind for _, kind in words]
     return kinds[0] in FILES and "chip" not in kinds and not option_of(command, kinds[0])
 
 
 def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the words that are arguments, and all other words.
+    """Return the words that are arguments, and the other words, which are options and their values.
 
     Raises:
         LookupError: the line has an option that the command does not have.
@@ -148,12 +148,12 @@ def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list
 
 
 def fits(kind: str, takes: Sequence[str] | None) -> bool:
-    """Return whether an argument takes a word of this kind."""
+    """Return whether an argument that takes the kinds `takes` (None: all) accepts a word of this kind."""
     return takes is None or kind == ANY or kind in takes
 
 
 def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the word for an argument: of a kind that it takes, else of unknown kind; None if there is neither."""
+    """Return the first word, with its kind, of a kind that an argument takes, else of unknown kind; else None."""
     if takes is None:
         return words[0] if words else None
     known = [each for kind in takes for each in words if each[1] == kind]
@@ -202,7 +202,7 @@ def is_given(command: click.Command, option: str, args: Sequence[str]) -> bool:
 
 
 def option_of(command: click.Command, kind: str) -> str:
-    """Return the option that takes words of a kind; empty if none does."""
+    """Return the option of a command that takes words of a kind; empty if the command has none."""
     names = OPTIONS.get(kind, ()) if not (kind == "bench file" and command.name in WRITES) else ()
     several = {name for each in command.params if getattr(each, "multiple", False) for name in each.opts}
     return next((name for name in names if has(command, name) and (kind == "parameter" or name not in several)), "")

@@ -1,1 +1,1 @@
-"""Packages that contain a user's own chip or part, from templates: `slewline new-chip` and `slewline new-part`."""
+"""Packages for a user's own chip or part, from templates: `slewline new-chip` and `slewline new-part`."""

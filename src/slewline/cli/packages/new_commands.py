@@ -22,7 +22,7 @@ def new_chip_command(**options: Any) -> int:
     """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
 
     NAME is the name of the chip: lower-case letters, digits, single hyphens.  The package works unchanged;
-    the chip in it is fictitious, and you replace its rows.
+    the chip in it is fictitious, and you replace the rows of its sheet.
     """
     from .new_package import new
 

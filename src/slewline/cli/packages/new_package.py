@@ -1,7 +1,7 @@
 """slewline new-chip, new-part: write a package of the user's own, whose tests pass from the start.
 
-The templates are such a package with words to be replaced (see `words`).  Files common to every package
-are in the folder `both`, those of a chip or a part in `chip` or `part`.
+The templates form such a package, but with placeholder words (see `words`).  Files for every package are
+in the folder `both`; files only for a chip or only for a part are in `chip` or `part`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def new(kind: Kind, name: str, output: str) -> int:
 
 
 def words(kind: Kind, name: str) -> dict[str, str]:
-    """Return the text that replaces each template word."""
+    """Return the text that replaces each template word, keyed by that word."""
     return {
         "new-name": name,
         "NEW-NAME": name.upper(),
@@ -80,10 +80,10 @@ def check_shape(kind: Kind, name: str) -> None:
 
 
 def check_free(kind: Kind, name: str) -> None:
-    """Check that a name is not in use.
+    """Check that a name is neither in use nor reserved.
 
     Raises:
-        UsageError: the name is in use; the message states where.
+        UsageError: the name is in use or reserved; the message states where.
     """
     module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:
@@ -104,7 +104,7 @@ def check_free(kind: Kind, name: str) -> None:
 
 
 def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
-    """Return the files of a package by their paths within it, those in upper folders first."""
+    """Return the contents of the files of a package, keyed by path within it, files in upper folders first."""
     table = words(kind, name)
     pattern = re.compile("|".join(table))
 

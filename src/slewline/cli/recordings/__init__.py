@@ -1,1 +1,1 @@
-"""The commands that compare recorded waveforms with the model and with data sheets."""
+"""The commands for recorded waveforms: comparison with the model or with data sheets, and decoding."""

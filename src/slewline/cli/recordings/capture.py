@@ -1,4 +1,4 @@
-"""check-capture: compare a STEP and DIR recording with the data sheets of a driver and a part."""
+"""check-capture: compare a recording of STEP and DIR with the data sheets of a driver and a part."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def capture(
     plot: str | None,
     as_json: bool,
 ) -> int:
-    """Print the faults of a recording; return 0 if there are none."""
+    """Print a report on a recording; return 0 if there are no faults, else 1."""
     from ...record.pictures.picture_files import SUFFIXES
 
     outputs = Outputs([file])
@@ -76,7 +76,7 @@ def _axis(name: str, text: str) -> tuple[str, str | None]:
 
 
 def plain(found: CaptureReport) -> dict[str, object]:
-    """Return a report as data."""
+    """Return a report as data for JSON."""
     return {
         "good": found.good,
         "resolution_ps": found.resolution_ps,

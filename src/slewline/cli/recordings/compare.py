@@ -28,7 +28,7 @@ def compare(
     invert: Iterable[str] = (),
     threshold: str | None = None,
 ) -> int:
-    """Print the comparison of each pair of signals; return 0 if all agree."""
+    """Print the comparison of each pair of signals; return 0 if all pairs agree, else 1."""
     ours = read_vcd(model, torn=torn)
     theirs = read_waveforms(measured, timescale=timescale, torn=torn, threshold=threshold)
     within = ""
@@ -57,7 +57,7 @@ def compare(
 
 
 def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
-    """Return the model signals whose measurement is inverted: those given by model or measured name, or all."""
+    """Return the model names of inverted signals, each given by its model or measured name; "all" gives all."""
     names = {part.strip() for text in given for part in text.split(",")}
     by_name = {name: each.name for each in signals if each.wire for name in (each.name, each.other)}
     if "all" in names:
@@ -69,7 +69,7 @@ def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
 
 
 def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tuple[str, str]]:
-    """Return the names of matching signals: the given pairs, else signals with equal names."""
+    """Return pairs of names, in the model and in the measurement: the given pairs, else signals of equal name."""
     pairs = [tuple(part.strip() for part in pair.partition("=")) for text in given for pair in text.split(",")]
     for name, equals, other in pairs:
         if not (name and equals and other):

@@ -25,7 +25,7 @@ def decode(
     torn: bool,
     dialogue: str | None,
 ) -> int:
-    """Print a dialogue and its damaged characters; return 0 if there are none."""
+    """Print a dialogue and its damaged characters; return 0 if no character is damaged, else 1."""
     waves = read_waveforms(file, timescale=timescale, torn=torn, threshold=threshold)
     found = decode_dialogue(waves, sheet_of(part), host, module, baud=baud, checksum=checksum, address=address or 0)
     if dialogue is not None:

@@ -1,1 +1,1 @@
-"""The command that translates programs for another part or controller, with its report as text and as data."""
+"""The command `slewline translate`, with its reports: a program is rewritten for another part or controller."""

@@ -1,4 +1,4 @@
-"""slewline translate BENCH.toml: the programs of all chips, the bench around them, and the report on both."""
+"""slewline translate BENCH.toml: translates all programs of a bench and the bench itself; reports on both."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def translate_bench_file(
     plot: str | None,
     as_json: bool,
 ) -> int:
-    """Translate a bench file into a folder, and print the report; return the exit status."""
+    """Translate a bench file, write the results into a folder, and print the report; return the exit status."""
     from ...translation.translate import refusal
     from ...translation.whole_bench import translate_bench
 
@@ -87,7 +87,7 @@ def translate_bench_file(
 
 
 def proven_alone(done: Translation) -> Proof | str:
-    """Prove a program without its bench; if the program does not run, return a text with the reason."""
+    """Run a program and its translation without the bench; return the comparison, or why a run is impossible."""
     try:
         return proven(done)
     except ProgramError as error:
@@ -113,7 +113,7 @@ def whole_proof(done: BenchTranslation, path: str) -> BenchProof:
 
 
 def around(done: BenchTranslation, proof: BenchProof | None, refused: str) -> Iterator[tuple[str, str | None]]:
-    """Yield the report on the bench that surrounds the programs, each line with its colour."""
+    """Yield the report on the bench itself, without its programs: each line with its colour (None: default)."""
     for line in done.lines:
         becomes = line.becomes or "nothing"
         yield (
@@ -131,7 +131,7 @@ def around(done: BenchTranslation, proof: BenchProof | None, refused: str) -> It
 def bench_data(
     done: BenchTranslation, proof: BenchProof | None, proofs: dict[str, Proof], refused: str
 ) -> dict[str, Any]:
-    """Return a translated bench as data."""
+    """Return the result of translating a bench as plain data, with the proofs and the error on loading it."""
     found: dict[str, Any] = {
         "to": done.to,
         "programs": {name: data(each, proofs.get(name)) for name, each in done.programs.items()},

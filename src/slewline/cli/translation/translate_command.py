@@ -1,4 +1,4 @@
-"""slewline translate: a program translated for another part or controller, the report on each line, and the proof."""
+"""slewline translate: rewrites a program so that it runs on another part or controller; report and proof."""
 
 from __future__ import annotations
 
@@ -80,10 +80,10 @@ def translate(
 
 
 def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings: Sequence[str] = ()) -> WriterOptions:
-    """Return the user's settings for the target.
+    """Return the user's settings for the program that is written for the target.
 
     Raises:
-        UsageError: a value is out of range.
+        UsageError: a value is out of range, or a setting is not of the form NAME=VALUE.
     """
     from ...translation.target_writer import WriterOptions
 
@@ -99,7 +99,7 @@ def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings:
 
 
 def meant(text: str, file: str, part: str) -> str:
-    """Return a message with the parts for which a refused program may be meant; empty if it is for this part."""
+    """Return a message that names the parts that a program may be for; empty if it seems to be for `part`."""
     from ..dialects import foreign
 
     cls = chip_class(part)
@@ -114,20 +114,20 @@ def proven(done: Translation) -> Proof:
 
 
 def drawn(proof: Proof, path: str, done: Translation) -> None:
-    """Draw the runs of the program and of its translation."""
+    """Draw the runs of a program and of its translation into the picture file `path`."""
     from ...translation.proof.picture import draw
 
     draw(proof, path, (done.report.part, done.report.to))
 
 
 def status(done: Translation, proof: Proof | None) -> int:
-    """Return the exit status: 1 if a line is not possible, or the runs differ."""
+    """Return the exit status: 1 if a line or the whole program is "not possible", or the proof fails; else 0."""
     failed = proof is not None and proof.compared is not None and not proof.proven
     return int(failed or done.report.counts[worst()] > 0 or any(each.kind is worst() for each in done.report.whole))
 
 
 def worst() -> Any:
-    """Return the verdict "not possible"."""
+    """Return the worst kind of verdict, "not possible"."""
     from ...translation.translation_report import LineKind
 
     return LineKind.IMPOSSIBLE
@@ -135,7 +135,7 @@ def worst() -> Any:
 
 # ---------------------------------------------------------------------------------------------------------------- text
 def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None]]:
-    """Yield the lines of a report, each with its colour."""
+    """Yield the lines of a report, and of the proof if there is one, each with its colour (None: default)."""
     counts = ", ".join(f"{number} {kind.value}" for kind, number in report.counts.items())
     yield f"{report.where}: {report.part} to {report.to}: {counted(len(report.lines), 'line')}: {counts}", None
     for line in report.lines:
@@ -157,14 +157,14 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
 
 
 def once(lines: Sequence[str]) -> Iterator[str]:
-    """Yield lines; identical consecutive lines are merged, with their count."""
+    """Yield the lines; identical consecutive lines become one line with their number: "T1 (3 times)"."""
     for text, same in groupby(lines):
         number = len(list(same))
         yield text if number == 1 else f"{text} ({number} times)"
 
 
 def described(verdict: LineVerdict) -> str:
-    """Return the text of a verdict, including its limit and its remedy; empty for "the same"."""
+    """Return the description, the limit and the remedy of a verdict as one text; empty if it has none of them."""
     return "; ".join(filter(None, (verdict.description, verdict.limit, verdict.remedy)))
 
 
@@ -178,7 +178,7 @@ def proved(proof: Proof) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- data
 def data(done: Translation, proof: Proof | None) -> dict[str, Any]:
-    """Return a translation as data."""
+    """Return the result of a translation, with the proof if there is one, as plain data."""
     report = done.report
     found: dict[str, Any] = {
         "from": report.part,
@@ -211,7 +211,7 @@ def data(done: Translation, proof: Proof | None) -> dict[str, Any]:
 
 
 def verdict_object(verdict: LineVerdict) -> dict[str, Any]:
-    """Return a verdict as data."""
+    """Return a verdict as plain data."""
     return {
         "kind": verdict.kind.value,
         "says": verdict.description,

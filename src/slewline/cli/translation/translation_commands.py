@@ -1,4 +1,4 @@
-"""slewline translate: its options."""
+"""The command line options of `slewline translate`."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 A fact that several modules need has its own column in a row, so that no text has to be parsed.  Roles
 (`roles.py`) name the purpose of a pin or a command across parts: wiring, hosts and rules use them.  The
-`reflex` of a pin is its direct effect on a running motor; `at_once` in a row means that the command does
-not wait for the end of a motion.  An option is a row (`option.py`), checked before use.  A host reaches
-a part over a channel (`channel.py`).
+`reflex` of a pin is its direct effect on a running motor; `at_once` of a command is its effect before
+the end of a motion.  An option is a row (`option.py`), and its value is checked before use.  A host
+reaches a part over a channel (`channel.py`).
 """

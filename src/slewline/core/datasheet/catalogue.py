@@ -1,13 +1,13 @@
-"""Classes of chips and parts, found by name: those built in, of installed packages, and in any module.
+"""Classes of chips and parts, found by name: built-in, provided by an installed package, or in any module.
 
-    the name of a part    built-in
+    the name of a part    a built-in class
     mx10                  an entry point of a package that the user has installed
     my_lab.mx10:Mx10      module:Class
 
 Importing a module runs its code.  A name that the user enters, on the command line or as an argument, is
 trusted.  A bench file, a journal or a URL may come from anywhere: the code that reads a name from such a
-source decides whether modules are allowed (`allow_code`).  Packages that the user has installed are
-allowed everywhere.
+source decides whether the form module:Class is allowed (`allow_code`).  Entry points of packages that
+the user has installed are always allowed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class Catalogue(Generic[T]):
-    """The classes of one kind, by name.
+    """All classes of one kind, such as all chips, which are found by name.
 
     Args:
         what: the noun for the kind, such as "chip".
@@ -57,8 +57,8 @@ class Catalogue(Generic[T]):
 
         Raises:
             UnknownName: no class has this name; the message lists the names.
-            UsageError: module:Class where it is not allowed; or no such module or class, a class of another kind, or a
-                module that fails when it is imported.
+            UsageError: the form module:Class is not allowed, there is no such module or class, the class is of
+                another kind, or the module fails when it is imported.
         """
         key = self.canonical(name)
         if key in self.ours:
@@ -87,7 +87,7 @@ class Catalogue(Generic[T]):
         return name if ":" in name else self.spelled(name)
 
     def name_of(self, cls: type[T]) -> str:
-        """Return the name under which a class is found: a built-in name, that of an entry point, or module:Class."""
+        """Return the name by which a class is found: a built-in name, the name of an entry point, or module:Class."""
         place = f"{cls.__module__}:{cls.__qualname__}"
         names = [name for name, ours in self.ours.items() if ours == place]
         if len(names) == 1:  # a class with several names does not itself state any of them
@@ -103,7 +103,7 @@ class Catalogue(Generic[T]):
 
     # ------------------------------------------------------------------------------------------- installed packages
     def brought(self) -> dict[str, list[EntryPoint]]:
-        """Return the entry points of installed packages, keyed by name; a name has several if packages conflict."""
+        """Return the entry points of installed packages, keyed by name: several if packages use the same name."""
         from importlib.metadata import entry_points  # it takes long to load, and most runs use built-in classes
 
         found: dict[str, list[EntryPoint]] = {}
@@ -126,7 +126,7 @@ class Catalogue(Generic[T]):
         return found[0] if found else None
 
     def unknown(self, name: object) -> UnknownName:
-        """Return the error for an unknown name, with the list of all names."""
+        """Return the error to raise for an unknown name; its message lists all names."""
         names = self.names()
         remedy = hint(self.spelled(str(name)), names)
         if str(name).endswith(".toml"):
@@ -137,7 +137,7 @@ class Catalogue(Generic[T]):
 
     # --------------------------------------------------------------------------------------------------- any module
     def _imported(self, place: str, places: str) -> type[T]:
-        """Return the class at module:Class (`place`); `places` describes it at the start of error messages."""
+        """Return the class that `place`, a module:Class, denotes; error messages begin with the text `places`."""
         module, _, attribute = place.partition(":")
         if "<locals>" in attribute:
             raise UsageError(
@@ -166,7 +166,7 @@ class Catalogue(Generic[T]):
         return found
 
     def _classes_in(self, module: object) -> str:
-        """Return text that lists the classes of this kind that a module defines."""
+        """Return text that lists the classes of this kind that a module defines; empty if there are none."""
         names = [
             name
             for name, cls in vars(module).items()
@@ -178,7 +178,7 @@ class Catalogue(Generic[T]):
 
 
 def package(point: EntryPoint) -> str:
-    """Return the package that an entry point belongs to, with its version."""
+    """Return the name and the version of the package that an entry point belongs to."""
     return f"{point.dist.name} {point.dist.version}" if point.dist is not None else "a package"
 
 
@@ -195,7 +195,7 @@ def failed(module: str, error: BaseException) -> str:
 
 
 def _last(trace: TracebackType) -> TracebackType:
-    """Return the innermost frame of a traceback."""
+    """Return the last link of a traceback, which is for the innermost frame."""
     while trace.tb_next is not None:
         trace = trace.tb_next
     return trace

@@ -18,13 +18,13 @@ T = TypeVar("T")
 @formerly(description="says")
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """A channel to a part.
+    """A channel over which a host reaches a part.
 
-    `name` is the argument in `bench.host(x, over=name)`, `description` its wording in messages.
+    `name` selects the channel in `bench.host(x, over=name)`; `description` names it in messages.
 
-    Pins that all parts with a channel of one class have are found by their roles; pins that only some of
-    these parts have are named in the channel.  When a script has a directive for another kind of channel,
-    the message states `instead` about the part.
+    A pin that all parts with this class of channel have is found by its role; a pin that only some of them
+    have is named in an attribute of the channel.  `instead` is the phrase after the name of the part in the
+    message that refuses a script directive for another kind of channel.
     """
 
     name: ClassVar[str]
@@ -33,25 +33,25 @@ class Channel:
 
     @property
     def fastest(self) -> dict[str, int]:
-        """The straps that select the highest rate; empty if there is no choice."""
+        """The straps that select the highest rate, as levels keyed by pin; empty if the rate cannot be selected."""
         return {}
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps that switch off features that a program file does not contain, such as checksums."""
+        """The straps (levels keyed by pin) that switch off features missing from program files, such as checksums."""
         return {}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text on how to give this value to a setting that is not an option; "" if it cannot be set."""
+        """Return text on how to give this value to a setting that is not an option; "" if there is no such setting."""
         return ""
 
 
 @dataclass(frozen=True, eq=False)
 class BusHandshake(Channel):
-    """A data bus with a request and answer handshake for every byte; its pins are found by their roles.
+    """A data bus with a handshake (request and answer) for every byte; its pins are found by their roles.
 
     Attributes:
-        verify_bytes: the number of bytes in each read-out group, keyed by group number.
+        verify_bytes: the number of bytes in each group of data that can be read out, keyed by group number.
         ccw_bit: the mask of the direction bit in the last status byte: 1 means counter-clockwise.
     """
 
@@ -85,11 +85,11 @@ class SerialLine(Channel):
         bits: the number of data bits, 5 to 8.
         parity: "none", "odd" or "even".
         stop: the number of stop bits.
-        bauds: the rates, keyed by the levels of `baud_pins`; a part without such pins has one entry, for ().
+        bauds: the rates in baud, keyed by the levels of `baud_pins`; without such pins one entry, for ().
         baud_pins: the pins that select the rate.
         addresses: the addresses, keyed by the levels of `address_pins`; for address 0, no address is sent.
         address_pins: the pins that select the address.
-        checksum_pin: the pin that selects checksums at level 1; "" if there is none.
+        checksum_pin: the pin that switches checksums on while at level 1; "" if there is none.
         where: the section of the manual.
     """
 
@@ -109,12 +109,12 @@ class SerialLine(Channel):
 
     @property
     def fastest(self) -> dict[str, int]:
-        """The straps that select the highest rate."""
+        """The straps that select the highest rate, as levels keyed by pin."""
         levels = max(self.bauds, key=lambda levels: self.bauds[levels])
         return dict(zip(self.baud_pins, levels, strict=True))
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return text that states which straps set the rate or the checksums, or that the format is fixed."""
+        """Return text on the straps that set the rate or checksums, or on the fixed format; "" for other settings."""
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))
@@ -136,7 +136,7 @@ class SerialLine(Channel):
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps that switch off checksums."""
+        """The strap that switches off checksums, as a level keyed by pin; empty if no pin selects checksums."""
         return {self.checksum_pin: 0} if self.checksum_pin else {}
 
 
@@ -148,10 +148,10 @@ class FlowBus(Channel):
 
     Attributes:
         ends: when the flow line shows the end of a message: "before" the part answers the request for the
-            last byte, or "after" the end of that request.
+            last byte, or "after" that request has ended.
         live: True if the part accepts commands while its program runs, after an initial request that carries
             no byte.
-        in_use: a mask and a value: the flow line is in use while the mode register has this value under the mask;
+        in_use: a mask and a value: the flow line is in use while the mode register, masked, has this value;
             otherwise its pin has another function.
     """
 
@@ -165,23 +165,23 @@ class FlowBus(Channel):
 
     @property
     def answers(self) -> tuple[int, int]:
-        """The mask and the value of the mode register for which answers are sent over this channel."""
+        """A mask and a value: answers are sent over this channel while the mode register, masked, has this value."""
         return self.in_use
 
 
 @dataclass(frozen=True, eq=False)
 class AdaptiveLine(Channel):
-    """A serial port that detects the rate from two carriage returns, unless an option fixes it.
+    """A serial port that detects the rate from two carriage returns, unless an option fixes the rate.
 
     Attributes:
         bauds: the rates, in baud.
         bits: the number of data bits, 5 to 8.
         parity: "none", "odd" or "even".
         stop: the number of stop bits.
-        flow_pin: the output of the part that permits the host to send while low.
-        in_use: a mask and values: `flow_pin` is in use while the mode register has one of the values under the mask;
-            otherwise the pin has another function.
-        answers: a mask and a value: answers are sent over this port while the mode register, masked, has this value.
+        flow_pin: the output of the part that permits the host to send while the output is low.
+        in_use: a mask and values: `flow_pin` is in use while the mode register, masked, has one of these
+            values; otherwise the pin has another function.
+        answers: a mask and a value: answers use this port while the mode register, masked, has this value.
         where: the section of the manual.
     """
 
@@ -200,13 +200,13 @@ class AdaptiveLine(Channel):
 
 
 def row_for(channel: Channel, table: Mapping[type[Channel], T], what: str) -> T:
-    """Return the row of a table for a channel's class, or for the nearest base class that has one.
+    """Return the row of a table for a channel's class, or for the nearest of its base classes that has a row.
 
     Args:
-        what: the purpose of the rows, for the error message: "makes a host for".
+        what: a phrase about the purpose of the rows, for the error message: "makes a host for".
 
     Raises:
-        UsageError: there is no row.
+        UsageError: neither the class nor any of its base classes has a row.
     """
     for kind in type(channel).__mro__:
         if kind in table:

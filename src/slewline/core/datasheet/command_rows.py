@@ -1,4 +1,4 @@
-"""Command rows with the columns of a family: commands as text, as lines, or as packets.
+"""Classes of command rows, each with the columns of one family: commands as text, as lines, or as packets.
 
 Code that reads such a column requests the rows of that family: `sheet.rows(PacketRow)`.
 """
@@ -32,7 +32,7 @@ class LineRow(Row):
 
     Attributes:
         head: the text that a host sends first, if different from `form`.
-        room: the number of bytes in the program memory, if more than the opcode and the arguments need.
+        room: the number of bytes in the program memory, if more than opcode and arguments need; else 0.
         tail: fixed text after the arguments, in each spelling that a host may use, the official one first.
     """
 
@@ -47,11 +47,11 @@ class LineRow(Row):
 
     @property
     def size(self) -> int:
-        """The number of bytes of the instruction in the program memory."""
+        """The number of bytes of the instruction in the program memory; 0 if it cannot be stored."""
         return max(1 + self.data_bytes, self.room) if self.coded else 0
 
     def pack(self, values: Sequence[int]) -> bytes:
-        """Return opcode and arguments as stored in the program memory."""
+        """Return opcode and arguments as stored in the program memory, extended with zeros to `room` bytes."""
         return Row.pack(self, values).ljust(self.room, b"\0")
 
 
@@ -62,10 +62,10 @@ class PacketRow(Row):
 
     Attributes:
         acts: the axes on which the packet acts: the "current" axis, the axis that it selects ("set"), the
-            "interrupting" axis, the axes in a "mask", or all ("global").
-        reads: the values that a host reads after the arguments.
-        buffered: the command takes effect with the next update.
-        encoder: the command is meant for parts with an encoder, but other parts accept it, too.
+            "interrupting" axis, the axes in a "mask", or all axes ("global").
+        reads: the values that a host reads after it has sent the arguments.
+        buffered: True if the command takes effect with the next update.
+        encoder: True if the command is meant for parts with an encoder; other parts accept it, too.
     """
 
     stored: bool = False
@@ -86,7 +86,7 @@ class PacketRow(Row):
 
 
 def row_object(row: Row) -> dict[str, Any]:
-    """Return a row as data, with the columns of every family; columns that the row lacks are empty."""
+    """Return a row as data, with the columns of every family; columns that the row lacks have their defaults."""
     found, own = published(row), {each.name for each in fields(row)}
     others = {each.name: each.default for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
     return found | {name: getattr(row, name, value) for name, value in others.items() if name not in own}

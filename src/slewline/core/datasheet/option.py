@@ -126,11 +126,11 @@ class Option:
         default: the value used if none is given; ... (Ellipsis) if the option is required.
         description: text that describes the effect of the option.
         low: the minimum: of a number, a time in ps, a frequency in Hz, or each of "ints"; None for no limit.
-        high: the maximum, likewise.
+        high: the maximum, for the same kinds as `low`; None for no limit.
         unit: the unit of the value; for a "quantity" an SI unit.
         choices: the allowed values.
-        table: the rows of a "table", each an option.
-        check: a function that returns text about a fault of a value of the right kind and range, or "".
+        table: the rows of a "table", each of which is an option.
+        check: a function that returns text about a fault of a value of the right kind and range; "" if none.
         none: True if None is also allowed.
         like: an example value, for a "text" or an "object".
         where: the section of the manual.
@@ -191,7 +191,7 @@ class Option:
 
     @property
     def shown(self) -> str:
-        """The default as text; "" if there is no default, or if it is an empty table or object."""
+        """The default as text; "" if the option is required, or if its default is an empty table or no object."""
         if self.required:
             return ""
         if self.kind == "time" and _whole(self.default):
@@ -199,10 +199,10 @@ class Option:
         return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
 
     def checked(self, owner: str, value: Any) -> Any:
-        """Check a value, and return it in its final type; a table is completed with the defaults of missing rows.
+        """Check a value, and return it in its final type; rows that a table lacks are added with their defaults.
 
         Raises:
-            UsageError: the value is not allowed; the message lists the allowed values.
+            UsageError: the value is not allowed; the message states the reason, or the allowed values.
         """
         if value is None and self.none:
             return None
@@ -224,7 +224,7 @@ class Option:
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
-        """Return why a value is not allowed, or "" if the text `allowed` says enough; None if it is allowed."""
+        """Return why a value is not allowed, or "" if the list of allowed values is enough; None if it is allowed."""
         if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
             odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
             if odd is not None:
@@ -248,7 +248,7 @@ class Option:
         return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
 
     def read(self, text: str) -> Any:
-        """Return the value that a text represents; if it represents none, the text itself, which `checked` refuses."""
+        """Return the value that a text represents; return an invalid text itself, which `checked` then refuses."""
         if self.none and text.lower() == "none":
             return None
         value: Callable[[str], Any] = READ.get(self.kind, _same)
@@ -258,7 +258,7 @@ class Option:
             return text
 
     def data(self) -> dict[str, Any]:
-        """Return the row as plain data for other programs, without objects that only Python can pass."""
+        """Return the row as plain data for other programs, without `check` and `like`."""
         plain = None if self.required or (self.kind in ("table", "object") and not self.default) else self.default
         return {
             "name": self.name,
@@ -277,7 +277,7 @@ class Option:
 
 
 def _cut(value: Any) -> str:
-    """Return a value for a message; a long value is cut off."""
+    """Return the text of a value for a message; text longer than SHOWN characters is cut off."""
     text = repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]} ..."
 
@@ -287,7 +287,7 @@ def _same(value: Any) -> Any:
 
 
 def nowhere(_name: str, _value: object) -> str:
-    """Return "", because the setting cannot be made anywhere else."""
+    """Return "", which means that a setting cannot be made in any other way (see `elsewhere` in `checked`)."""
     return ""
 
 
@@ -302,8 +302,8 @@ def checked(
 
     Args:
         beside: the arguments that are allowed besides these options, for the message about an unknown one.
-        elsewhere: a function that, given a name that is not an option, and a value, returns text on how to
-            set it; "" if it cannot be set.
+        elsewhere: a function that takes a name that is not an option, and the value for it, and returns
+            text on how else to set it; "" if it cannot be set.
 
     Raises:
         UsageError: an option that does not exist, a value that is not allowed, or a required option that is
@@ -328,9 +328,9 @@ def checked(
 
 
 def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Return the options that pairs of strings define: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
+    """Return the options given as (name, text): ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
 
-    Unknown names, and strings that represent no value, are returned unchanged; `checked` refuses them.
+    Texts for unknown names, and texts that are not valid, are returned unchanged; `checked` refuses them.
     """
     known = {row.name: row for row in rows}
     found: dict[str, Any] = {}
@@ -345,7 +345,7 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the rows with the given values, checked, as their defaults; in a table, as the defaults of its rows."""
+    """Return the rows with the given values as defaults, unchecked; for a table, as defaults of its rows."""
     found = []
     for row in rows:
         if row.name in given and row.table:
@@ -357,12 +357,12 @@ def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option,
 
 
 def defaults(rows: Iterable[Option]) -> dict[str, Any]:
-    """Return the defaults, keyed by full name: "ramp_jumps", "inferred.rates"."""
+    """Return the defaults of all rows, keyed by full name: "ramp_jumps" or, in a table, "inferred.rates"."""
     return {name: row.default for name, row in flat(rows)}
 
 
 def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
-    """Yield every row with its full name, a table followed by its rows: ("load.inertia", row)."""
+    """Yield every row with its full name, and after each table the rows in it: ("load.inertia", row)."""
     for row in rows:
         yield f"{of}{row.name}", row
         yield from flat(row.table, f"{of}{row.name}.")

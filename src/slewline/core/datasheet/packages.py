@@ -30,11 +30,11 @@ class Package:
 
     Args:
         name: its name in a chipset; "" if it is the only package.
-        numbered: True if its pin numbers are known; False if the pins are in the manual's order.
+        numbered: True if its pin numbers are known; if False, the pins are in the manual's order.
         square: True if it has pins on four sides.
-        sides: left and right for a DIP; left, bottom, right and top for a square package; each from top to bottom, or
-            from left to right; a number stands for a pin that is not in the sheet.
-        loose: pins with unknown numbers, in a package with numbered pins.
+        sides: the pin names of each side: left and right for a DIP; left, bottom, right and top if square;
+            each from top to bottom, or left to right; a number stands for a pin that is not in the sheet.
+        loose: the names of pins with unknown numbers, in a package with numbered pins.
     """
 
     name: str
@@ -50,10 +50,10 @@ def packages(pins: Iterable[Pin]) -> list[Package]:
 
 
 def _by_package(pins: Sequence[Pin]) -> dict[str, list[Pin]]:
-    """Return the pins of each package.
+    """Return the pins of each package, keyed by its name; the only package of a part has the name "".
 
-    In a chipset, `where` names the package of a pin; otherwise, the names of pins without a signal start with the
-    package name, and the last such pin is the last of its package.
+    In a chipset, `where` of a pin may name its package.  If not, the names of pins without a signal begin
+    with the package name, and the last pin of each package is one of these.
     """
     numbers = [pin.number for pin in pins if pin.number]
     if len({*numbers}) == len(numbers):
@@ -73,7 +73,7 @@ def _prefix(pin: Pin) -> str:
 
 
 def _arranged(name: str, pins: Sequence[Pin]) -> Package:
-    """Return the package that has these pins."""
+    """Return the package with this name and these pins, arranged by pin number if the numbers are known."""
     at = {pin.number: pin.name for pin in pins if pin.number}
     if not at:
         names = [pin.name for pin in pins]

@@ -12,11 +12,11 @@ class Quirk(NamedTuple):
     """A choice of the model where the manual is silent or contradicts itself.
 
     Attributes:
-        id: its name; UND in it means that the manual leaves the matter undefined, CON that it contradicts itself.
+        id: its name, with UND where the manual leaves the matter undefined, CON where it contradicts itself.
         where: the sections and tables of the manual.
         description: the behaviour of the model.
         why: the reason for the choice.
-        test: the name of the test function that checks it.
+        test: the name of the test function that checks this behaviour.
     """
 
     id: str

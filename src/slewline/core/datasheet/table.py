@@ -2,7 +2,7 @@
 
 Rules of this file: every number states its source (`where`) and its certainty (`trust`): "stated" by the manual,
 "derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" from sister parts and
-other publications where no source of a part states it.
+other publications if no source about the part itself states the number.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Pin:
         name: the name in the manual, in lower case.
         in_out: the direction: "in", "out", "both", "power" or "none" (not connected).
         description: text that describes the function of the pin.
-        active: the active level, 0 or 1; None if it has none.
+        active: the active level, 0 or 1; None if the pin has none.
         pull: the level to which a built-in resistor pulls an open input; None if there is no resistor.
-        tie: the level in the standard wiring, without which a bare part does not work; None if there is none.
+        tie: the level in the standard wiring; a bare part must be wired to it to work; None if there is none.
         reset: the level of an output after reset; None if it is undefined.
         seen: text that states when the chip samples an input.
         where: the section of the manual.
@@ -43,13 +43,13 @@ class Pin:
         axis: the axis that the role belongs to, counted from 1.
         sense: the level at which the role is active, by default `active`; it differs if the pin is named for the
             opposite (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
-        transcript: the transcript text when the pin goes low, and when it goes high; None for no text.
+        transcript: the transcript texts for the pin going low and for it going high; None for no text.
         reflex: the direct effect of an active input on a running motor, a word from REFLEXES; for a pin that enables
             steps, the effect of its inactive level.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
 
     Raises:
-        SheetError: an unknown role or reflex, or a reflex without a level.
+        SheetError: an unknown role or reflex, or a reflex of a pin without an active level.
     """
 
     number: int
@@ -80,7 +80,7 @@ class Pin:
 
     @property
     def acts(self) -> int | None:
-        """The level at which the reflex of the pin acts; None if the pin has no such level."""
+        """The level at which the reflex of the pin acts; None if the pin has no active level."""
         level = self.active if self.sense is None else self.sense
         return 1 - level if self.role == "enable" and level is not None else level
 
@@ -90,7 +90,7 @@ class Pin:
         return self.in_out == "out"
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Return whether the pin has a role; a role that belongs to an axis must be on the given axis."""
+        """Return whether the pin has a role; for a role that belongs to an axis, on the given axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -105,12 +105,12 @@ class Arg:
         high: the maximum.
         label: True if a letter may be used instead of the value.
         unit: the unit that the value counts, such as "steps".
-        sign: how a sign is written: "no", "may" (none means plus), "must", or "alone" (a direction: + is 1, - is -1).
-        zero: True if 0 is within the range.
-        optional: True if the argument may be left out; it is then `high`.
+        sign: how a sign is written: "no", "may" (no sign: plus), "must", or "alone" (a direction: + is 1, - is -1).
+        zero: False if 0 is not allowed, even if it is between `low` and `high`.
+        optional: True if the argument may be left out; its value is then `high`.
         fraction: the number of bits after the binary point: with 16 the value counts 1/65536 of its unit.
         cycles: the power of the chip's cycle in the denominator of the unit: 1 for a speed, 2 for an acceleration.
-        alias: pairs (value, value that the chip uses instead), such as (256, 255); for any other value that
+        alias: pairs (value, value that the chip uses instead), such as (256, 255); of any other value that
             is too large, the chip uses the low bytes.
     """
 
@@ -129,7 +129,7 @@ class Arg:
 
     @property
     def modulus(self) -> int:
-        """The value at which numbers wrap: 256 for one byte, 65536 for two."""
+        """The value at which numbers wrap: 256 for an argument of one byte, 65536 for two bytes."""
         return 1 << (8 * self.size)
 
     def fit(self, number: int) -> int:
@@ -137,7 +137,7 @@ class Arg:
         return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
-        """Return whether a value is within the range."""
+        """Return whether a value is allowed: within the range, and not 0 if `zero` is False."""
         return self.low <= value <= self.high and (self.zero or value != 0)
 
     def pack(self, value: int, order: Order = "little") -> bytes:
@@ -149,7 +149,7 @@ class Arg:
         return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
-        """Return a value as text: without leading zeros, with a sign where required."""
+        """Return a value as text without leading zeros, signed unless `sign` is "no"; if "alone", only the sign."""
         if self.sign == "alone":
             return "+" if value > 0 else "-"
         return f"{value:+d}" if self.sign != "no" else str(value)
@@ -158,27 +158,27 @@ class Arg:
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One form of a command, with the columns of all parts; `LineRow`, `TextRow` and `PacketRow` add more.
+    """One form of a command, with the columns shared by all dialects; `LineRow`, `TextRow`, `PacketRow` add more.
 
     Attributes:
         form: the text that identifies the form: the letter or name that a host sends first.
         name: the command name, which determines the name of the firmware method: do_loop for LOOP.
         args: the arguments, in order.
-        time_us: the time that the last byte of the command takes in command mode, µs, with the usual crystal, excluding
-            the conversion of digits.
+        time_us: the time that the part takes in command mode for the last byte of the command, µs, with the
+            usual crystal, excluding the conversion of digits.
         description: text that describes the effect of the command.
         where: the section of the manual.
         program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
         code: the opcode in the program memory, or the command byte of a packet; by default the ASCII code
-            of the first letter.
+            of the first letter of `form`.
         stored: True if the command can be stored in a program.
         motion: True if the command makes the motor step.
         when: the states in which the command is executed immediately: "i" idle, "p" program entry, "r" program running.
-        flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" if
-            the program ends.
+        flow: where a program continues after the command: "n" next instruction, "t" target, "0" location 0,
+            "l" start of the loop; "" if the program ends.
         role: the purpose of the command, a word from ROW_ROLES, which all parts share.
-        at_once: the effect of the command on a running motor before the end of the motion: a word from
-            AT_ONCE; a buffered command acts at the update.
+        at_once: the effect that the command has on a running motor before the end of the motion: a word from
+            AT_ONCE, or "" if it has none; a buffered command has this effect at the update.
         starts: True if the command itself outputs no steps, but outside program entry may start a program or a homing
             run.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
@@ -214,12 +214,12 @@ class Row:
 
     @property
     def data_bytes(self) -> int:
-        """The number of data bytes of the command: the data count of the binary form."""
+        """The number of data bytes of the command, which its binary form contains as the data count."""
         return sum(arg.size for arg in self.args)
 
     @property
     def takes(self) -> str:
-        """Text that lists the names of the arguments."""
+        """Text that lists the names of the arguments; "no argument" if there are none."""
         return " and ".join(arg.name for arg in self.args) or "no argument"
 
     @property
@@ -239,12 +239,12 @@ class Row:
 
     @property
     def size(self) -> int:
-        """The number of bytes of the instruction in the program buffer, or of the packet that the host writes."""
+        """The number of bytes of the instruction in the program buffer, or of the host's packet; 0 without a code."""
         return 1 + self.data_bytes if self.coded else 0
 
     @property
     def order(self) -> Order:
-        """The byte order of a number: a program buffer holds the low byte first."""
+        """The byte order of a number in a program buffer: low byte first."""
         return "little"
 
     @property
@@ -305,7 +305,7 @@ class Register:
         bits: the number of bits.
         default: the value after power-up.
         description: text that describes the meaning of the value.
-        letter: the command that loads it.
+        letter: the letter of the command that loads the register; "" if there is none.
         where: the section of the manual.
         unit: the unit of the value, such as "steps".
     """
@@ -322,11 +322,11 @@ class Register:
 @formerly(description="says")
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """A time that an operation of the chip takes, as stated in the data sheet.
+    """A time that an operation of the chip takes, as given in the data sheet.
 
     Attributes:
         us: the time, µs.
-        mhz: the crystal for which it is stated, MHz.
+        mhz: the crystal frequency for which the time is given, MHz.
         description: text that describes the operation.
         where: the section of the manual.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
@@ -340,7 +340,7 @@ class Timing:
 
     @property
     def ticks(self) -> int:
-        """The time in crystal clocks, the same with every crystal; half a clock is rounded up."""
+        """The time as a number of crystal clocks, the same for every crystal; rounded, half a clock upwards."""
         return int(self.us * self.mhz + 0.5)
 
 
@@ -350,22 +350,22 @@ class Limit:
     """A data sheet limit for the time between two edges.
 
     An edge names a pin, or the data bus, and a change: "falls", "rises", "changes"; for a bus also "appears"
-    and "vanishes", when an output starts or stops driving it.  The time is measured from the last `start` to
-    the first `end` after it: with two strobes while a chip is selected, the first strobe ends a set-up time
-    and the second begins a hold time.  If a start and an end occur at the same instant, the time is 0; but
-    if only a typical time is given, that end is taken to come before the start.
+    (an output starts driving it) and "vanishes" (the output stops).  The time is measured from the last
+    `start` to the first `end` after it: with two strobes while a chip is selected, the first strobe ends a
+    set-up time and the second begins a hold time.  If a start and an end occur at the same instant, the time
+    is 0; but if only a typical time is given, this end is taken to come before the start.
 
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".
-        end: the edge at which it ends.
+        end: the edge at which the time ends.
         description: text that describes the purpose of the limit.
         where: the section of the manual.
         least: the minimum, ps; None if there is none.
         typical: the typical time, ps; None if none is given.
         most: the maximum, ps; None if there is none.
         symbol: the symbol in the data sheet, such as "t14".
-        mhz: the crystal for which the limit is given, MHz; 0 if it holds with every crystal.
-        keeper: the side that must comply: the "part", or the "host" and any other driver of the inputs.
+        mhz: the crystal frequency for which the limit is given, MHz; 0 if it holds with every crystal.
+        keeper: the side that must comply: "part", or "host" (any driver of the inputs of the part).
         given: the levels that pins must have at `end` for the limit to apply.
         before: the levels that pins must have had at `start` for the limit to apply.
         trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
@@ -386,7 +386,7 @@ class Limit:
     trust: Trust = "stated"
 
     def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
-        """Return the minimum, typical and maximum times with a crystal, in ps, rounded in favour of the `keeper`."""
+        """Return the minimum, typical and maximum time with a crystal, ps, rounded in favour of the `keeper`."""
         if not self.mhz:
             return self.least, self.typical, self.most
         up, down = self.mhz * 10**6, crystal_hz
@@ -395,7 +395,7 @@ class Limit:
 
     @property
     def edges(self) -> str:
-        """Text that names the two edges."""
+        """Text that names both edges, such as "io_request falls to ready falls"."""
         return f"{self.start} to {self.end}"
 
 
@@ -412,7 +412,7 @@ class Table(Sequence[R_co]):
         by_code: the rows of commands with a code, keyed by opcode or command byte.
 
     Raises:
-        SheetError: two rows have the same form or opcode.
+        SheetError: two rows have the same form, or the same opcode or command byte.
     """
 
     def __init__(self, *rows: R_co) -> None:
@@ -442,7 +442,7 @@ class Table(Sequence[R_co]):
         return f"<Table: {len(self)} commands>"
 
     def named(self, name: str) -> R_co:
-        """Return the row of a command by its name, such as "LOOP".
+        """Return the first row of the command with this name, such as "LOOP", in upper or lower case.
 
         Raises:
             KeyError: there is no such command.
@@ -453,7 +453,7 @@ class Table(Sequence[R_co]):
         raise KeyError(name)
 
     def of(self, kind: type[R]) -> Table[R]:
-        """Return the table with the columns of a family; rows created without these columns get their defaults.
+        """Return the table with rows of the class `kind`; columns that a row lacks are added with their defaults.
 
         Raises:
             SheetError: a row is of another family.
@@ -485,11 +485,11 @@ class Bits:
 
 
 class DialectSpec(Protocol):
-    """The attributes of a dialect that a sheet uses; the complete dialect is in language/dialect.py."""
+    """The attributes of a dialect that sheets read; the complete class is in language/dialect.py."""
 
     @property
     def name(self) -> str:
-        """The name of the dialect: "letters", "lines", "packets"."""
+        """The name of the dialect, such as "letters", "lines" or "packets"."""
 
     @property
     def row_type(self) -> type[Row]:
@@ -510,28 +510,28 @@ class Sheet:
         pins: the pin table.
         commands: the command table.
         behaviour: a number that is increased whenever a change of the model makes the same inputs lead to
-            other outputs; a journal records the number for its run.
-        crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a selectable crystal.
+            other outputs; a journal records the number with which its run was made.
+        crystal_hz: the usual crystal frequency, Hz; 10^12 (ticks of 1 ps) if no crystal can be selected.
         crystal_low_hz: the lowest crystal frequency allowed, Hz.
         crystal_high_hz: the highest crystal frequency allowed, Hz; 0 if there is no selectable crystal.
         registers: the register table.
         options: the options with which the part is created.
         rates: the rate for each value of the rate parameter, steps/s, with the usual crystal.
-        times: the times that the part takes, under names chosen for this project.
+        times: the times that the part takes, keyed by names chosen for this project.
         limits: the limits for the times between edges.
         buffer_bytes: the size of the program memory, in units of `memory_unit`.
-        buffer_where: the section of the manual that states this size.
+        buffer_where: the section of the manual that states the size of the program memory.
         labels: the letters that can be labels in a program.
         suffix: the file extension of programs.
         notes: further text for `slewline describe`, keyed by heading.
         dialect: how commands are written, sent and stored.
         channels: the channels over which a host can reach the part, the usual one first.
         axes: the number of motors.
-        wires: for a part in several packages, the names of pins that are connected to each other.
+        wires: for a part in several packages, groups of pins (their names) that are connected to each other.
         foreign: commands of sister parts, which this part refuses as unknown.
         slips: the remedies for characters that are often used by mistake, keyed by character.
         sections: the sections of the manual to which linter rules refer, keyed by subject.
-        key: the abbreviation of the manual in `where`.
+        key: the abbreviation that stands for the manual in `where`.
         memory_unit: the unit in which the manual states the size of the program memory.
     """
 
@@ -573,7 +573,7 @@ class Sheet:
 
     @property
     def keeps(self) -> bool:
-        """True if the part has non-volatile memory, whose store is set with the option `store`."""
+        """True if the part has non-volatile memory; the option `store` then sets where its content is kept."""
         return any(row.name == "store" for row in self.options)
 
     @property
@@ -593,24 +593,24 @@ class Sheet:
 
     @property
     def takes_live(self) -> bool:
-        """True if the part accepts commands while its program runs: then a host may pull its program entry pin low."""
+        """True if the part accepts commands while its program runs; a host may then pull the program entry pin low."""
         entry = self.role("program_entry")
         return entry is not None and entry.in_out == "both"
 
     @property
     def bus(self) -> str:
-        """The common prefix of the data bus pin names."""
+        """The common prefix of the names of the data bus pins, such as "db"."""
         data = self.role("data")
         return data.name.rstrip("0123456789") if data is not None else "db"
 
     @property
     def fastest(self) -> dict[str, int]:
-        """The straps that select the highest rate of every channel."""
+        """The straps, as levels keyed by pin, that select the highest rate of every channel."""
         return {pin: level for channel in self.channels for pin, level in channel.fastest.items()}
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps that, on every channel, switch off features that program files do not contain."""
+        """The straps (levels keyed by pin) that, on every channel, switch off features missing from program files."""
         return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
 
     def elsewhere(self, name: str, value: object) -> str:
@@ -618,11 +618,11 @@ class Sheet:
         return next((message for channel in self.channels if (message := channel.elsewhere(name, value))), "")
 
     def channel(self, kind: type[C]) -> C | None:
-        """Return the channel of a kind; None if the part has no such channel."""
+        """Return the first channel of the class `kind`; None if the part has no such channel."""
         return next((channel for channel in self.channels if isinstance(channel, kind)), None)
 
     def through(self, kind: type[C]) -> C:
-        """Return the channel of a kind.
+        """Return the first channel of the class `kind`.
 
         Raises:
             SheetError: the part has no such channel.
@@ -634,7 +634,7 @@ class Sheet:
         return channel
 
     def rows(self, kind: type[R]) -> Table[R]:
-        """Return the commands with the columns of a family.
+        """Return the command table with rows of the class `kind`, which has the columns of a family.
 
         Raises:
             SheetError: the commands are of another family.
@@ -642,15 +642,15 @@ class Sheet:
         return self.commands.of(kind)
 
     def acting(self, role: str) -> tuple[Row, ...]:
-        """Return the commands that have a role."""
+        """Return the rows of all commands with the given role."""
         return tuple(row for row in self.commands if row.role == role)
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
-        """Return the pin that has a role, on the given axis if the role belongs to an axis; None if no pin has it."""
+        """Return the first pin with a role, on this axis if the role belongs to an axis; None if there is none."""
         return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
 
     def in_role(self, role: str) -> Pin:
-        """Return the pin that has a role.
+        """Return the first pin with a role, on axis 1 if the role belongs to an axis.
 
         Raises:
             SheetError: no pin has the role.
@@ -663,7 +663,7 @@ class Sheet:
         return pin
 
     def pin(self, name: str) -> Pin:
-        """Return the pin of this name.
+        """Return the pin with the given name.
 
         Raises:
             KeyError: there is no such pin.

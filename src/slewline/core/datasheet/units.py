@@ -1,4 +1,4 @@
-"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in the first unit listed for the quantity.
+"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in its quantity's first unit.
 
     quantity("68 gcm2", "kg m2", "inertia")                       6.8e-06
     quantity(6.8e-6, "kg m2", "inertia")                          6.8e-06
@@ -69,10 +69,10 @@ SPELLED = str.maketrans(
 
 
 def measured(value: object, unit: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number in `unit`, which is the SI unit.
+    """Return a quantity as a number in `unit`, a key of UNITS; a value without a unit already is in this unit.
 
     Args:
-        per_turn: the motor's steps per revolution, if a rate may be in turns.
+        per_turn: the motor's steps per revolution, if a rate may be in turns; None if it may not.
 
     Raises:
         ValueError: the value is neither a finite number nor text made up of such a number and a unit of this
@@ -109,7 +109,7 @@ def _plain(unit: str) -> str:
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return a note, such as "mH is a unit of inductance; ", if a text has a wrong unit or none; else ""."""
+    """Return a note on the wrong or missing unit of a text, such as "mH is a unit of inductance; "; or ""."""
     found = _NUMBER_AND_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
     if found is None:
         return ""
@@ -139,7 +139,7 @@ def in_steps(text: str, per_turn: int) -> str:
 
 
 def expected(unit: str, number: str = "", per_turn: int | None = None) -> str:
-    """Return a description of the allowed forms of a quantity.
+    """Return a description of the allowed forms of a quantity, with all its units.
 
     Args:
         number: text that states which numbers are allowed; by default all.
@@ -150,7 +150,7 @@ def expected(unit: str, number: str = "", per_turn: int | None = None) -> str:
 
 
 def quantity(value: object, unit: str, name: str, per_turn: int | None = None) -> float:
-    """Return a quantity as a number in `unit`, which is the SI unit.
+    """Return a quantity as a number in `unit`, as `measured` does; messages call the quantity by `name`.
 
     Args:
         per_turn: as for `measured`.

@@ -4,7 +4,7 @@
 :00 0000 01 FF                                         the end
 
 A binary image is a dump: the bytes of the part, one after another.  Bytes missing from a HEX file are FF, as in an
-erased part.  An image with the length of a part listed in SIZES is treated as a dump of that part.
+erased part.  An image whose length is in SIZES is treated as a dump of a part of that size.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ def named_file(owner: str, name: str) -> UsageError:
 
 
 def check_text(owner: str, image: object) -> None:
-    """Check that an image is not text with a file extension.
+    """Check that an image is not text that ends with a file extension of images, such as ".bin".
 
     Raises:
-        UsageError: it is such text, so it is probably a file name.
+        UsageError: the image is such text, so it is probably a file name.
     """
     if isinstance(image, str) and image.lower().endswith((".bin", *HEX)):
         raise named_file(owner, image)
 
 
 def size_of(image: bytes) -> int:
-    """Return the size of the part for which an image is meant: the image's length if such a part exists, else 64K."""
+    """Return the size in bytes of the part that an image is for: the image's length if in SIZES, else 64K."""
     return len(image) if len(image) in SIZES else LARGEST
 
 
@@ -52,13 +52,13 @@ def is_hex(data: bytes) -> bool:
 
 
 def from_file(data: bytes, where: str) -> bytes:
-    """Return the image in a file with this content: Intel HEX, or else the bytes themselves.
+    """Return the image in a file with this content: decoded if it is Intel HEX, else the content itself.
 
     Args:
         where: the file, for messages.
 
     Raises:
-        BenchFileError: more than 64K bytes, or a line that is not a record; the message states the line number.
+        BenchFileError: more than 64K bytes, or faulty Intel HEX; the message states the number of the line.
     """
     if is_hex(data):
         return from_hex(data.decode("latin-1"), where)
@@ -95,7 +95,7 @@ def from_hex(text: str, where: str) -> bytes:
 
 
 def _record(line: str, at: str) -> tuple[int, int, bytes]:
-    """Return address, type and data of a record."""
+    """Return address, type and data of a record, which is one line of an Intel HEX file."""
     try:
         record = bytes.fromhex(line[1:]) if line[0] == ":" and " " not in line else b""
     except ValueError:
@@ -117,7 +117,7 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
 
 
 def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str) -> None:
-    """Copy the data of a record into an image; `given` marks the bytes that records have set so far."""
+    """Copy the data of a record into an image; `given` marks the bytes that this and earlier records have set."""
     end = address + len(data)
     if end > LARGEST:
         raise BenchFileError(f"{at}: the data end at address {end - 1:X}; allowed up to FFFF (sixteen address lines)")
@@ -132,7 +132,7 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
 
 
 def to_hex(image: bytes) -> str:
-    """Return an image as Intel HEX text; rows that are completely erased, except the last one, are left out."""
+    """Return an image as Intel HEX text; rows with only FF are left out, except at the end of the image."""
     lines = []
     for address in range(0, len(image), ROW):
         row = image[address : address + ROW]

@@ -1,4 +1,4 @@
-"""Non-volatile memory of a part: the bench gives the part a store, through which it reads and writes.
+"""Non-volatile memory of a part: the bench gives the part a store, which the part reads and writes.
 
 content   0 ........ 17 ........ 23            a store has bytes from address 0 on
           write: all of them
@@ -47,7 +47,7 @@ class AppendStore(Store, Protocol):
 
 
 def is_pending(store: Store) -> bool:
-    """Return whether a store is still writing the last data; a store without `pending` writes before it returns.
+    """Return whether a store is still writing earlier data; always False for a store without `pending`.
 
     Raises:
         OSError: the store could not write the data.
@@ -57,7 +57,7 @@ def is_pending(store: Store) -> bool:
 
 
 class Memory:
-    """Non-volatile memory that lasts as long as the model."""
+    """A store that keeps its content in the model, and loses it when the model ends."""
 
     def __init__(self, data: bytes = b"") -> None:
         self._content = bytearray(data)
@@ -76,7 +76,7 @@ class Memory:
         self._content = bytearray(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write bytes into the content at address `at`, by default at its end.
+        """Write bytes into the content at address `at`, by default at the end of the content.
 
         Raises:
             UsageError: there would be a gap before `at`.
@@ -90,7 +90,7 @@ class JournaledStore:
     Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
     Args:
-        record: called with the number of a call and its fault, as keywords: `error`, `content` or `pending`.
+        record: called with keywords: `call`, the number of a call, and its fault (`error`, `content`, `pending`).
     """
 
     def __init__(self, store: Store, record: Callable[..., object]) -> None:
@@ -120,7 +120,7 @@ class JournaledStore:
         self._known.write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write bytes into the content of the store; a store without `append` is given the whole content."""
+        """Write bytes into the content of the store; if the store has no `append`, write the whole content to it."""
         append = getattr(self.store, "append", None)
         if append is not None:
             self._reporting(lambda: append(data, at))
@@ -131,7 +131,7 @@ class JournaledStore:
             self.write(bytes(whole))
 
     def pending(self) -> bool:
-        """Return whether the store is still writing; a call that returns True, or that fails, is numbered."""
+        """Return whether the store is still writing; only calls that return True or fail are numbered."""
         try:
             pending = is_pending(self.store)
         except OSError as error:
@@ -147,14 +147,14 @@ class JournaledStore:
         return pending
 
     def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
-        """Switch to keeping the content in the model, with the faults of a replay (see `ReplayedStore`)."""
+        """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
         self.store = ReplayedStore(self._known.data, faults, self._calls)
 
     def attach(self, store: Store) -> None:
-        """Switch to keeping the content in another store, which is written only if its content differs.
+        """Keep the content in another store from now on; write to this store only if its content differs.
 
         Raises:
-            OSError: the store could not be written; the content remains in the present store.
+            OSError: the new store could not be written; the content remains in the present store.
         """
         if store.read() != self._known.data:
             store.write(self._known.data)
@@ -178,12 +178,12 @@ class JournaledStore:
 
 
 class ReplayedStore(Memory):
-    """The memory of a replay, with the faults of the recorded store (see `JournaledStore`).
+    """The memory of a replay, which repeats the faults of the recorded store (see `JournaledStore`).
 
     Args:
         faults: the fault of each call, keyed by the number of the call: its `error`, the `content` that was
             found, or `pending`.
-        calls: the number of earlier calls; None if calls are numbered from `begin`.
+        calls: the number of calls before the replay; None if numbering starts with `begin`.
     """
 
     def __init__(self, data: bytes, faults: Mapping[int, Mapping[str, Any]], calls: int | None = None) -> None:
@@ -195,7 +195,7 @@ class ReplayedStore(Memory):
         self._calls = 0
 
     def read(self) -> bytes:
-        """Return the content."""
+        """Return the content, after repeating the fault that is recorded for this call, if any."""
         self._call()
         return super().read()
 
@@ -204,12 +204,12 @@ class ReplayedStore(Memory):
         super().write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write bytes into the content at an address, by default at its end."""
+        """Write bytes into the content at an address, by default at the end of the content."""
         self._call()
         super().append(data, at)
 
     def pending(self) -> bool:
-        """Return whether the store of the recorded run was still writing."""
+        """Return whether, at this call, the store of the recorded run was still writing."""
         if self._calls is None or "pending" not in (fault := self._faults.get(self._calls + 1, {})):
             return False
         self._call()
@@ -227,7 +227,7 @@ class ReplayedStore(Memory):
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
-    """Write bytes into the content of a memory, as `AppendStore.append` does; return their first address."""
+    """Write bytes into the content of a memory, as `AppendStore.append` does; return the first byte's address."""
     address = len(content) if at is None else at
     if not 0 <= address <= len(content):
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
@@ -236,14 +236,14 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
 
 
 class BufferedStore:
-    """A large memory with a write buffer: `put` changes `content` immediately, and `flush` writes it to the store.
+    """A large memory with a write buffer: `put` changes `content`, and `flush` writes the changes to the store.
 
-    Changed bytes that are close to each other are written as one piece, so a flush costs about as much as writing a few
-    bytes.  While the store is still writing, further changes wait for the next flush.
+    Changed bytes that are close to each other are written as one piece, so a flush costs about as much as
+    writing a few bytes.  While the store is still writing, further changes wait for the next flush.
 
     Args:
         store: where the memory is kept; a store without `append` is given the whole content with every flush.
-        content: the content if the store is empty; it is then written immediately.
+        content: the first content if the store is empty; it is then written to the store immediately.
 
     Raises:
         OSError: the store could not be written.
@@ -273,7 +273,7 @@ class BufferedStore:
             wait()
 
     def flush(self) -> bool:
-        """Write all changes since the last flush to the store; return whether the store has already written them.
+        """Write all unsaved changes to the store, unless it is still writing; return whether all are now written.
 
         Raises:
             OSError: the store could not be written; the next flush repeats all data that the store may lack.
@@ -281,7 +281,7 @@ class BufferedStore:
         return self._is_written() and (not self.unsaved or self._give())
 
     def _is_written(self) -> bool:
-        """Return whether the store has written the last data."""
+        """Return whether the store has written all data given to it; if so, mark these data as saved."""
         try:
             if is_pending(self.store):
                 return False
@@ -303,7 +303,7 @@ class BufferedStore:
         return self._is_written()
 
     def _pieces(self) -> list[tuple[int, int]]:
-        """Return the first and the last address of each piece to be written."""
+        """Return, for each piece of the content to be written, the addresses of its first and its last byte."""
         pieces: list[tuple[int, int]] = []
         for address in sorted(self.unsaved):
             if pieces and address - pieces[-1][1] <= self.CLOSE:

@@ -23,9 +23,9 @@ def answering(
     Args:
         name: the name of the function in a message.
         also: further text for the message.
-        options: the `TypedDict` that is unpacked as `**options` of the function: the function's signature lists each of
-            them.
-        defaults: the defaults of these options; the function receives all options.
+        options: the `TypedDict` of the function's `**options`; the function's signature then lists each of
+            these options.
+        defaults: the defaults of these options; the function always receives all of them.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -57,7 +57,7 @@ def answering(
 
 
 def _name_each(function: Callable[..., object], types: Mapping[str, object], defaults: Mapping[str, object]) -> None:
-    """List each option in the signature of a function, instead of `**options`."""
+    """Replace `**options` in the signature of a function by the individual options."""
     own = signature(function)
     named = [
         Parameter(key, Parameter.KEYWORD_ONLY, default=defaults[key], annotation=getattr(kind, "__forward_arg__", kind))
@@ -74,7 +74,10 @@ def parameters_of(function: Callable[..., object]) -> list[str]:
 
 
 def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> str:
-    """Return the reason why a function cannot be called with these arguments; "" if it can, or if that is unknown."""
+    """Return the reason why a function cannot be called with these arguments.
+
+    It is "" if the function can be called with them, or if its signature is unknown.
+    """
     try:
         signature(function).bind(*args, **kwargs)
     except TypeError as error:
@@ -85,7 +88,9 @@ def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> 
 
 
 def level_of_caller(libraries: Collection[str] = ("slewline",)) -> int:
-    """Return the `stacklevel` for a warning of the caller: the number of frames from it up to the user's code.
+    """Return the `stacklevel` for a warning that the caller issues, so that it refers to the user's code.
+
+    It is the number of frames from the caller up to the user's code.
 
     Args:
         libraries: packages that are not user code.

@@ -9,7 +9,11 @@ DECIMALS = re.compile(r"\s*([+-]?\d*),(\d+)(?![\d,.])(.*)", re.DOTALL)
 
 
 def without_comma(text: object) -> str:
-    """Return "; write 0.5 s" for "0,5 s", and "; write 6000 steps/s" for "6,000 steps/s"; "" for all other text."""
+    """Return the correct spelling of a number with commas, as the end of a message; "" for anything else.
+
+    For "0,5 s" it is "; write 0.5 s, with a decimal point", and for "6,000 steps/s" it is
+    "; write 6000 steps/s, with no sign between the digits".
+    """
     if not isinstance(text, str):
         return ""
     if found := THOUSANDS.fullmatch(text):

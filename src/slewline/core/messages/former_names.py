@@ -1,4 +1,7 @@
-"""Former names of fields and arguments, which still work: `@formerly(description="says")`."""
+"""Former names of fields and arguments, which still work.
+
+With `@formerly(description="says")`, the former name `says` still works for `description`.
+"""
 
 from __future__ import annotations
 
@@ -42,6 +45,9 @@ def formerly(**names: str) -> Callable[[T], T]:
 
 
 def published(row: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass as data, under their former names, which programs that read JSON rely on."""
+    """Return the fields of a dataclass object as a dict for JSON.
+
+    A field that has a former name is listed under that name, on which programs that read the JSON rely.
+    """
     former: dict[str, str] = getattr(row, "_former", {})
     return {former.get(name, name): value for name, value in asdict(row).items()}

@@ -4,8 +4,9 @@
 
     x.send          NoSuchAttribute: x has no 'send'; write bench.host(x).send(...)
 
-Each missing name is a descriptor of the class; a `__getattr__` would slow down access to existing names.  `hasattr`
-returns False, `dir` omits the name, and an attribute of the instance takes precedence.
+Each missing name is a descriptor of the class; a `__getattr__` would slow down access to existing names.
+For a missing name, `hasattr` returns False, and `dir` omits it; if an instance has an attribute of that
+name, the attribute takes precedence.
 """
 
 from __future__ import annotations
@@ -27,14 +28,15 @@ def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
     """Return the error for an attribute that an object does not have.
 
     Args:
-        remedy: the code to write instead; "{it}" is replaced by the name of the object, or of its class.
+        remedy: the code to write instead; "{it}" is replaced by the name of the object, or by that of its
+            class if the object has no name.
     """
     it = called(one)
     return NoSuchAttribute(f"{it} has no {name!r}; {remedy.format(it=it)}")
 
 
 def called(one: object) -> str:
-    """Return the name of an object for a message: its own name, or that of its class."""
+    """Return the name of an object for a message: its own name, or that of its class if it has none."""
     if isinstance(one, type):
         return one.__name__
     own = getattr(one, "__dict__", {})
@@ -42,7 +44,7 @@ def called(one: object) -> str:
 
 
 class Instead:
-    """A descriptor for a name that a class does not have: reading it raises an error with a remedy."""
+    """A descriptor for a name that a class does not have: reading that name raises an error with a remedy."""
 
     def __init__(self, name: str, remedy: str) -> None:
         self.name, self.remedy = name, remedy
@@ -55,7 +57,7 @@ NOTHING = Instead("", "")
 
 
 class Never(Instead):
-    """A descriptor for a name that a class does not have, and that cannot be set on its objects either."""
+    """A descriptor for a name that a class does not have: reading or setting that name raises an error."""
 
     def __init__(self, name: str, remedy: str, to_set: str) -> None:
         super().__init__(name, remedy)
@@ -73,13 +75,14 @@ def _has(cls: type, name: str) -> bool:
 
 
 def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
-    """Set the remedies for names that a class does not have: the code to write instead, or a clause that ends with it.
+    """Set the remedies for names that users expect in a class, but that the class does not have.
 
     Names that the class has, or that its annotations list, are skipped.
 
     Args:
-        to_set: the remedy for an attempt to set such a name, or "" to use the remedy for reading it; by
-            default, objects may have an attribute of that name.
+        to_set: the remedy for an attempt to set one of these names; "" for the same remedy as for reading
+            the name; None if objects of the class may have an attribute of that name.
+        instead: the remedy for each name: the code to write instead, or a clause that contains this code.
     """
     if not any("__dir__" in vars(base) for base in cls.__mro__[:-1]):
         setattr(cls, "__dir__", _names_there_are)  # noqa: B010 (mypy knows no assignment to a method)
@@ -91,14 +94,15 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
 
 
 def _names_there_are(one: object) -> list[str]:
-    """Return the names that `dir` lists for an object, except names that only have a remedy."""
+    """Return the names that `dir` lists for an object, without the missing names, which have only a remedy."""
     return [name for name in object.__dir__(one) if not isinstance(getattr_static(one, name, None), Instead)]
 
 
 def seal(cls: type) -> None:
-    """Make an attempt to set a read-only property raise an error with the remedy in `_to_set` of the class.
+    """Make an attempt to set a public read-only property of a class raise an error with a remedy.
 
-    The setter that this adds does not slow down reading the property.
+    The remedies are in the class's `_to_set`, keyed by property.  The setter added to each property does not
+    slow down reading it.
     """
     for name, own in [*vars(cls).items()]:
         if type(own) is property and own.fset is None and not name.startswith("_"):
@@ -106,7 +110,11 @@ def seal(cls: type) -> None:
 
 
 def names_for_users(one: object) -> list[str]:
-    """Return the names for `dir`: `_for_users` of the classes, and all public names of classes in other packages."""
+    """Return the names that `dir` lists for an object: private names, and the names meant for users.
+
+    Of classes in this package, the names meant for users are in `_for_users`; of classes in other packages,
+    all names are.
+    """
     found = {name for name in object.__dir__(one) if name.startswith("_")}
     for base in type(one).__mro__:
         own: dict[str, Any] = dict(vars(base))
@@ -117,7 +125,10 @@ def names_for_users(one: object) -> list[str]:
 
 
 def face(cls: type[C]) -> type[C]:
-    """Make `dir` list only the user-facing names of a class; setting its properties raises an error with a remedy."""
+    """Make `dir` list only the user-facing names of a class, seal its read-only properties, and return it.
+
+    For details, see `names_for_users` and `seal`.
+    """
     seal(cls)
     setattr(cls, "__dir__", names_for_users)  # noqa: B010 (mypy knows no assignment to a method)
     return cls

@@ -1,9 +1,10 @@
-"""Items of an object by name: a dict that explains a missing name, and that is read-only for users.
+"""Items of an object by name: a dict that is read-only for users, and that explains a missing name.
 
     x.registers["speed"]        UnknownName: x (its part) has no register 'speed'; its registers: rate, slope ...
     x.registers["rate"] = 5     NoSuchAttribute: ...
 
-Access to an existing name costs no more than in any dict; the help for a message is computed only when it is needed.
+Access to an existing name costs no more than in any dict; the facts for a message are computed only when
+a message is needed.
 """
 
 from __future__ import annotations
@@ -19,10 +20,14 @@ T = TypeVar("T")
 
 
 class NameHelp(NamedTuple):
-    """The facts for a message about names: the items' owner, the noun for an item, a remedy, and the names.
+    """The facts for a message about the named items of an object.
 
-    `to_set` is the remedy for an attempt to set an item.  `others` are names of other things that are used
-    by mistake, each with the name that is probably meant.
+    Attributes:
+        owner: the object that has the items, as the message calls it.
+        kind: the noun for an item, such as "register".
+        to_set: the remedy for an attempt to set an item.
+        names: the names of the items.
+        others: names of other things that users write by mistake, each with the item's name probably meant.
     """
 
     owner: str
@@ -33,7 +38,10 @@ class NameHelp(NamedTuple):
 
 
 class Known(dict[str, T]):
-    """Values by name; set `name_help` to a function that returns the facts for messages."""
+    """A read-only dict of values by name, with helpful error messages.
+
+    Its `name_help` must be set to a function that takes this dict and returns the facts for the messages.
+    """
 
     __slots__ = ("name_help",)
     name_help: Callable[[Known[T]], NameHelp]

@@ -1,8 +1,8 @@
-"""Suggestions for a name that does not exist: one measure for options, commands, chips, keys and everything else.
+"""Suggestions for a name that does not exist: one measure for options, commands, chips, keys and the rest.
 
-A name is near if typing slips lead to it: an extra, missing, wrong or swapped letter (one in short names, up to three
-in long ones), a different separator between words, or an unfinished name.  Names further away are not suggested: a
-wrong suggestion costs more than none.
+A known name is near if typing slips turn it into the name that was written: an extra, missing, wrong or
+swapped letter (one in short names, up to three in long ones), a different separator between words, or an
+unfinished name.  Names further away are not suggested: a wrong suggestion is worse than none.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ MOST_SLIPS = 3
 
 
 def hint(name: object, names: Iterable[str]) -> str:
-    """Return "; did you mean X?" for the nearest of the names, ignoring case; "" if none is near."""
+    """Return "; did you mean X?", where X is the nearest of `names`, ignoring case; "" if none is near."""
     found = near(name, names)
     return f"; did you mean {found[0]}?" if found else ""
 
 
 def near(name: object, names: Iterable[str]) -> list[str]:
-    """Return the nearest of the names, ignoring case: those with the fewest slips; empty if none is near.
+    """Return the nearest of `names`, with the fewest slips from `name`, ignoring case; empty if none is near.
 
-    An unfinished name yields the name that begins with it, if there is only one.
+    If no name is within the allowed number of slips, an unfinished name yields the name that begins with it,
+    if there is only one.
     """
     wanted, known = bare(str(name)), {each: bare(each) for each in names}
     if not wanted:
@@ -37,14 +38,14 @@ def near(name: object, names: Iterable[str]) -> list[str]:
 
 
 def bare(name: str) -> str:
-    """Return the letters and digits of a name in lower case, without separators."""
+    """Return a name in lower case, without dashes, underscores, dots and spaces; as given if nothing is left."""
     return re.sub(r"[-_. ]", "", name.lower()) or name
 
 
 def slips_between(one: str, other: str) -> float | None:
     """Return the number of slips from one name to another; None if there are too many for names of this length.
 
-    A letter typed twice is half a slip.
+    Names that differ only in letters typed more than once are half a slip apart.
     """
     if one == other:
         return 0
@@ -59,7 +60,10 @@ def slips_between(one: str, other: str) -> float | None:
 
 
 def distance(one: str, other: str) -> int:
-    """Return the number of letters to insert, omit, replace, or swap with the next, to turn one name into the other."""
+    """Return the least number of changes that turn one name into the other.
+
+    A change inserts, omits or replaces a letter, or swaps two adjacent ones.
+    """
     before: list[int] = []
     row: list[int] = [*range(len(other) + 1)]
     for here, letter in enumerate(one, 1):
@@ -73,10 +77,10 @@ def distance(one: str, other: str) -> int:
 
 
 def same_part(name: object, names: Iterable[str]) -> str:
-    """Return "; did you mean X?" for a part number in another spelling; "" if there is none.
+    """Return "; did you mean X?" if `name` is another spelling of the known part number X; "" if it is not.
 
-    Case, spaces, dashes and the order of the characters are ignored.  A part number that differs in a letter or a digit
-    denotes another part, however similar.
+    Case, spaces, dashes and the order of the characters are ignored.  A part number that differs in a letter
+    or a digit denotes another part, however similar.
     """
 
     def letters(text: str) -> list[str]:

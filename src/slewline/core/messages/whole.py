@@ -1,4 +1,4 @@
-"""Whole numbers from users, Python or NumPy, and their form in messages."""
+"""Whole numbers that users write, as Python or NumPy numbers, and the form of numbers in messages."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ def whole(value: object) -> int | None:
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun in the right form, "1 step" or "2 steps"."""
+    """Return a number with its noun, which is in the plural unless the number is 1: "1 step", "2 steps"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,6 +1,7 @@
 """The position register of one axis, which is exact at every instant, and its entire past.
 
-The past is a list of stretches, each following one train; undisturbed travel of any length is one stretch.
+The past is a list of stretches, each of which follows one step train (train.py); undisturbed travel of
+any length is one stretch.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Steps:
 
     Attributes:
         times_ps: the instant at which each step begins, (n,) int64 ps, ascending.
-        directions: (n,) int8, +1 clockwise, -1 counter-clockwise.
+        directions: the direction of each step, (n,) int8, +1 clockwise, -1 counter-clockwise.
         positions: the position register after each step, (n,) int64.
     """
 
@@ -115,12 +116,12 @@ missing(
 
 @dataclass(slots=True)
 class Segment:
-    """A stretch of travel: starting at an instant, `playing` moves the axis from `travel` by `sign` with each step.
+    """A stretch of travel from the instant `start` (ps); it follows the train `playing`, None at rest.
 
-    `count` is `travel` without the steps that the position register did not count; the register changes by
-    `counts` with each step.  If the train plays a plan, `plan` is set, and `step` is the step of the plan
-    with which the train starts.  If a motion is cut off, so is its step in progress: the motor is at rest
-    from the instant `halted`.
+    `travel` is the net number of steps of the axis at `start`; each step of the train adds `sign` to it.
+    `count` is `travel` without the steps that the position register did not count; each step adds `counts`.
+    If the train plays a plan, `plan` is that plan, and the train starts with step number `step` of it.
+    `halted` is the instant (ps) at which the motion was cut off, even within a step; None if it was not.
     """
 
     start: int
@@ -134,7 +135,7 @@ class Segment:
     halted: int | None = None
 
     def phases(self) -> Iterator[tuple[int, int, str]]:
-        """Yield the legs of the plan that are played: start and end in ps, and name."""
+        """Yield the start (ps), end (ps) and name of each leg of the plan that the train plays, if it plays one."""
         if self.playing is None or self.plan is None:
             return
         train, until = self.playing.train, self.playing.until
@@ -153,18 +154,19 @@ _start = attrgetter("start")
 class Axis:
     """The position of one motor, exact at every instant: now, in the past, and, if promised, in the future.
 
-    `travel` counts steps without wrap-around; `position` is the register, which wraps within `positions`.  A motion may
-    leave the register unchanged.
+    `travel` counts steps without wrap-around; `position` is the register, which wraps within `positions`.
+    A motion may leave the register unchanged.
 
     Args:
-        kernel: the virtual time.
+        kernel: the kernel, which has the virtual time.
         positions: the values that the position register can hold.
-        position: its value at time 0.
+        position: the value of the position register at time 0.
 
     Attributes:
-        on_change: hook, called without arguments when the axis follows another train, or the register is loaded.
+        on_change: hook, called without arguments when the axis follows another train, or the register is
+            loaded.
         on_forget: hook, called with the instant (ps) before which the past is dropped.
-        log: the motions and marks of the axis, which a chip reports.
+        log: the motions and marks of the axis, as the chip reports them.
     """
 
     def __init__(self, kernel: Kernel, positions: range, position: int) -> None:
@@ -186,19 +188,19 @@ class Axis:
 
     @property
     def travel(self) -> int:
-        """Net steps, clockwise positive, since time 0 up to the last committed instant; it does not wrap."""
+        """The net number of steps, clockwise positive, from time 0 to `kernel.seen`; it does not wrap."""
         now = self.past[-1]
         return now.travel + (now.sign * now.playing.count(self.kernel.seen) if now.playing is not None else 0)
 
     @property
     def counted(self) -> int:
-        """Net steps that the position register has counted since time 0, homing steps excluded."""
+        """The net number of steps that the position register has counted since time 0; it counts no homing steps."""
         now = self.past[-1]
         return now.count + (now.counts * now.playing.count(self.kernel.seen) if now.playing is not None else 0)
 
     @property
     def position(self) -> int:
-        """The position register at the last committed instant."""
+        """The position register at `kernel.seen`, the last instant whose changes are visible."""
         return self.low + (self.offset + self.counted) % self.modulus
 
     @property
@@ -211,7 +213,7 @@ class Axis:
         """Set the position register now; the motor does not move.
 
         Args:
-            position: the new value, which wraps into `positions`.
+            position: the new value; a value outside `positions` wraps into them.
         """
         self.offset = (position - self.low - self.counted) % self.modulus
         if self.offsets[-1][0] == self.kernel.now:
@@ -224,14 +226,14 @@ class Axis:
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
     ) -> None:
-        """Follow a train, starting at this instant; the past is unchanged.
+        """Follow a train from now on; the past is unchanged.
 
         Args:
-            playing: the train, and the instant up to which it is valid; None if the motor is at rest.
+            playing: the train, with the instant before which it is valid; None if the motor is at rest.
             sign: 1 clockwise, -1 counter-clockwise.
-            counted: True if the position register counts these steps.
+            counted: True if the position register counts the steps of the train.
             plan: the plan that the train plays.
-            step: the step of the plan, counted from 0, that is the first step of the train.
+            step: the step of the plan, counted from 0, with which the train starts.
         """
         counts = sign if counted else 0
         self.past.append(Segment(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
@@ -244,7 +246,7 @@ class Axis:
             self.on_change()
 
     def where(self) -> tuple[int, int]:
-        """Return the position register and the travel at this instant, including the steps of this instant."""
+        """Return the position register and the travel now, including a step that begins at this instant."""
         now, stretch = self.kernel.now, self.past[-1]
         begun = stretch.playing.count(now) if stretch.playing is not None else 0
         position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
@@ -256,14 +258,20 @@ class Axis:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """Return when the position register will reach a value under the present promise (ps); None if it will not."""
+        """Return the instant (ps) at which the position register is promised to reach a value.
+
+        It is None if the present train does not reach the value, or only after the promise ends.
+        """
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
             return None
         return time
 
     def would_arrive(self, position: int) -> int | None:
-        """Return when the present train reaches a position if nothing interferes (ps); None if it does not."""
+        """Return the instant (ps) at which the present train, if not interrupted, will reach a position next.
+
+        It is None if the train does not bring the position register to this value.
+        """
         now = self.past[-1]
         if now.playing is None or not now.counts:
             return None
@@ -275,7 +283,7 @@ class Axis:
 
     @property
     def since(self) -> int:
-        """The earliest instant at which the past is kept, ps."""
+        """The instant from which on the past is kept, ps."""
         first = self.past[0].start
         return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
 
@@ -294,7 +302,7 @@ class Axis:
         return self.forgotten + self.count(self.past[0].start, self.kernel.now)
 
     def forget(self, before: int) -> None:
-        """Drop the past before an instant (ps)."""
+        """Drop the past before an instant (ps), except the stretch in progress at that instant."""
         keep = next((i for i in range(len(self.past) - 1, 0, -1) if self.past[i].start <= before), 0)
         if keep:
             self.forgotten += self.count(self.past[0].start, self.past[keep].start - 1)
@@ -310,7 +318,7 @@ class Axis:
         return self.log.starts(start, stop)
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return the events of the axis in start <= t <= stop (ps), other than motion starts."""
+        """Return the events of the axis in start <= t <= stop (ps), other than starts and ends of motions."""
         self.check_kept(start)
         return self.log.marks(start, stop)
 
@@ -318,7 +326,7 @@ class Axis:
         """Return the legs of plans that are played between two instants (ps), cut off at both.
 
         Returns:
-            Start and end in ps, and the name, of each leg; adjacent legs with the same name are joined.
+            For each leg: its start and end, ps, and its name; adjacent legs with the same name are joined.
         """
         self.check_kept(start)
         found: list[tuple[int, int, str]] = []
@@ -333,9 +341,9 @@ class Axis:
         return found
 
     def played(self, start: int, stop: int) -> Iterator[tuple[Segment, Train, int, int]]:
-        """Yield the stretches with steps in start <= t <= stop (ps), each with its train and the numbers a, b.
+        """Yield each stretch with steps that begin in start <= t <= stop (ps): the stretch, its train, and a, b.
 
-        The steps in the window are the steps a ... b-1 of the train, counted from 0.
+        These steps are steps a ... b-1 of the train, counted from 0.
         """
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
@@ -346,11 +354,11 @@ class Axis:
                     yield stretch, train, a, b
 
     def count(self, start: int, stop: int) -> int:
-        """Return the number of steps in start <= t <= stop (ps)."""
+        """Return the number of steps that begin in start <= t <= stop (ps)."""
         return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Return the instants at which the steps in start <= t <= stop begin: (n,) int64 ps, ascending.
+        """Return the instants in start <= t <= stop at which steps begin: (n,) int64 ps, ascending.
 
         Args:
             start, stop: the window, ps.
@@ -368,7 +376,7 @@ class Axis:
         return out
 
     def steps(self, start: int, stop: int) -> Steps:
-        """Return the steps in start <= t <= stop (ps)."""
+        """Return the steps that begin in start <= t <= stop (ps)."""
         import numpy as np
 
         self.check_kept(start)
@@ -412,7 +420,7 @@ class Axis:
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the register's value at many instants (int64 ps), relative to its low end, without wrap-around.
+        """Return the register minus its lowest value, without wrap-around, at many past instants (int64 ps).
 
         The result is int64, of the same shape as `times`.
         """
@@ -442,7 +450,7 @@ class Axis:
     def turns(self, start: int, stop: int) -> list[int]:
         """Return the instants in start <= t <= stop (ps) at which a new train begins, or the register is loaded.
 
-        Between two consecutive ones the register only rises, or only falls, apart from wrap-around.
+        Between two consecutive instants the register only rises, or only falls, apart from wrap-around.
         """
         first, last = bisect_left(self.past, start, key=_start), bisect_right(self.past, stop, key=_start)
         loads = {since for since, _ in self.offsets if start <= since <= stop}
@@ -453,9 +461,9 @@ class Axis:
         return [since for since, _ in self.offsets[1:] if start < since <= stop]
 
     def reached(self, unwrapped: int, ps: int) -> int:
-        """Return when (ps) the train in force at an instant (ps) brings the register to a value of `unwrapped_at`.
+        """Return the instant (ps) at which the train in progress at `ps` brings the register to a value.
 
-        The register must reach the value by counting steps, starting from a different value.
+        `unwrapped` is the value as in `unwrapped_at`; at least one counted step of the train must lead to it.
         """
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
@@ -466,11 +474,11 @@ class Axis:
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
         """Return the trains that determine the velocity in start <= t <= stop (ps), in chronological order.
 
-        A step in progress lasts until its end, until the next train moves the axis, or until it is cut off;
-        after a cut, the direction is 0.
+        The last step of a train lasts until its end, until the next train moves the axis, or until it is cut
+        off, whichever comes first.  From a cut on, the same train is listed again, with direction 0.
 
         Returns:
-            For each train: its first instant, the instant before which it ends (ps), its direction, and the train.
+            For each train: its first instant and the instant before which it ends, ps; its direction; the train.
         """
         self.check_kept(start)
         found: list[tuple[int, int, int, Playing]] = []
@@ -494,8 +502,8 @@ class Axis:
         """Return the velocities in start <= t <= stop (ps).
 
         Returns:
-            The instants of all changes, (n,) int64 ps, ascending, the first of which is `start`; and the velocity from
-            each to the next, (n,) float64 steps/s.
+            `start` and the instants of all later changes, (n,) int64 ps, ascending; and the velocity from each
+            of these instants to the next, (n,) float64 steps/s.
         """
         import numpy as np
 
@@ -532,7 +540,10 @@ class Axis:
 
 
 def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return only the changes: the last value at each instant, and the first of consecutive equal values."""
+    """Return only those points of a staircase, as times and values, at which the value changes.
+
+    Of several points at one instant, the last is kept; of consecutive points with equal values, the first.
+    """
     import numpy as np
 
     last = np.append(times[1:] != times[:-1], True)
@@ -542,9 +553,10 @@ def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[ND
 
 
 def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
-    """Group ascending instants by the last start before them; yield the index of the start, and their slice.
+    """Group ascending instants by the last of the ascending `starts` at or before each instant.
 
-    Instants before the first start belong to the first one.
+    Instants before the first start belong to the first one.  For each group, yield the index of its start,
+    and the slice of `instants` that it covers.
     """
     import numpy as np
 

@@ -32,7 +32,10 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return the greatest deviations of an axis from an ideal, between the ideal's start and its stop or now."""
+    """Return the deviations of an axis from an ideal that are greatest in magnitude.
+
+    The time compared is from the ideal's start to its stop, or to now if that is earlier.
+    """
     import numpy as np
 
     start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
@@ -41,8 +44,9 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
         """Return the difference (actual minus ideal) that is greatest in magnitude, and its instant (ps).
 
-        Actual and ideal values are monotonic between changes, so the greatest difference is at or just before a
-        change.  `of` returns the differences at instants.
+        Between `changes`, the instants at which the actual value changes, and the bends of the ideal, both
+        values are monotonic, so the greatest difference is at or just before one of these instants.  `of`
+        returns the differences at given instants.
         """
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]

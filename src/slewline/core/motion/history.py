@@ -122,7 +122,7 @@ class Polyline(Staircase):
     def staircase(self, start: int, stop: int) -> Outline:
         """Return the value at `start`, and every point in start < t <= stop (ps); each value holds until the next.
 
-        The value at `start` is that of the last point at or before it.
+        The value at `start` is the value of the last point at or before `start`.
         """
         import numpy as np
 
@@ -144,7 +144,7 @@ class Polyline(Staircase):
 class History:
     """Recorded changes of a value, 16 bytes each; to limit memory, only the latest `KEPT` or more are kept.
 
-    Once earlier changes have been dropped, the value before the kept ones is NaN.
+    Once changes have been dropped, the value at instants before the kept ones is NaN.
 
     Args:
         value: the value before the first change.
@@ -169,7 +169,7 @@ class History:
         return self._values[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Record the value from an instant (ps) on, which must not be earlier than the last recorded instant.
+        """Record the value that holds from an instant (ps) on; no later instant may have been recorded before.
 
         If several values are recorded for one instant, the last one counts.
         """
@@ -184,7 +184,10 @@ class History:
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
-        """Record values at ascending instants (ps), later than all recorded ones: two lists or two arrays."""
+        """Record values, each with the instant (ps) from which it holds, as two lists or two arrays.
+
+        The instants must be ascending, and later than all recorded ones.
+        """
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
             self._values.extend(values)
@@ -200,7 +203,7 @@ class History:
             self.forget(self._times[-KEPT])
 
     def at(self, ps: int) -> float:
-        """Return the value at one instant (ps); NaN if the instant is before the kept values."""
+        """Return the value at one instant (ps); NaN if the values of that time have been dropped."""
         if ps < self._forgotten:
             return nan
         return self._values[max(bisect_right(self._times, ps) - 1, 0)]
@@ -208,7 +211,7 @@ class History:
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the values at instants (ps) in any order: float64, same shape as `times_ps`.
 
-        Before the kept values they are NaN.
+        The value is NaN at instants whose values have been dropped.
         """
         import numpy as np
 
@@ -218,9 +221,9 @@ class History:
         return found
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the kept changes in start < t <= stop: instants, (n,) int64 ps, and the new values, (n,) float64.
+        """Return the kept changes in start < t <= stop (ps): instants, (n,) int64 ps, and new values, (n,) float64.
 
-        The first kept value counts as a change at its instant.
+        The first kept value counts as a change at the instant from which it holds.
         """
         import numpy as np
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class IdealPiece(NamedTuple):
-    """A period of constant jerk, with the velocity and acceleration at its start, in units of seconds and steps.
+    """A period of constant jerk: its duration, its velocity and acceleration at the start, and its jerk.
 
-    The position continues from the previous piece; the velocity may jump.
+    The units are seconds and steps.  The position continues from the previous piece; the velocity may jump.
     """
 
     seconds: float
@@ -65,7 +65,7 @@ class Ideal:
         return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
-        """Return this ideal cut off at `stop` (ps), where the motion is interrupted; itself if it ends by then."""
+        """Return a copy cut off at `stop` (ps), as interrupted; this ideal itself if it ends by then."""
         if stop >= self.stop:
             return self
         cut: Ideal = object.__new__(type(self))
@@ -99,9 +99,9 @@ class Ideal:
         return np.asarray(self._x[which] + (bent + self._v[which]) * t, np.float64)
 
     def velocities(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the velocities at instants (int64 ps, in any order), in steps/s: float64, same shape as `times_ps`.
+        """Return the velocities (steps/s) at instants (int64 ps, in any order): float64, same shape as `times_ps`.
 
-        Outside the motion they are 0.
+        Before and after the motion, the velocity is 0.
         """
         import numpy as np
 
@@ -118,7 +118,10 @@ FOREVER = 4e6  # seconds: longer than any run
 
 
 def duration(velocity: float, distance: float) -> float:
-    """Return the seconds that a distance takes at a velocity; at velocity 0, FOREVER, or 0 for no distance."""
+    """Return the time in seconds that a distance takes at a velocity.
+
+    If the velocity is 0, it is FOREVER, or 0 if the distance is 0, too.
+    """
     return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
 
 
@@ -128,12 +131,15 @@ def travelled(pieces: Iterable[IdealPiece]) -> float:
 
 
 def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
-    """Return the same pieces reversed in time: the deceleration that mirrors an acceleration."""
+    """Return the pieces reversed in time: those of an acceleration become the mirrored deceleration."""
     return [IdealPiece(t, (j * t / 2 + a) * t + v, -(a + j * t), j) for t, v, a, j in reversed(pieces)]
 
 
 def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
-    """Return the pieces up to a distance in steps; they must have no jerk and must not decelerate."""
+    """Return the pieces that cover the first `distance` steps; the last of them is shortened if necessary.
+
+    The pieces must have no jerk and must not decelerate.
+    """
     found = []
     for piece in pieces:
         covered = travelled([piece])
@@ -150,7 +156,8 @@ def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
 def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
     """Return the acceleration `up`, a piece at the velocity `top` (steps/s), and the mirrored deceleration.
 
-    Together they cover `distance`, in steps; if it is too short, the acceleration ends halfway along it.
+    Together they cover `distance`, in steps; if that is too short to reach `top`, the acceleration ends
+    after half the distance.
     """
     rest = distance - 2 * travelled(up)
     if rest < 0:

@@ -20,7 +20,7 @@ MANY = 100_000  # stretches, two per move: 50 to 200 MB with all their data
 
 
 class Kept:
-    """The limit on the past that an axis or a part keeps; there is none until `limit` is called.
+    """The limit on the past that an axis or a part keeps; without a call of `limit`, all of it is kept.
 
     The past is trimmed when it has more than `full` stretches.
     """
@@ -49,19 +49,23 @@ class Kept:
         )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
-        """Keep only the last `ps` picoseconds and the last `stretches` stretches; None leaves a limit unchanged."""
+        """Keep only the last `ps` picoseconds and at most the last `stretches` stretches.
+
+        If one of the two is None, the present limit of that kind is unchanged.  `name` is the name of the axis
+        or the part, for error messages.
+        """
         self.name = name
         self.ps = self.ps if ps is None else ps
         self.stretches = self.stretches if stretches is None else stretches
         self.full = max(2 * (self.stretches or 0), FEWEST)
 
     def bound(self, past: Sequence[Any], now: int) -> int:
-        """Return the instant (ps) before which the past, a list of stretches, is to be dropped."""
+        """Return the instant (ps) before which the past, a list of stretches, is to be dropped; `now` is in ps."""
         oldest: int = 0 if self.stretches is None else past[-self.stretches].start
         return oldest if self.ps is None else max(oldest, now - self.ps)
 
     def dropped(self, left: int) -> None:
-        """Set the number of stretches beyond which the past is trimmed next; `left` is the number left now."""
+        """Set the number of stretches beyond which the past is next trimmed; `left` stretches are left now."""
         self.full = max(2 * left, 2 * (self.stretches or 0), FEWEST)
 
     @property
@@ -79,5 +83,5 @@ class Kept:
 
 
 def keep_more(ps: int) -> str:
-    """Return the advice for a query that goes back farther than the last `ps` picoseconds, which a bench keeps."""
+    """Return the advice for a query that goes back further than a bench keeps the past, `ps` picoseconds."""
     return f"make the bench with a longer keep than {readable(ps)!r}"

@@ -51,18 +51,18 @@ class MotionEnd:
 
 @dataclass(frozen=True, slots=True)
 class MotionStart:
-    """A motion of an axis, available from its start.
+    """A motion of an axis, available as soon as it begins.
 
     Attributes:
         time_ps: the instant at which the motion began, ps.
-        text: the command that began it, in the words of the manual: "G", "UPDATE".
+        text: the command that began the motion, in the words of the manual: "G", "UPDATE".
         rates: the rates in force at its start, keyed by name, in steps/s ("R = 80" -> 5978.0).
         notes: further parameters, keyed by name ("S" -> 200).
         changes: later rate changes: the instant of each, ps, and all rates in force after it.
-        position: the position register at its start.
+        position: the position register at the start of the motion.
         direction: 1 clockwise, -1 counter-clockwise, 0 if the command does not determine it.
-        end: the end of the motion; None while it is in progress.
-        law: the function that computes `ideal`.
+        end: the end of the motion; None while the motion is in progress.
+        law: the function that computes `ideal`; None if the motion has no ideal.
     """
 
     time_ps: int
@@ -77,9 +77,9 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal of this motion, ended where the motion departs from it.
+        """The ideal of this motion, cut off at the instant at which the motion departs from it.
 
-        It is None if the motion has no ideal, or if none of its steps has begun.
+        It is None if the motion has no ideal, or if no step of the motion has begun.
         """
         # computed on request: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
@@ -137,7 +137,7 @@ class _Started:
     end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
-        """Return the ideal, ended where the motion departs from it; None if the motion has no ideal."""
+        """Return the ideal, cut off where the motion departs from it; None if the motion has no ideal."""
         ideal = self.ideal() if self.ideal is not None else None
         return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
 
@@ -148,7 +148,8 @@ _time = attrgetter("time_ps")
 class Motions:
     """The motions and marks of one axis, in chronological order.
 
-    `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
+    The hook `on_begin` is called with the MotionStart of every motion as it begins, and `on_end` with its
+    MotionEnd as it ends.
 
     Args:
         where: a function that returns the current position register and the travel, in steps.
@@ -166,7 +167,10 @@ class Motions:
 
     # ----------------------------------------------------------------------------------------------- reports of a chip
     def begin(self, text: str, parameters: Callable[[], MotionParameters], direction: int = 0) -> None:
-        """Record that a motion begins now, which ends any motion in progress; `parameters` is called on request."""
+        """Record that the command `text` begins a motion now; a motion still in progress ends as "changed".
+
+        `parameters` is called whenever the parameters of the motion are requested.
+        """
         self.end("changed")
         self.depart()
         position, travel = self._where()
@@ -185,7 +189,10 @@ class Motions:
             self._started[-1].asked_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
-        """End the motion in progress, if any; by default as "stopped" if it was ordered to stop, else as "done"."""
+        """End the motion in progress, if any.
+
+        By default, the reason is "stopped" if the motion was ordered to end early, otherwise "done".
+        """
         if not self.in_progress:
             return
         started = self._started[-1]
@@ -199,17 +206,20 @@ class Motions:
             self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:
-        """Set the ideal of the latest motion; `ideal` is called later to compute it."""
+        """Set the ideal of the latest motion; the function `ideal` is called later to compute it."""
         if self._started:
             self._started[-1].ideal = ideal
 
     def depart(self) -> None:
-        """Record that the latest motion no longer follows its ideal from now on."""
+        """Record that the latest motion departs from its ideal now, if it has not departed earlier."""
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """Record a change of the rates of the latest motion; `rates`, called on request, returns them in steps/s."""
+        """Record that the rates of the latest motion change now.
+
+        `rates` returns the new rates, keyed by name, in steps/s; it is called whenever they are requested.
+        """
         if self._started:
             self._started[-1].changes += ((self.kernel.now, rates),)
 
@@ -264,6 +274,6 @@ class Motions:
         )
 
     def forget(self, before: int) -> None:
-        """Drop the motions and marks before an instant (ps), except the last motion that had begun by that instant."""
+        """Drop the marks before an instant (ps), and the motions before the last that began by that instant."""
         del self._started[: max(bisect_right(self._started, before, key=_time) - 1, 0)]
         del self._marks[: bisect_left(self._marks, before, key=_time)]

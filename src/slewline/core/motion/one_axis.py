@@ -39,7 +39,7 @@ class ReachesCondition(Condition):
         return self.kernel is kernel
 
     def met(self) -> bool:
-        """Return whether the register has the value now."""
+        """Return whether the register has this value now."""
         return self.motor.position == self.position
 
     def when(self) -> int | None:
@@ -69,16 +69,16 @@ class OneAxis:
 
     @property
     def position(self) -> int:
-        """The position register now, in steps, exact even during a move; clockwise counts up."""
+        """The position register now, in steps, exact even during a move; clockwise steps count up."""
         return self.motor.position
 
     @property
     def travel(self) -> int:
-        """Net steps since time 0, clockwise positive, without wrap-around."""
+        """The net number of steps since time 0, clockwise positive, without wrap-around."""
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps in start <= t <= stop; by default all that are kept, up to now.
+        """Return the steps that begin in start <= t <= stop; by default, all steps that are kept, up to now.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -93,7 +93,7 @@ class OneAxis:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
 
         Returns:
-            An int for one instant; int64 for several, (n,) for a list, the shape of the array for an array.
+            An int for one instant; an int64 array for several: (n,) for a list, the same shape for an array.
 
         Raises:
             TimeError: an instant is not a time.
@@ -112,7 +112,7 @@ class OneAxis:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
 
         Returns:
-            A float for one instant; float64 for several, (n,) for a list, the shape of the array for an array.
+            A float for one instant; a float64 array for several: (n,) for a list, the same shape for an array.
 
         Raises:
             TimeError: an instant is not a time.
@@ -147,13 +147,14 @@ class OneAxis:
         return {}
 
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
-        """Return the motions that begin in start <= t <= stop; by default all that are kept.
+        """Return the motions that begin in start <= t <= stop; by default, all motions that are kept.
 
-        Each motion has the command that began it, the rates in force in steps/s, its end, and its ideal if the part
-        defines one.
+        Each motion has the command that began it, the rates in force in steps/s, its end, and its ideal if the
+        part defines one.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.motions(*self._window(start, stop))
 
@@ -170,15 +171,17 @@ class OneAxis:
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
         """Return the events of this axis in start <= t <= stop, except starts and ends of motions.
 
-        These are commands during a motion, limits and home.  By default, all events that are kept are returned.
+        The events include commands given during a motion, limits and home.  By default, all events that are kept
+        are returned.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.marks(*self._window(start, stop))
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of motions in start <= t <= stop, cut off at both; by default, all that are kept.
+        """Return the phases of motions between `start` and `stop`, cut off at both; by default, all that are kept.
 
         Returns:
             For each phase its start and its end, ps, and its name: "up", "slew", "down" ...
@@ -191,9 +194,9 @@ class OneAxis:
 
     @answering("deviation()", "; for motion in x.motions(): x.deviation(motion)")
     def deviation(self, motion: MotionStart) -> Deviation:
-        """Return the greatest deviations of the axis from the ideal of a motion.
+        """Return the deviations of the axis from the ideal of a motion that are greatest in magnitude.
 
-        They are found between the start of the ideal and its end, or now if the motion is in progress.
+        The time compared is from the start of the ideal to its end, or to now if that is earlier.
 
         Raises:
             UsageError: the argument is not a motion, or the motion has no ideal.

@@ -29,7 +29,7 @@ def steps(runs: Sequence[tuple[int, int]]) -> int:
 
 
 def head(runs: Runs, count: int) -> Runs:
-    """Return the first `count` steps of the runs."""
+    """Return the runs that make up the first `count` steps; the last of them is shortened if necessary."""
     out = []
     for interval, n in runs:
         if count <= 0:
@@ -40,7 +40,7 @@ def head(runs: Runs, count: int) -> Runs:
 
 
 def tail(runs: Runs, first: int) -> Runs:
-    """Return the rest of the runs, starting at step `first`; steps are counted from 0."""
+    """Return the runs from step `first` on; steps are counted from 0."""
     out = []
     for interval, n in runs:
         if first < n:
@@ -56,7 +56,7 @@ class Leg:
     Attributes:
         name: "up", "slew", "down" ...
         runs: pairs (interval in clocks, number of steps).
-        first: the index of its first step in the plan, from 0.
+        first: the index in the plan of the leg's first step, from 0.
         count: the number of steps.
     """
 
@@ -67,7 +67,7 @@ class Leg:
 
     @property
     def end(self) -> int:
-        """The index in the plan of the step after the last step of this leg."""
+        """The index, in the plan, of the step that follows the last step of this leg."""
         return self.first + self.count
 
 
@@ -90,7 +90,7 @@ class Plan:
 
     @property
     def steps(self) -> int:
-        """The number of steps; OPEN or more for a continuous motion."""
+        """The number of steps; for a motion without end, OPEN (train.py) or more."""
         return self.legs[-1].end if self.legs else 0
 
     def leg(self, step: int) -> Leg:
@@ -134,7 +134,7 @@ class Plan:
 
 
 def plan(*parts: tuple[str, Runs], shortest: int = 1) -> Plan:
-    """Return a plan of legs, each given as its name and its runs; empty legs are left out.
+    """Return a plan of legs, each given as its name and its runs; legs without steps are left out.
 
     Args:
         parts: pairs (name, runs); runs are pairs (interval in clocks, number of steps).

@@ -3,14 +3,14 @@
     velocity, steps/s                                   position, steps
         ________                                                 _   .. a load: a break
        |        |_____        step: as long as             __|‾   |_|
-    ___|              |____   the train says          ____|
+    ___|              |____   the train states        ____|
        first step     rest: 0
 
 The velocity is that of the step train being played (train.py): in a train of steps, 1/interval of the
 step in progress; in a train of cycles, the displacement per cycle.  A step lasts as long as its train
 states, including a read-out that lengthens it; if the next step has to wait longer (STEP INHIBIT,
-ENABLE, the end of the move), the motor is at rest, and the velocity is 0.  It is never derived from the
-time between two steps.
+ENABLE, the end of the move), the motor is at rest, and the velocity is 0.  The velocity is never derived
+from the time between two steps.
 
 An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first,
 lowest, highest and last point in the column.
@@ -36,7 +36,7 @@ POINTS = 4  # per column: first, lowest, highest, last
 
 
 class Outline(NamedTuple):
-    """A quantity over a window: each value holds until the next, or is joined to the next by a line.
+    """The points of a quantity in a window: each value holds until the next, or a line joins it to the next.
 
     A break is a pair of points at one instant: NaN (nothing is drawn up to here), then the new value.
     """
@@ -108,7 +108,7 @@ class Quantity:
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return the curve in the window (ps), reduced to at most about 4 points per column of a picture."""
+        """Return the curve in start <= t <= stop (ps), reduced to at most about 4 points per column of a picture."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
@@ -191,9 +191,10 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """Return the instant (ps) of the first wrap-around, in either direction, between consecutive `times`.
+        """Return the first wrap-around (ps), in either direction, between each two consecutive instants in `times`.
 
-        `times` must include all turns.  Pairs without a wrap-around, or that end at a turn, are left out.
+        `unwrapped` are the values of `Axis.unwrapped_at` at `times`, which must include all of `turns`.  Pairs
+        of instants without a wrap-around, or whose second instant is a turn, are left out.
         """
         import numpy as np
 
@@ -210,9 +211,10 @@ class Position(Quantity):
     def _broken(
         self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
     ) -> Outline:
-        """Return the changes of the register at ascending `times`, with breaks at loads and at steps that wrap it.
+        """Return the changes of the register at ascending `times`, with breaks where it is loaded or wraps around.
 
-        Between each of `steps` and the instant before it in `times`, the register must be constant.
+        `unwrapped` are the values of `Axis.unwrapped_at` at `times`.  A wrap-around is a break only at one of
+        `steps`; between each of these and the instant before it in `times`, the register must be constant.
         """
         import numpy as np
 
@@ -228,12 +230,15 @@ class Position(Quantity):
 
 
 def exceeds(counts: Iterable[int], limit: int) -> bool:
-    """Return whether counts add up to more than a limit, iterating only as far as necessary."""
+    """Return whether the counts add up to more than a limit; the iteration ends as soon as they do."""
     return any(total > limit for total in accumulate(counts))
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
-    """Return the points needed for the same picture: first, lowest, highest and last per column, and breaks."""
+    """Return only the points of an outline that its picture needs.
+
+    These are the first, lowest, highest and last point in each column, and the breaks between them.
+    """
     import numpy as np
 
     times, values = outline
@@ -252,5 +257,5 @@ def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
 
 
 def column_edges(start: int, stop: int, columns: int) -> list[int]:
-    """Return the instants (ps) at which the columns of a picture begin that shows start <= t <= stop."""
+    """Return the instants (ps) at which the columns begin in a picture that shows start <= t <= stop (ps)."""
     return [start + (stop - start) * column // columns for column in range(columns)]

@@ -33,7 +33,7 @@ class TrainView:
 
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds (ps); None if it holds forever."""
+        """The instant (ps) before which this waveform is promised; None if it is promised forever."""
         return self.of.until
 
     @property
@@ -42,12 +42,15 @@ class TrainView:
         raise NotImplementedError
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps): to 1, the rises; to 0, the starts of the steps."""
+        """Return the edges to `level` after the instant `since` (ps): for 1, the rises; for 0, the starts of steps."""
         return Since(self.rises if level else self.of, since)
 
 
 class StepView(TrainView):
-    """An output that shows each step of the train being played: low from the step's start until its rise, else high."""
+    """An output that shows each step of the train being played.
+
+    It is low from the start of a step until the tick `rise` of this step, otherwise high.
+    """
 
     __slots__ = ()
 
@@ -57,25 +60,25 @@ class StepView(TrainView):
         return Rises(self)
 
     def rise(self, k: int) -> int:
-        """Return the clock tick at which the output rises in step k, counted from 0."""
+        """Return the clock tick at which the output rises in step k; steps are counted from 0."""
         raise NotImplementedError
 
     def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the ticks, since the origin of the train, at which the output rises in steps first ... last-1.
+        """Return the ticks, counted from the train's `origin`, at which the output rises in steps first ... last-1.
 
-        They are (n,) int64; steps are counted from 0.
+        The result is (n,) int64; steps are counted from 0.
         """
         raise NotImplementedError
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), after any edge at that instant."""
+        """Return the level of the output at an instant (ps), after any edge at that instant."""
         train = self.of.train
         tick = train.clock.ticks_until(self.of.within(ps))
         k = train.step_at(tick)
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
+        """Return the instant (ps) of the first edge after a given instant (ps); None if no edge is foreseen."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.step_at(tick)
@@ -100,12 +103,18 @@ class Rises(Events):
         return k - 1 if k and tick < self.view.rise(k - 1) else k
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None if the train has fewer rises, or is cut off before this one."""
+        """Return the instant (ps) of rise k, counted from 1.
+
+        It is None if the train has fewer than k rises, or is cut off before rise k.
+        """
         of = self.view.of
         return before(self.clock.ps(self.view.rise(k - 1)), of.until) if k <= of.train.steps else None
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of rises first ... last, which must all exist: (n,) int64 ps, ascending."""
+        """Return the instants of rises first ... last: (n,) int64 ps, ascending.
+
+        Rises are counted from 1; all of these must exist.
+        """
         ticks = self.view.rise_ticks(first - 1, last)
         return self.clock.ps_array(ticks, self.view.of.train.origin, ticks)
 
@@ -129,7 +138,7 @@ class PulseView(StepView):
         return (np.append(ends, train.length) if last >= train.steps else ends) - self.high
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges in start < t <= stop (ps): instants, (n,) int64 ps, and new levels, (n,) int8."""
         import numpy as np
 
         train, clock = self.of.train, self.of.train.clock
@@ -164,7 +173,7 @@ class StrobeView(StepView):
         return self.of.train.ends(first, last) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges in start < t <= stop (ps): instants, (n,) int64 ps, and new levels, (n,) int8."""
         import numpy as np
 
         train, stop = self.of.train, self.of.within(stop)
@@ -200,11 +209,11 @@ class PatternView(TrainView):
         return self.levels[(self.index + self.sign * k) % len(self.levels)] if k else self.before
 
     def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), after any edge at that instant."""
+        """Return the level of the output at an instant (ps), after any edge at that instant."""
         return self._after_steps(self.of.count(ps))
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
+        """Return the instant (ps) of the first edge after a given instant (ps); None if no edge is foreseen."""
         train = self.of.train
         k = train.count(ps)
         here = self._after_steps(k)
@@ -214,7 +223,7 @@ class PatternView(TrainView):
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges in start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        """Return the edges in start < t <= stop (ps): instants, (n,) int64 ps, and new levels, (n,) int8."""
         import numpy as np
 
         train = self.of.train

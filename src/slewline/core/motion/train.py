@@ -49,57 +49,70 @@ class Train(Events):
         raise NotImplementedError
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return `end(k)` for k = first ... last-1, but counted from `origin`: (n,) int64 ticks, ascending.
+        """Return `end(k)` for k = first ... last-1, but in ticks counted from `origin`: (n,) int64, ascending.
 
         By default, these are the starts of all steps.
         """
         raise NotImplementedError
 
     def step_at(self, tick: int) -> int:
-        """Return the number of steps that have begun by a tick, including that tick."""
+        """Return the number of steps that begin at or before a tick."""
         raise NotImplementedError
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return `step_at` for ticks counted from `origin`, in any order: (n,) int64."""
+        """Return the number of steps that begin at or before each of many ticks: (n,) int64.
+
+        The ticks are counted from `origin`, and may be in any order.
+        """
         raise NotImplementedError
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities in since <= tick < to, counted from `origin`, with 0 <= since < to <= length.
+        """Return the velocities in since <= tick < to; ticks are counted from `origin`, 0 <= since < to <= length.
 
         Returns:
-            Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from
-            each to the next, (n,) float64 steps/s.
+            Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity
+            from each tick to the next, (n,) float64 steps/s.
         """
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return the first, lowest, highest and last velocity in since <= tick < to, in order, each of them once.
+        """Return the first, lowest, highest and last velocity in since <= tick < to, in chronological order.
 
-        They are a list of ticks counted from `origin`, and a list of velocities in steps/s.
+        A velocity that is several of these is listed once.  The result is a list of the ticks from which the
+        velocities hold, and a list of the velocities, in steps/s; all ticks are counted from `origin`.
         """
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
 
     def pieces(self, since: int, to: int) -> int:
-        """Return the number of pieces of constant velocity between two ticks from `origin`, correct to within one."""
+        """Return the number of pieces of constant velocity in since <= tick < to, correct to within one.
+
+        Ticks are counted from `origin`.
+        """
         raise NotImplementedError
 
     def rests(self, until: int) -> int:
-        """Return the tick, counted from `origin`, at which a train cut off at `until` (ps) comes to rest."""
+        """Return the tick at which the motor comes to rest if the train is cut off at `until` (ps).
+
+        The tick is counted from `origin`.
+        """
         raise NotImplementedError
 
     # ----------------------------------------------------------------------------------------------- derived from these
     def count(self, ps: int) -> int:
-        """Return the number of steps that have begun by an instant (ps), including that instant."""
+        """Return the number of steps that begin at or before an instant (ps)."""
         return self.step_at(self.clock.ticks_until(ps))
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of steps that have begun by each of many instants (int64 ps, in any order): (n,) int64."""
+        """Return the number of steps that begin at or before each of many instants: (n,) int64.
+
+        The instants are int64 ps, in any order.
+        """
         return self.steps_at(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def time(self, k: int) -> When:
-        """Return the instant at which step k begins (ps); None if the train has fewer steps."""
+        """Return the instant (ps) at which step k, counted from 1, begins; None if the train has fewer steps."""
         return self.clock.ps(self.end(k - 1)) if k <= self.steps else None
 
     def times(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
@@ -107,7 +120,7 @@ class Train(Events):
 
         Args:
             first, last: numbers of steps, counted from 1.
-            out: a buffer for at least that many instants; the filled part is returned.
+            out: an int64 buffer with n elements or more; the filled part is returned.
         """
         ticks = self.ends(first - 1, last)
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
@@ -121,15 +134,24 @@ class Train(Events):
         return self._recent[2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants (ps) at which the steps with these ascending numbers begin; all must exist."""
+        """Return the instants (ps) at which the steps with the given numbers begin.
+
+        The numbers, counted from 1, must be ascending, and the train must have all of these steps.
+        """
         return self.clock.ps_list([self.end(k - 1) for k in numbers])
 
 
 @dataclass(frozen=True)
 class RunTable:
-    """Consecutive runs, in ticks: for each its start, interval, count and the steps before it; and totals.
+    """A table of consecutive runs; trains with equal runs share a table.
 
-    Trains with equal runs share a table.
+    Attributes:
+        starts: the tick at which each run starts, counted from the start of the first.
+        intervals: the interval of each run, in ticks.
+        counts: the number of steps in each run.
+        firsts: the number of steps before each run.
+        steps: the total number of steps.
+        length: the total length, in ticks.
     """
 
     starts: list[int]
@@ -141,7 +163,7 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The indices of the first, the slowest, the fastest and the last run, for pictures."""
+        """The indices of the first, the slowest, the fastest and the last run, ascending, for pictures."""
         return shown(self.intervals)
 
 
@@ -164,7 +186,10 @@ def run_table(runs: tuple[tuple[int, int], ...]) -> RunTable:
 
 
 def shown(intervals: list[int]) -> list[int]:
-    """Return the indices of the first, the longest, the shortest and the last interval, ascending."""
+    """Return the indices of the first, the longest, the shortest and the last interval, ascending.
+
+    An interval that is several of these is listed once.
+    """
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
 
@@ -190,7 +215,7 @@ class StepTrain(Train):
         return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
 
     def interval(self, k: int) -> int:
-        """Return the length of step `k`, counted from 0, in ticks."""
+        """Return the length of step `k`, in ticks; steps are counted from 0."""
         return self.intervals[bisect_right(self.firsts, k) - 1]
 
     def step_at(self, tick: int) -> int:
@@ -217,11 +242,11 @@ class StepTrain(Train):
         return self.end(begun) - self.origin if (begun := self.count(until - 1)) else 0
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities in since <= tick < to, counted from `origin`.
+        """Return the velocities in since <= tick < to; ticks are counted from `origin`.
 
         Returns:
-            Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity from
-            each to the next, (n,) float64 steps/s.
+            Ticks counted from `origin`, (n,) int64, ascending, the first of which is `since`; and the velocity
+            from each tick to the next, (n,) float64 steps/s.
         """
         import numpy as np
 
@@ -255,7 +280,7 @@ class StepTrain(Train):
         return out
 
     def _cumulate(self, out: NDArray[np.int64], i: int, j: int, first: int, last: int) -> None:
-        """Fill in the starts of all steps that are in runs i ... j-1 and in the window of steps first ... last-1."""
+        """Write the starts of steps into `out`, which covers steps first ... last-1: those in runs i ... j-1."""
         import numpy as np
 
         if i == j:
@@ -271,7 +296,7 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with ticks at equal intervals from `begin`, doubling the filled part each time.
+    """Fill an array with ticks at equal intervals from `begin`, by repeatedly doubling the filled part.
 
     This is faster than making a second array.
     """
@@ -286,7 +311,10 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
 
 
 class Playing(Until):
-    """A train being played, shared by all outputs that show it; valid before `until` (ps), forever if None."""
+    """A train being played, shared by all outputs that show it.
+
+    It is valid before the instant `until` (ps), or forever if `until` is None.
+    """
 
     __slots__ = ("train",)
 
@@ -295,7 +323,10 @@ class Playing(Until):
         self.train = train
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of steps that have begun by each of many instants (int64 ps, in any order): (n,) int64."""
+        """Return the number of steps that begin at or before each of many instants: (n,) int64.
+
+        The instants are int64 ps, in any order.
+        """
         import numpy as np
 
         if len(ps) < FEW:
@@ -304,17 +335,18 @@ class Playing(Until):
 
     @property
     def moves(self) -> int | None:
-        """The instant (ps) at which the train starts to determine the velocity; None if it was withdrawn earlier."""
+        """The instant (ps) from which the train determines the velocity; None if the train is cut off by then."""
         first = self.train.clock.ps(self.train.origin)
         return first if self.until is None or first < self.until else None
 
     def _ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
-        """Return the window start <= t <= stop (ps) as ticks of the train; the window must end after `moves`.
+        """Return the window start <= t <= stop (ps) in ticks counted from the train's `origin`.
+
+        The window must not begin before `moves`.
 
         Returns:
-            The first tick, the tick before which the window or the motion ends, whichever is earlier, and
-            whether the
-            train comes to rest before the window ends.
+            The first tick; the tick before which the window or the motion ends, whichever is earlier; and
+            whether the motor comes to rest before the window ends.
         """
         train, clock = self.train, self.train.clock
         since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
@@ -322,11 +354,11 @@ class Playing(Until):
         return since, min(to, rest), rest < to
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities in start <= t <= stop (ps); `moves` must be before `stop`.
+        """Return the velocities in start <= t <= stop (ps); `start` must not be before `moves`.
 
         Returns:
-            Instants, (n,) int64 ps, ascending, the first of which is `start`; and the velocity from each to the next,
-            (n,) float64 steps/s.
+            Instants, (n,) int64 ps, ascending, the first of which is `start`; and the velocity from each instant
+            to the next, (n,) float64 steps/s.
         """
         import numpy as np
 
@@ -346,7 +378,11 @@ class Playing(Until):
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return the first, lowest, highest and last velocity in start <= t <= stop: instants (ps), and steps/s."""
+        """Return the first, lowest, highest and last velocity in start <= t <= stop (ps), each of them once.
+
+        If the motor comes to rest in this window, the velocity 0 follows.  The result is a list of the instants
+        (ps) from which the velocities hold, ascending, and a list of the velocities, in steps/s.
+        """
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

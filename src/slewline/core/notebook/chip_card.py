@@ -39,9 +39,9 @@ class ChipCard:
 
     Args:
         description: the name, part number and state of the chip, in one line.
-        levels: the levels of its signal pins; None for a floating pin.
-        registers: the registers of each axis, keyed by name.
-        rows: the stored program.
+        levels: the levels of the chip's signal pins, by pin name; None for a floating pin.
+        registers: for each axis, the values of the registers, by register name.
+        rows: the instructions of the stored program.
         counter: the address of the current instruction; None if no program runs.
         findings: the findings as text, in chronological order.
     """

@@ -2,9 +2,9 @@
 
     element("td", "a < b", class_="name")      <td class="name">a &lt; b</td>
 
-Only results of `element` are included without escaping, because a journal, a program or a sheet may come
-from an untrusted source.  A card has no scripts and loads nothing.  It uses the text colour of the page,
-light or dark, and two colours that are visible on both.
+Only results of `element` are included without escaping, because a journal, a program or a data sheet may
+come from an untrusted source.  A card has no scripts and loads nothing.  It uses the text colour of the
+page, which may be light or dark, and two colours that are visible on light and dark pages.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -
     """Return an HTML or SVG element.
 
     Args:
-        children: strings, which are escaped, and markup, which is not; or lists of these.
+        children: strings, which are escaped, and `Markup`, which is not; or iterables of these.
         attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; an attribute that is None
             is left out.
     """
@@ -65,12 +65,12 @@ def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -
 
 
 def _escaped(text: str) -> str:
-    """Return text with markup escaped, and without characters that files cannot contain."""
+    """Return text with markup escaped, and with "?" for each character that UTF-8 files cannot contain."""
     return escape(text.encode("utf-8", "replace").decode("utf-8"))
 
 
 def card(caption: str, *pieces: str) -> Markup:
-    """Return a card for a notebook: a line of text with pieces below it, placed side by side as space permits."""
+    """Return a card for a notebook: a line of text, and below it the pieces, side by side as space permits."""
     return element("div", element("style", STYLE), element("b", caption, class_="says"), pieces, class_="slewline")
 
 

@@ -23,10 +23,10 @@ LEVELS = {0: "low", 1: "high", None: "floating"}
 
 
 def package_drawing(package: Package, part: str, pins: Mapping[str, Pin], levels: Mapping[str, int | None]) -> Markup:
-    """Return a package as SVG.
+    """Return the drawing of a package as SVG.
 
     Args:
-        part: the text printed on the package.
+        part: the part number, which is printed on the package.
         pins: the pins of the part, by name.
         levels: the levels of the signal pins, by name; None for a floating pin.
     """
@@ -60,7 +60,7 @@ def _called(part: str, package: Package) -> str:
 
 
 def _print(part: str, package: Package, x: float, y: float) -> Markup:
-    """Return the text printed on a package."""
+    """Return the text printed on a package, centred at (x, y): the part number and the package name."""
     turned = "" if package.square else " rotate(-90)"
     lines = [
         element("text", text, y=4 + 18 * n, font_size=size, font_weight=weight, letter_spacing=1)
@@ -70,7 +70,7 @@ def _print(part: str, package: Package, x: float, y: float) -> Markup:
 
 
 def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
-    """Return the drawing of a pin, at the origin."""
+    """Return the drawing of a pin on one side of the package, with the edge of the package at the origin."""
     right, down = SIDES[side]
     level = f", {LEVELS[levels[pin.name]]}" if pin.name in levels else ""
     active = "" if pin.active is None else f", active {LEVELS[pin.active]}"
@@ -91,7 +91,7 @@ def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
 
 
 def _mark(level: int | None, x: float, y: float) -> list[Markup]:
-    """Return the mark of a level: 1 is filled, floating is dashed, so they can be distinguished without colour."""
+    """Return the mark for a level: filled for 1, empty for 0, dashed for floating, so that it needs no colour."""
     fill, line, ink = (HIGH, HIGH, "#14100a") if level == 1 else ("none", "currentColor", "currentColor")
     box = {"x": x - MARK / 2, "y": y - MARK / 2, "width": MARK, "height": MARK, "rx": 2}
     return [
@@ -101,7 +101,7 @@ def _mark(level: int | None, x: float, y: float) -> list[Markup]:
 
 
 def _wire(side: str) -> list[Markup]:
-    """Return the drawing of a pin without a signal."""
+    """Return the drawing of a pin without a signal: a short line, instead of the mark for a level."""
     right, down = SIDES[side]
     return [element("path", d=f"M0 0L{(LEVEL + 6) * right} {(LEVEL + 6) * down}", stroke="currentColor", opacity=0.6)]
 

@@ -1,7 +1,7 @@
 """A shaft on the face of its motor, animated with its recorded movement.
 
-The animation is CSS: positions at equal time intervals, repeated.  If the reader prefers reduced motion,
-the shaft is shown at its last position.
+The animation is CSS: the positions at equal time intervals, played in a loop.  If the user's settings
+request reduced motion, the shaft is shown at its last position.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
 
     Args:
         turns: the angle of the shaft, in revolutions clockwise, at equal time intervals; a single value if
-            it has not turned.
-        play_s: the duration of the animation, in seconds.
+            the shaft has not turned.
+        play_s: the duration of the animation, in seconds, without the pause at its end.
     """
     drawn = [*_face()]
     rotor: dict[str, object] = {"transform": f"rotate({360 * (turns[-1] % 1):.1f})"}

@@ -19,11 +19,11 @@ WIDE, HIGH, MARGIN = 240, 90, 4
 def steps_card(
     caption: str, times_ps: NDArray[np.int64], directions: NDArray[np.int8], positions: NDArray[np.int64]
 ) -> Markup:
-    """Return steps as HTML.
+    """Return a card, as HTML, that shows a sequence of steps.
 
     Args:
         caption: the number of steps, as text.
-        times_ps, directions, positions: the values for each step, (n,).
+        times_ps, directions, positions: the time, direction and position of each step, (n,).
     """
     count = len(times_ps)
     if not count:
@@ -39,7 +39,7 @@ def steps_card(
 
 
 def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Markup:
-    """Return the positions over time: a staircase, or a line if there are too many steps to show each."""
+    """Return a plot of position against time: a staircase, or a line if there are too many steps to show each."""
     import numpy as np
 
     which = np.unique(np.linspace(0, len(times_ps) - 1, POINTS).astype(np.int64))
@@ -57,6 +57,6 @@ def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Mar
 
 
 def _within(values: NDArray[np.int64], size: int) -> NDArray[np.float64]:
-    """Return values scaled to 0 ... `size`."""
+    """Return the values scaled linearly: the lowest becomes 0, the highest `size`; equal values all become 0."""
     least, most = int(values.min()), int(values.max())
     return (values - least) / max(most - least, 1) * size

@@ -6,19 +6,20 @@
 
     count(ps)            number of events by an instant    count(c) = 3
     time(k)              instant of event k                time(3) = c
-    times(first, last)   instants of several, an array     times(2, 3) = [b, c]
+    times(first, last)   instants of events, an array      times(2, 3) = [b, c]
 
 All recurring events have this interface.  A source of events is a value: a step train computes its
 events by arithmetic, a wire is searched, a list is looked up, and the caller sees no difference.  Events
-derived from events have the same interface: shifted by a constant (`Later`), limited to an instant
+derived from other events have the same interface: shifted by a constant (`Later`), cut off at an instant
 (`Until`), or numbered from an instant (`Since`).
 
-The time of an event is a `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to query
-again, before which there is no event; or None: no event is foreseen.  NotYet is not a number, so a type checker finds
-code that mistakes it for an instant; code that only needs a wake-up time calls `ask_at`.
+The time of an event is a `When`: an instant (ps); or `NotYet`, if the search stopped early: the event does
+not occur before the instant `at`, when the search can continue; or None, if the event is not foreseen.
+NotYet is not a number, so a type checker finds code that mistakes it for an instant; code that only needs
+a wake-up time calls `ask_at`.
 
-Rules of this file: events are numbered from 1; an event at an instant counts at that instant; queries have no effect.
-The levels of a wire between its events are a wave (core/wires/wave.py).
+Rules of this file: events are numbered from 1; the count at an instant includes an event at that instant;
+queries have no effect.  The levels of a wire between its events are a wave (core/wires/wave.py).
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class NotYet:
-    """An event not found yet: there is none before the instant `at` (ps), at which the query can be repeated."""
+    """An event that has not been found yet: it does not occur before the instant `at` (ps); query again then."""
 
     at: int
 
@@ -46,17 +47,17 @@ When: TypeAlias = "int | NotYet | None"
 
 
 def ask_at(when: When) -> int | None:
-    """Return when to query again (ps): at the event, or where the search continues; None if none is foreseen."""
+    """Return the instant (ps) of an event, or at which to query again (NotYet); None if no event is foreseen."""
     return when.at if isinstance(when, NotYet) else when
 
 
 def earliest(whens: Sequence[When]) -> int | None:
-    """Return when to query again for the earliest of several events (ps); None if none of them is foreseen."""
+    """Return the earliest instant (ps) that `ask_at` returns for any of these events; None if none is foreseen."""
     return min((at for when in whens if (at := ask_at(when)) is not None), default=None)
 
 
 def later(when: When, lag_ps: int) -> When:
-    """Return the time of an event shifted by `lag_ps`."""
+    """Return a time made `lag_ps` later: the instant of an event, or that of a NotYet; None remains None."""
     if isinstance(when, NotYet):
         return NotYet(when.at + lag_ps)
     return None if when is None else when + lag_ps
@@ -77,15 +78,15 @@ class Events(Protocol):
         """Return the number of events up to and including an instant (ps)."""
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None if it is not foreseen."""
+        """Return the instant (ps) of event k; NotYet if the search stopped early; None if event k is not foreseen."""
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of events first ... last, all of which must exist: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants (ps) of the events with these numbers, ascending; faster than `times` for a few.
+        """Return the instants (ps) of the events with the given ascending numbers.
 
-        All the events must exist.
+        All the events must exist.  For a few events, this is faster than `times`.
         """
         return [at for k in numbers if isinstance(at := self.time(k), int)]
 
@@ -110,14 +111,14 @@ class Listed(Events):
 
 
 class NoEvents(Listed):
-    """A source without events, as for a wire with a constant level."""
+    """A source without events, such as a wire with a constant level."""
 
     def __init__(self) -> None:
         super().__init__(())
 
 
 class Even(Events):
-    """Events at a constant rate (1/s), the first of which occurs one period after `since`."""
+    """Events at a constant rate (1/s), the first of which occurs one period after the instant `since` (ps)."""
 
     def __init__(self, since: int, rate: int) -> None:
         self.since, self.clock = since, Clock(rate)
@@ -126,7 +127,7 @@ class Even(Events):
         return max(self.clock.ticks_until(ps - self.since), 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of event k, rounded down to a whole picosecond."""
+        """Return the instant (ps) of event k, rounded down to a whole picosecond."""
         return self.since + self.clock.ps(k)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
@@ -137,7 +138,7 @@ class Even(Events):
 
 
 class Until(Events):
-    """The events of a source before the instant `until` (ps); all of them if it is None."""
+    """The events of a source before the instant `until` (ps); all its events if `until` is None."""
 
     until: int | None
 
@@ -145,7 +146,7 @@ class Until(Events):
         self.of, self.until = of, until
 
     def cut(self, ps: int) -> None:
-        """Leave out all events after an instant (ps), from now on."""
+        """Set the limit so that all events after an instant (ps) are left out."""
         self.until = ps + 1
 
     def within(self, ps: int) -> int:
@@ -157,14 +158,14 @@ class Until(Events):
         return self.of.count(self.within(ps))
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None if it is not before `until`."""
+        """Return the instant (ps) of event k, or NotYet; None if the event is not foreseen, or not before `until`."""
         return before(self.of.time(k), self.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
         return self.of.times(first, last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants (ps) of the events with these numbers, ascending; all the events must exist."""
+        """Return the instants (ps) of the events with the given ascending numbers; all the events must exist."""
         return self.of.few(numbers)
 
 
@@ -184,7 +185,7 @@ class Later(Events):
         return self.of.times(first, last) + self.lag_ps
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants (ps) of the events with these numbers, ascending; all the events must exist."""
+        """Return the instants (ps) of the events with the given ascending numbers; all the events must exist."""
         return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
@@ -204,6 +205,6 @@ class Since(Events):
         return self.of.times(self.first + first, self.first + last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants (ps) of the events with these numbers, ascending; all the events must exist."""
+        """Return the instants (ps) of the events with the given ascending numbers; all the events must exist."""
         first = self.first
         return self.of.few([first + k for k in numbers])

@@ -86,7 +86,7 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """The hook for the current command of a chip; "" (none) is reported once, after completion or a reset."""
+    """The hook for the current command of a chip; when it ends, or after a reset, "" (none) is reported once."""
 
     __slots__ = ("text",)
 

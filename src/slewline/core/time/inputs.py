@@ -18,7 +18,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def from_outside(method: F) -> F:
     """Declare a method of a chip or a part as an external input, which journals record.
 
-    The method must report each call with `input`.
+    The method must report each call with `self.input`.
     """
     vars(method)["from_outside"] = True
     return method

@@ -1,7 +1,7 @@
 """The event kernel: integer time, delta rounds, tasks.
 
-Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; all levels are still those before T.
-Then the edges that were promised for T and the changes made in round 1 commit together, listeners are notified, and
+Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; all levels are still the levels before
+T.  Then the edges that were promised for T and the changes made in round 1 commit together, listeners are notified, and
 reactions run in round 2 and later rounds, until the instant is quiet.  So a sampling point (a timer wake-up at which
 firmware reads a level) sees the level from before the instant, and the order of tasks within a round cannot matter.
 
@@ -75,7 +75,7 @@ class Call:
         self.function, self.token, self.value, self.alive, self.is_net = function, 0, None, True, False
 
     def send(self, _value: None) -> None:
-        """Call the function; the kernel uses this method as it uses `send` of a task."""
+        """Call the function; the kernel uses this method in the same way as the `send` of a task."""
         self.function()
 
     def __repr__(self) -> str:
@@ -86,7 +86,7 @@ class CommitHook(Hook[[int]]):
     """The hook that is called with each committed instant (`Kernel.on_commit`).
 
     A run checks for listeners only once, when it starts; if the first listener is added later in the run, a mark in the
-    heap announces it.  So instants without listeners cost nothing extra.
+    heap announces this listener.  So instants without listeners cost nothing extra.
     """
 
     __slots__ = ("kernel", "mark")
@@ -97,7 +97,7 @@ class CommitHook(Hook[[int]]):
         self.mark.token = 1  # an entry with another token is stale: it is dropped without a call
 
     def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
-        """Register a function that is called with every later committed instant (ps); return it, for `remove`."""
+        """Register a function to be called with each instant (ps) committed from now on; return it, for `remove`."""
         kernel = self.kernel
         if kernel.running and not self.listeners:
             heappush(kernel.heap, (kernel.now, next(kernel.order), self.mark, 0))
@@ -110,8 +110,8 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when its rounds have been run, or a run ends at it.  Earlier
-            instants are final; at this one, an external input may follow, after which the hook is called again.
+        on_commit: hook, called with an instant (ps) when its rounds have been run, or when a run ends at it.  Earlier
+            instants are final; at this instant, an external input may follow, and the hook is then called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -134,7 +134,7 @@ class Kernel:
 
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, function: Callable[[*Args], Coroutine[Any, Any, None]], *args: *Args, name: str) -> Task:
-        """Start a task, which runs a coroutine function beginning in the next round; return the task.
+        """Start a task, which runs a coroutine function from the next round on; return the task.
 
         Args:
             function: the coroutine function, called with `args`.
@@ -166,7 +166,7 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Advance to a later instant (ps), as a wait would, and return True; False if other work comes before."""
+        """Advance to a later instant (ps), as a wait would, and return True; False if other work is due by then."""
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
             return False
@@ -179,7 +179,7 @@ class Kernel:
         return True
 
     def pass_round(self) -> bool:
-        """Advance a round and return True if only the running task has work in this round; else return False."""
+        """Advance to the next round and return True if only the running task has work now; else return False."""
         if not self.sole or self.pending or self.woken:
             return False
         self.seen = self.now
@@ -210,7 +210,7 @@ class Kernel:
                     self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run complete instants up to `until` (ps) and return True; if `over` returns true earlier, return False.
+        """Run complete instants up to `until` (ps) and return True; stop and return False once `over` returns true.
 
         Raises:
             UsageError: the call is made from within a run.
@@ -263,7 +263,7 @@ class Kernel:
             self._rest()
 
     def _instant(self, time: int, who: Any) -> None:
-        """Run an instant with several causes; round 1 runs the tasks with expired timers, at the old levels."""
+        """Run an instant with several timers or edges; round 1 runs tasks with expired timers, at the old levels."""
         heap = self.heap
         ready: list[Any] = []
         edges: list[Any] = []
@@ -287,7 +287,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Report the end of this instant; if a listener makes an input, run its effects, and report again."""
+        """Report the end of this instant; if a listener makes an input, run the input's effects, and report again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
@@ -305,7 +305,7 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, notify, and run woken tasks, repeatedly, until the instant is quiet; a task may advance it."""
+        """Commit changes, notify listeners and run woken tasks until the instant is quiet; a task may advance time."""
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1
@@ -329,7 +329,7 @@ class Kernel:
         )
 
     def _resume(self, ready: list[Any]) -> None:
-        """Resume tasks; an exception ends its task, and is raised after the other tasks have run."""
+        """Resume tasks; an exception ends its task; the first exception is raised after all tasks have run."""
         if self.shuffle is not None:
             self.shuffle.shuffle(ready)
         failure: Exception | None = None
@@ -347,7 +347,7 @@ class Kernel:
             raise failure
 
     def _commit(self, time: int, nets: list[Any]) -> None:
-        """Let all changes of the round take effect together, then call all listeners."""
+        """Let all changes of the round take effect together; then notify observers and waiters of the changed nets."""
         pending, self.pending = self.pending, []
         self.sole = False  # calls in here belong to the next round
         changed = []
@@ -392,7 +392,7 @@ class Kernel:
                 net.schedule(time)
 
     def current(self) -> Task:
-        """Return the running task; only a task can wait."""
+        """Return the running task; raise SlewlineError if no task is running, because only a task can wait."""
         if not isinstance(self.task, Task):
             raise SlewlineError("only a task of the kernel can wait")
         return self.task

@@ -1,9 +1,9 @@
 """The outside of a run: its inputs, and the passage of time for a user.
 
     outside.record("drive", pin="x.abort", level=0)   an input to a pin, a chip or a part
-    outside.wait(met, "an answer", "5 s")             a call to a host lets time pass until it is complete
-    with outside.nested(): ...                        consequences of a reported input: a line of a script
-    with outside.queued(): ...                        calls to hosts only queue; their caller lets time pass
+    outside.wait(met, "an answer", "5 s")             a call to a host lets time pass until the call is complete
+    with outside.nested(): ...                        consequences of a reported input, such as a script's lines
+    with outside.queued(): ...                        calls to hosts only queue actions; the caller lets time pass
 
 Every kernel has an `Outside`, so that pins and parts have access to it with or without a bench.
 """
@@ -24,9 +24,9 @@ class Outside:
     """The outside of a run: a user, a server or a replay.
 
     `on_input` is called with every external input: the verb and its arguments, as plain data that can be
-    recorded and repeated.  `write` is called last, just before the input takes effect; so inputs that a
-    listener makes, or time that it lets pass, are recorded before the input itself.  `let_pass` lets time
-    pass until a condition is met, or raises Timeout; None means that time cannot pass.
+    recorded and repeated.  `write` is called after all listeners of `on_input`, just before the input takes
+    effect; so inputs that a listener makes, or time that it lets pass, are recorded before the input itself.
+    `let_pass` lets time pass until a condition is met, or raises Timeout; None means that time cannot pass.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")
@@ -43,7 +43,7 @@ class Outside:
         return not self._inside and (self.write is not None or bool(self.on_input.listeners))
 
     def record(self, do: str, **what: Any) -> None:
-        """Report an input, as a verb and plain data, unless it is nested in another one."""
+        """Report an input, as a verb and plain data, unless the input follows from another one (`nested`)."""
         if self._inside:
             return
         if self.on_input.listeners:
@@ -52,12 +52,12 @@ class Outside:
             self.write(do, what)
 
     def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
-        """Let time pass until `met` returns true, and return True; return False immediately where no time can pass.
+        """Let time pass until `met` returns true, and return True; return False immediately if time cannot pass.
 
-        No time can pass inside `queued`, and without `let_pass`.
+        Time cannot pass inside `queued`, or if `let_pass` is None.
 
         Raises:
-            Timeout: the condition is not met in time.
+            Timeout: `met` does not return true within `timeout`.
         """
         if self.let_pass is None or self._queueing:
             return False
@@ -87,9 +87,9 @@ class Outside:
             self._queueing -= 1
 
     def later(self, function: Callable[[], object]) -> Callable[[], object]:
-        """Return a function for a later instant, such as the end of a pulse, that calls `function`.
+        """Return a function that calls `function`, to be used at a later instant, such as the end of a pulse.
 
-        If the current call is nested, the later call is nested, too.
+        If `later` is called inside `nested`, `function` is also called inside `nested`.
         """
         if not self._inside:
             return function

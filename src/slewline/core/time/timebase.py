@@ -1,4 +1,4 @@
-"""Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
+"""Time is an integer number of picoseconds; a chip counts clock ticks, and only their sum is converted.
 
 Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused, because it is already rounded; the
 exception is `bench.now`, a float that stores its picoseconds (`Seconds`).  For waiting times and instants of actions
@@ -131,7 +131,7 @@ def moment(time: Time, *, negative: bool = False) -> int:
 
 
 def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[np.int64]:
-    """Return one past instant in picoseconds as an int, or many as int64 with the shape of `times`.
+    """Return past instants in picoseconds: an int for one time, int64 with the shape of `times` for several.
 
     Raises:
         TimeError: as for `moment`.
@@ -147,7 +147,7 @@ def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[n
 
 
 def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> tuple[int, int]:
-    """Return a window of the past in picoseconds, by default from `since` to `now` (ps).
+    """Return the limits (ps) of a window of the past, by default `since` and `now`; the end is at most `now`.
 
     Raises:
         TimeError: a limit is not a time, or the window ends before it begins.
@@ -184,7 +184,7 @@ def readable(ps: int) -> str:
 
 
 class Clock:
-    """A crystal clock that converts ticks to picoseconds exactly (rounded down), so errors do not accumulate.
+    """A crystal clock; it computes the exact instant of a tick, rounded down once, so errors do not accumulate.
 
     Args:
         hz: the frequency, Hz.
@@ -228,10 +228,10 @@ class Clock:
     def ps_array(
         self, ticks: NDArray[np.int64], origin: int = 0, out: NDArray[np.int64] | None = None
     ) -> NDArray[np.int64]:
-        """Return the instants of `origin + ticks`: int64 ps since tick 0, same shape as `ticks`, every element exact.
+        """Return the instants of ticks `origin + ticks`: int64 ps since tick 0, same shape as `ticks`, all exact.
 
         Args:
-            ticks: int64, ascending.
+            ticks: int64, ascending, counted from `origin`.
             origin: a tick, counted from tick 0.
             out: the array for the result, which may be `ticks` itself.
 

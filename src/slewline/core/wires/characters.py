@@ -19,7 +19,10 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The waveforms of all bytes in one character format at one rate, and the bytes for sampled levels, cached."""
+    """The waveforms of all bytes in one character format at one rate, and the bytes for sampled levels.
+
+    Both are computed when first used, and cached.
+    """
 
     __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
 
@@ -39,7 +42,7 @@ class FrameTable:
         return self._levels[byte]
 
     def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
-        """Return the byte for levels sampled at mid-bit: (byte, is its parity wrong, is its framing wrong)."""
+        """Return the byte that levels sampled at mid-bit represent: (byte, parity is wrong, framing is wrong)."""
         if seen not in self._read:
             word, bits = self.word, [int(level == self.mark) for level in seen]
             byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
@@ -50,12 +53,12 @@ class FrameTable:
 
 @lru_cache(maxsize=64)
 def frames_of(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
-    """Return the frame table of a character format; `hz` is the clock frequency, sixteen times the baud rate."""
+    """Return the frame table of a character format; `hz` is 16 times the baud rate, `mark` the level at rest."""
     return FrameTable(Clock(hz), word, mark)
 
 
 class Characters:
-    """A promise of consecutive characters, from the instant `start` (ps); after `end` the wire is at mark."""
+    """A promise of consecutive characters from `start` to `end` (ps); before and after, the wire is at mark."""
 
     __slots__ = ("_wave", "data", "end", "frames", "last", "start")
     until: int | None = None
@@ -88,7 +91,7 @@ class Characters:
         return self.wave.level(ps) if self.start < ps < self.last else self.frames.mark ^ (ps == self.start)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
+        """Return the instant (ps) of the first edge strictly after the instant `ps`; None if no edge is foreseen."""
         return self.start if ps < self.start else None if ps >= self.last else self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
@@ -100,8 +103,8 @@ def begin_line(driver: Driver, frames: FrameTable, data: bytes, fault: str = "")
     """Promise consecutive characters, the first starting at this instant; return the end (ps) of the last stop bit.
 
     Args:
-        fault: "parity" for a wrong parity bit, or "framing" for space instead of the first stop bit, in every
-            character.
+        fault: "parity" for a wrong parity bit, or "framing" for space instead of mark in the first stop
+            bit, in every character; "" for no fault.
     """
     line = Characters(frames, data, driver.kernel.now)
     if fault or not handed_over(driver, line):
@@ -110,11 +113,11 @@ def begin_line(driver: Driver, frames: FrameTable, data: bytes, fault: str = "")
 
 
 def handed_over(driver: Driver, line: Characters) -> bool:
-    """Promise a line that begins now to the receivers on the wire; return False if it must be driven instead.
+    """Pass a line that begins now straight to the receivers on the wire; return False if it must be driven.
 
-    The line is in place immediately, without a commit, if the running task is alone in its round, if
-    `driver` is the only one that drives the wire, and if every task that waits for the wire is a receiver at
-    rest.
+    The line can be passed straight, without a commit, if the running task is alone in its round, if `driver`
+    is the only one that drives the wire, and if all that observe the wire are receivers at rest with the
+    same character format.
     """
     root, kernel = driver.net, driver.kernel
     active = root.active
@@ -150,7 +153,7 @@ def handed_over(driver: Driver, line: Characters) -> bool:
 
 
 def faulty(line: Characters, fault: str) -> Wave:
-    """Return the edges of characters with a "parity" or "framing" fault in each; for other text, no fault."""
+    """Return the wave of a line with a "parity" or "framing" fault in each character; other texts: no fault."""
     frames = line.frames
     times: list[int] = []
     levels: list[int] = []

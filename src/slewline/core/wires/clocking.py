@@ -6,9 +6,9 @@ Step counters (a translator, a shaft, the counter of a driver module) follow the
     falls      1      2      3
 
 A wave that follows a step train computes these edges by arithmetic (its `clock`).  Any other wave is
-scanned, one stretch at a time, and takes little memory: one entry per `BLOCK` edges.
+scanned, one stretch at a time; the scan takes little memory: one entry per `BLOCK` edges.
 
-Rules of this file: an edge is a change *to* the level; edges are numbered from 1 after the instant
+Rules of this file: an edge is a change *to* the given level; edges are numbered from 1 after the instant
 `since`, and an edge at `since` itself is left to the caller; queries have no effect on the wire.
 """
 
@@ -39,14 +39,14 @@ class ScanWindow:
         return min(start + self.ps, stop)
 
     def adapt(self, count: int) -> None:
-        """Adapt the length of the next stride to `count`, the number of edges in the last one."""
+        """Adapt the length of the next stride to `count`, the number of edges found in the stride just finished."""
         if count > BLOCK:
             self.ps = max(self.ps // 4, 1)
         elif count < BLOCK // 4:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Reset the length of the next stride after a long pause of `ps` picoseconds: edges may be dense after it."""
+        """Reset the length of the next stride after a pause (ps) longer than a stride: edges may then be dense."""
         if ps > self.ps:
             self.ps = FIRST_PS
 
@@ -107,7 +107,7 @@ class WalkedEdges(Events):
         return self._counts[i] + (len(self._edges(self._starts[i], ps)) if ps > self._starts[i] else 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k (ps), NotYet, or None if it is not foreseen."""
+        """Return the instant (ps) of edge k; NotYet if the search stopped early; None if edge k is not foreseen."""
         reached = self._reached
         for _ in range(LOOKS):
             if k <= self._found:
@@ -143,12 +143,12 @@ class WalkedEdges(Events):
 
 
 def clock_edges(shown: Any, level: int, since: int) -> Events:
-    """Return the edges to a level on a wire after an instant, given the present waveform of the wire.
+    """Return, as events, the edges to a level after an instant, given the present waveform of the wire.
 
     Args:
-        shown: a wave, or a constant level.
+        shown: the waveform: a wave, or a constant level.
         level: 0 for falls, 1 for rises.
-        since: the instant (ps) after which edges count; an edge at the instant itself does not.
+        since: the instant (ps) after which edges count; an edge at `since` itself does not.
     """
     if not hasattr(shown, "after"):
         return NoEvents()

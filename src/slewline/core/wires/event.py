@@ -18,7 +18,7 @@ class Event:
 
     @property
     def net(self) -> Net:
-        """The net, which changes with every event."""
+        """The net of the event, which changes every time the event occurs."""
         return self._driver.net
 
     def set(self) -> None:

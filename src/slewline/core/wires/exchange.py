@@ -1,20 +1,20 @@
 r"""Exchanges as values: a transfer between two ends costs nothing on the wires while they are not observed.
 
-    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a drawn line, queried and not played
-    bus         ----<  byte  >----------     a drawn line
-    value             one call          |    a probe or another driver is added: withdraw
-    real                                |    the rest is waves, which the ends watch
+    strobe         ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a `DrawnLine`, whose edges are queried and not run
+    bus            ----<  byte  >----------     a `DrawnLine`
+    by value             one call          |    a probe or another driver is added: withdraw
+    edge by edge                           |    the rest is waves, which the ends watch
 
 A bus cycle or a strobe has many edges, and all of them follow from a few numbers: its start, an address, a byte.  While
 both ends are known, and nothing else watches, samples or drives their wires, the edges are not instants of the run: one
 end calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when its level is
 queried.  All edges follow from the state of the exchange, which is a few values.  Where a wire is recorded,
-these states are kept, and the edges are computed on request (`PastExchanges`).
+the states of its exchanges are kept, and the edges are computed on request (`PastExchanges`).
 
 As soon as anything begins to observe the wires, or any other driver drives a level, the exchange is
 withdrawn: the lines become ordinary waves, the ends watch their nets again, and the rest continues edge
-by edge.  All other cases also run edge by edge, as does the reference model (the twin), with which an
-exchange agrees in every edge, byte and finding.
+by edge.  Transfers that cannot be made by value also run edge by edge, as does the reference model (the
+twin), with which an exchange by value agrees in every edge, byte and finding.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class DrawnLine:
         return self.wave.level(ps)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
+        """Return the instant (ps) of the first edge strictly after the instant `ps`; None if no edge is foreseen."""
         return self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -73,7 +73,7 @@ class DrawnLine:
 
 
 class PastExchanges:
-    """The waveform of a net over consecutive exchanges: an entry of its log.
+    """The waveform of a net over consecutive exchanges: an entry of the net's log.
 
     Args:
         net: the net.
@@ -95,7 +95,7 @@ class PastExchanges:
         return self._together([shown(state) for shown in self.shown], ps)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None if there was none."""
+        """Return the instant (ps) of the first edge strictly after the instant `ps`; None if there was none."""
         for times, _ in self._edges(ps, None):
             if times:
                 return times[0]
@@ -115,9 +115,9 @@ class PastExchanges:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges of each exchange in start < t <= stop (ps), and an edge to its first level at its start.
+        """Yield the edges in start < t <= stop (ps), by exchange: one at its start, to its first level; its others.
 
-        `stop` is None for no limit.  An edge is an instant and the level after it, in two lists.
+        `stop` is None for no limit.  Edges are yielded as two lists: the instants, and the levels after them.
         """
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
@@ -144,10 +144,11 @@ class Exchange:
     Args:
         led: the drivers of the leading end, each with a function that returns its wave for a state of the
             exchange.  When an exchange is withdrawn, these drivers play the rest of it.
-        answering: the drivers of the answering ends, with such functions.  When an exchange is withdrawn,
-            these drivers keep their levels until their end is notified of the next edge.
+        answering: the drivers of the answering ends, each with a function of that kind.  When an exchange is
+            withdrawn, these drivers keep their levels until their end is notified of the next edge.
         ends: the ends that watch the nets.
-        withdrawn: called with the last instant (ps) for which the value holds, before the ends watch again.
+        withdrawn: called when an exchange is withdrawn, before the ends watch their nets again, with the last
+            instant (ps) for which the exchange by value holds.
 
     Attributes:
         state: the state of the current or the last exchange; the waveforms of the drivers follow from it
@@ -173,7 +174,7 @@ class Exchange:
         self.states: list[Any] = []
 
     def begin(self, state: Any) -> bool:
-        """Begin an exchange now, all edges of which are in the future; return whether it is made by value."""
+        """Begin an exchange, all of whose edges are in the future; return whether it is made by value."""
         before, self.state = self.state, state
         if not self.by_value and not self._enter():
             self.state = before
@@ -195,7 +196,7 @@ class Exchange:
                 net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
-        """Switch to exchange by value, and return True; return False if anything else drives or observes a wire."""
+        """Switch to exchanges by value, and return True; return False if anything else drives or observes a wire."""
         lines = [*self.led, *self.answering]
         drivers = {line.driver for line in lines}
         roots = {line.driver.net: None for line in lines}
@@ -223,7 +224,7 @@ class Exchange:
 
     @property
     def changing(self) -> list[Net]:
-        """The nets whose lines have an edge in the instant whose changes are about to be committed."""
+        """The nets on which a driver of the exchange has an edge in the instant that is about to be committed."""
         kernel = self.nets[0].kernel
         seen, now = kernel.seen, kernel.now
         roots = {line.driver.net for line in [*self.led, *self.answering] if seen < now and line.after(seen) == now}
@@ -256,7 +257,7 @@ E = TypeVar("E", bound=Exchange)
 
 
 class Leader(Generic[E]):
-    """The leading end, which finds the other ends on a wire, and the possible exchange with them.
+    """The leading end: it finds the other ends on its wire, and the exchange that is possible with them.
 
     Args:
         net: the net of the wire.
@@ -268,7 +269,7 @@ class Leader(Generic[E]):
         self.exchange: E | None = None
 
     def made(self, ends: tuple[Any, ...]) -> E | None:
-        """Return an exchange with these ends, which are on the wire; None if none is possible."""
+        """Return a new exchange with `ends`, the other ends on the wire; None if no exchange with them is possible."""
         raise NotImplementedError
 
     def possible(self) -> E | None:

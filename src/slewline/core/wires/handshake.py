@@ -6,9 +6,9 @@ r"""Bytes over a two-line handshake, sent by value: all bytes of a command, incl
     bytes            R   |       5  |      CR   |           |
     value          start                      taken       opened
 
-A chip that only stores a byte takes the same time for each, and a host without delay responds to every
+A chip takes the same time for every byte that it only stores, and a host without delay responds to every
 edge at the same instant; so all edges follow from the start, and neither end is woken until the last
-byte is accepted.  Acting on the last byte takes time, and READY returns when the chip reports the end.
+byte is accepted.  Acting on the last byte takes time; READY returns high when the chip has finished.
 
 A withdrawn exchange continues edge by edge (exchange.py): host and chip then wait for the edges that come next.
 """
@@ -28,13 +28,13 @@ from .wave import Level, Wave
 
 
 class ByteTimes(NamedTuple):
-    """The edge times of a byte, in clocks after its request.
+    """The edge times of a byte, in clock ticks after the request for the byte.
 
     Attributes:
         strobe: INSTROBE falls.
         sample: INSTROBE rises, and the bus is read.
         busy: READY falls.
-        kept: READY returns after a byte that is only stored.
+        kept: READY returns high, after a byte that is only stored.
     """
 
     strobe: int
@@ -57,10 +57,10 @@ class HandshakenBytes:
     """Consecutive bytes, each with its handshake; the bytes are numbered from 0.
 
     Attributes:
-        start: the first request (ps); `tick`: the clock tick at which the chip detects it.
+        start: the instant of the first request (ps); `tick`: the clock tick at which the chip detects it.
         before: the host's level on the bus before the first byte; `released`: true if the host releases the
             bus when the last byte is accepted.
-        opened: when READY returns after the last byte (ps); None if this is not known yet.
+        opened: the instant (ps) at which READY returns high after the last byte; None if not known yet.
     """
 
     __slots__ = ("before", "clock", "data", "last", "opened", "released", "start", "tick", "times")
@@ -78,7 +78,7 @@ class HandshakenBytes:
         return self.clock.ps(self.tick + number * self.times.kept + clocks)
 
     def passed(self, ps: int, clocks: int) -> int:
-        """Return the number of bytes whose requests are at least `clocks` clock ticks before an instant (ps)."""
+        """Return the number of bytes whose requests were made at least `clocks` clock ticks before an instant (ps)."""
         number = (self.clock.ticks_until(ps) - self.tick - clocks) // self.times.kept + 1
         return max(min(number, len(self.data)), 0)
 
@@ -87,7 +87,7 @@ class HandshakenBytes:
         return min(self.passed(ps, self.times.kept), len(self.data) - 1)
 
     def latest_edge(self, ps: int) -> int:
-        """Return the instant (ps) of the last edge of I/O REQUEST at or before `ps`; of the first, if none is."""
+        """Return the instant (ps) of the last edge of I/O REQUEST at or before `ps`; if none is, of the first edge."""
         number = self.current(ps)
         risen = self.instant(number, self.times.busy)
         return risen if risen <= ps else self.request_of(number)
@@ -105,7 +105,7 @@ class HandshakenBytes:
 
     @property
     def on_bus(self) -> Level:
-        """The host's level on the bus after the last byte."""
+        """The level that the host drives on the bus after the last byte; None if it releases the bus."""
         return None if self.released else (0xFF, self.data[-1])
 
     def request(self) -> Wave:
@@ -121,7 +121,7 @@ class HandshakenBytes:
         return Wave(self.before, (*self._requests, self.last), (*levels, None))
 
     def strobe(self, active: int) -> Wave:
-        """Return the waveform of INSTROBE, for its active level."""
+        """Return the waveform of INSTROBE, given the active level of INSTROBE."""
         pairs = zip(self._instants(self.times.strobe), self._instants(self.times.sample), strict=True)
         return Wave(1 - active, tuple(time for pair in pairs for time in pair), (active, 1 - active) * len(self.data))
 
@@ -139,10 +139,10 @@ class SendingEnd(Protocol):
     bus: Driver
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return the pairs (net, level) for which the host waits at a byte; the first that occurs wakes the host.
+        """Return the pairs (net, level) for which the host waits after `number` bytes; the first to occur wakes it.
 
         Args:
-            low: True if the host requests that byte; False if it is about to.
+            low: True if I/O REQUEST is already low for the next byte; False if it is still high.
         """
 
 
@@ -150,11 +150,11 @@ class TakingEnd(End, Protocol):
     """The chip's end, which accepts bytes.
 
     Attributes:
-        awaiting: True if the chip waits for I/O REQUEST, and for the other pairs (net, level) in `awaited`.
+        awaiting: True while the chip waits for I/O REQUEST; `awaited`: the pairs (net, level) that end it.
         token: the token of the chip's task when it began to wait.
-        watched_nets: the other nets on whose levels the chip depends.
+        watched_nets: the nets, other than I/O REQUEST, on whose levels the chip depends.
         instrobe: the output that shows when the bus is read; None if the chip has none.
-        exchange: the exchange by which bytes currently arrive as a value; None if there is none.
+        exchange: the exchange in which bytes currently arrive by value; None if there is none.
     """
 
     awaiting: bool
@@ -177,19 +177,19 @@ class TakingEnd(End, Protocol):
         """True if the next byte begins a command."""
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return the number of bytes from index `at` that the chip takes by value; all but the last are stored."""
+        """Return the number of bytes from index `at` on that the chip takes by value; it acts only on the last."""
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Prepare for bytes whose transfer begins now."""
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Store the bytes before `number`, and take that byte up to a stage.
+        """Store the bytes before byte `number`, and set the handshake of byte `number` to a stage.
 
-        Return when the chip's task continues (ps); None if it waits for the next request.
+        Return the instant (ps) at which the chip's task continues; None if it waits for the next request.
         """
 
     def counted(self, low: bool) -> None:
-        """Record whether I/O REQUEST is low, or high again, for the last byte that was accepted."""
+        """Record which change of I/O REQUEST was its last fall; `low`: True if it has not risen again since."""
 
 
 class Handshakes(Exchange):
@@ -202,7 +202,7 @@ class Handshakes(Exchange):
         over: True if the last byte has been accepted; the chip may still need time to act on it.
         through: the number of bytes that the host had completed when its wait ended; `gone`: the number of
             bytes that it had completed at a withdrawal.
-        low: True if, after a withdrawal, the host still requests the next byte.
+        low: True if, at a withdrawal, I/O REQUEST was already low for the next byte.
     """
 
     def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
@@ -224,7 +224,7 @@ class Handshakes(Exchange):
     # -------------------------------------------------------------------------------------------------------- by value
     @property
     def opened(self) -> bool:
-        """True while bytes are sent by value and READY is high."""
+        """True while bytes are sent by value and READY has returned high after the last byte."""
         return self.by_value and self.state.opened is not None
 
     def send(self, coming: HandshakenBytes) -> bool:
@@ -244,7 +244,10 @@ class Handshakes(Exchange):
         return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
 
     async def end(self) -> None:
-        """Wait until READY is high again, or low for the last byte if no byte follows (called in the host's task)."""
+        """Wait, in the host's task, until the handshake of the last byte ends.
+
+        It ends when READY falls for the last byte if the host then releases the bus, else when READY is high again.
+        """
         self.sender, self.woken = self.kernel.current(), False
         try:
             await suspended()
@@ -259,7 +262,7 @@ class Handshakes(Exchange):
             self._wake_sender()
 
     def opens(self) -> None:
-        """Record that READY returns now (called by the chip)."""
+        """Record that READY returns high now (called by the chip)."""
         self.state.opened = self.kernel.now
         if not self.state.released:
             self._wake_sender()
@@ -295,7 +298,7 @@ class Handshakes(Exchange):
         return True
 
     def _watch_request(self, awaited: bool) -> None:
-        """Make the chip watch I/O REQUEST; if `awaited`, make its task wait for it."""
+        """Make the chip watch I/O REQUEST; if `awaited`, make the chip's task wait for the pairs in `chip.awaited`."""
         chip = self.chip
         chip.request.latched = True
         if awaited:
@@ -327,7 +330,7 @@ class Handshakes(Exchange):
                     net.follow()
 
     def _left(self, seen: int) -> None:
-        """Promise the edges of this instant on the wires, and the end of a strobe that has begun."""
+        """After a withdrawal, promise the edges due at this instant, and the end of a strobe that has begun."""
         coming, now = self.state, self.kernel.now
         for line in self.answering:
             wave, driver = line.wave, line.driver
@@ -347,7 +350,7 @@ class Handshakes(Exchange):
                 driver.promise = Wave(wave.level(seen), times, levels)
 
     def _resume(self, coming: HandshakenBytes, seen: int) -> bool:
-        """Make the chip continue edge by edge within the bytes; return whether it waits for a request."""
+        """Make the chip continue edge by edge with the rest of the bytes; return whether it waits for a request."""
         chip, task, kernel, now = self.chip, self.chip.task, self.kernel, self.kernel.now
         number, times = coming.current(seen), coming.times
         sample, busy = coming.instant(number, times.sample), coming.instant(number, times.busy)

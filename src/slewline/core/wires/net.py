@@ -1,12 +1,12 @@
 """Nets: wires with drivers, pulls and promises.
 
 A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned in advance
-and that hold until its next decision.  A promise costs the kernel nothing while its net is not watched, and one heap
-entry (its next edge) while it is.
+and that hold until the driver's next decision.  A promise costs the kernel nothing while its net is not watched, and
+one heap entry (the next edge) while its net is watched.
 
 Strong drivers that disagree result in 0 (wired AND, as with open collectors) and one conflict report.  Without a strong
-driver, the net takes the level of its tie (the standard wiring of a bare part); without a tie, that of its pull;
-without a pull, it floats.
+driver, the net takes the level of its tie (the standard wiring, which a bare part lacks); without a tie, that of its
+pull; without a pull, it floats.
 
 Nets that have been joined are one wire: they share drivers, tie and pull, while each keeps its own observers and its
 own record, so that the owner of one net need not know the others.
@@ -85,17 +85,17 @@ class Driver:
         return self.active_level if active else self.inactive_level
 
     def pulses(self, *times: int) -> Edges:
-        """Return pulse edges: active from the first instant (ps) to the second, from the third to the fourth ..."""
+        """Return the edges of pulses: from the first instant (ps) to the second, from the third to the fourth ..."""
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
 
     def strobe(self, *times: int) -> None:
-        """Promise pulses at instants as in `pulses`; the first pulse may begin now."""
+        """Promise the pulses that `pulses` returns for these instants (ps); the first pulse may begin now."""
         self.play(Wave(*self.pulses(*times)))
 
     def put(self, level: Level) -> None:
         """Put a level on the net immediately if no observer could see a difference; otherwise, act like `drive`.
 
-        No observer can while the running task is alone in its round; it must not read the net in the same round.
+        No observer could if the running task is alone in its round; this task must not read the net in that round.
         """
         net, kernel = self.net, self.kernel
         if not kernel.sole or net.plain is not self or self.pending or net.observers:
@@ -139,9 +139,9 @@ class Driver:
         self.drive(promise)
 
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
-        """Promise edges (ps, level), all in the future; until the first edge, the level of the output is `before`.
+        """Promise edges, all in the future, at `times` (ps) to `levels`; until then, the output is at `before`.
 
-        The edges are not visible yet, so the promise takes effect immediately.
+        The edges are not visible yet, so the promise can usually take effect immediately.
         """
         net = self.net
         promise = self.promise
@@ -165,7 +165,7 @@ class Driver:
         return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
 
     def renew(self) -> None:
-        """Report to all observers and samplers of the net that `until` of the promise has moved."""
+        """Report to all observers and samplers of the net that the end (`until`) of the present promise has moved."""
         if self.heard and not self.pending:
             self.drive(self.promise)
 
@@ -214,7 +214,7 @@ class TakesWhole(Protocol):
         """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
-        """Start taking each character as soon as it is complete, while the net has observers."""
+        """Take each character when it is complete, from now on, while the net has observers."""
 
 
 class ByValue(Protocol):
@@ -225,11 +225,11 @@ class ByValue(Protocol):
         """The nets with an edge in the instant whose changes are about to be committed."""
 
     def withdraw(self) -> None:
-        """Continue edge by edge."""
+        """End the exchange by value, and continue edge by edge."""
 
 
 class WiringChange:
-    """An entry for a net whose wiring has changed (see `join`), pending like a driver with a new level."""
+    """An entry among the kernel's pending drivers, for a net whose wiring has changed (see `Net.join`)."""
 
     __slots__ = ("net", "next", "pending")
 
@@ -244,13 +244,13 @@ class Net:
     """A wire.
 
     Args:
-        kernel: the virtual time.
+        kernel: the kernel, which keeps the virtual time.
         name: the name, such as "x.slew".
         pull: the level to which a resistor pulls the net while it is not driven.
         tie: the level in the standard wiring while the net is not driven; the tie ends when the net is
             joined to another.
-        active: the level at which the pin is active, from its row in the sheet; None if the row has none:
-            queries about the activity then raise an AttributeError.
+        active: the level at which the pin is active, from its row in the data sheet; None if the row has
+            none: `is_active` and `is_inactive` then raise an AttributeError.
 
     Attributes:
         when_active, when_inactive: the pair of the net and its active or inactive level, for a task to wait
@@ -434,8 +434,8 @@ class Net:
     def shown(self) -> Promise | Level:
         """Return the waveform that the wire will have if no driver changes: a promise, or a constant level.
 
-        The result never changes: when a driver changes, it remains valid for the past, and does not follow the
-        driver.
+        The result never changes: after a driver has changed, the result remains valid for the past, and does not
+        follow the driver.
         """
         rest = self.tie if self.tie is not None else self.pull
         told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
@@ -446,7 +446,7 @@ class Net:
         return Rested(told[0], rest) if rest is not None and floats(told[0]) else told[0]
 
     def edges_ahead(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the presently promised edges in start < t <= stop: two lists, or int64 ps and int8 levels."""
+        """Return the presently promised edges in start < t <= stop: lists, or arrays of int64 ps and int8 levels."""
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])
 
     def levels_before(self, instants: list[int]) -> list[Level]:
@@ -561,13 +561,13 @@ class Net:
         self.observers.remove(observer)
 
     def sample(self, sampler: Callable[[], object]) -> None:
-        """Register a callback that is called just before a driver of this net replaces its waveform."""
+        """Register a function that is called just before any driver of this net changes its level or waveform."""
         self._alone()
         self.before_change.append(sampler)
         self.plain = None
 
     def unwatch_before(self, sampler: Callable[[], object]) -> None:
-        """Remove a callback that was passed to `sample`."""
+        """Remove a function that was passed to `sample`."""
         self.before_change.remove(sampler)
         if not self.before_change:
             self.sort_drivers()
@@ -645,7 +645,7 @@ class Bus(Net):
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """Return the level of the wire with a number from 0 to 7: 0, 1, or None while that wire is not driven."""
+        """Return the level of the wire `number`, from 0 to 7: 0, 1, or None while that wire is not driven."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

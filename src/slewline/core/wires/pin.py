@@ -22,8 +22,8 @@ class Condition:
 
     Attributes:
         text: a description of the condition, for messages.
-        nets: the nets that are watched during the wait, so that their promised edges are instants of the
-            run.
+        nets: the nets that are watched during the wait, so that the run has an instant at each of their
+            promised edges.
     """
 
     text = ""
@@ -43,12 +43,12 @@ class Condition:
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """Return the instant (ps) at which the present promises meet the condition; None if they do not foresee it."""
+        """Return the instant (ps) at which the present promises will meet the condition; None if none is foreseen."""
         return None
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """The method `when` if promises can foresee the condition; None if it is checked after every instant."""
+        """The method `when` if promises can foresee the condition; None if it must be checked after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
@@ -99,7 +99,7 @@ class EitherCondition(Condition):
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
-        """Return the earlier instant (ps) at which promises meet one of the two; None if neither is foreseen."""
+        """Return the first instant (ps) at which a condition is promised to be met; None if neither is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 
@@ -158,7 +158,7 @@ class Terminal:
 
     Attributes:
         name: the full name, which includes the owner's name, such as "x.slew".
-        row: the row of the pin in the pin table of the sheet: number, direction, purpose.
+        row: the row of the pin in the pin table of the data sheet: number, direction, purpose.
         net: the wire to which the pin is connected.
     """
 
@@ -217,10 +217,10 @@ class Terminal:
 
     @answering("pulse()", '; such as pin.pulse(0, "10 us")')
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin to a level for a time, then return to the previous external level, or release it.
+        """Drive the pin to a level for a time; then return to the previous external level, or release it if none.
 
         If pulses overlap, the pulse that began last determines the level; after the last pulse ends, the pin is driven
-        as before the first.
+        as before the first pulse.
 
         Args:
             level: 0 or 1.

@@ -6,13 +6,13 @@ r"""The receiving half of a UART: it receives a line of characters as one value,
 
 A receiver that finds a line of characters on its wire, sent in its own format, knows the level in the
 middle of each bit in advance; so it is not woken for every character, but only for those on which its
-owner acts, such as a carriage return.  The characters in between are taken late; `catch_up` takes them
-for callers that need them earlier.
+owner acts, such as a carriage return.  The characters before such a character are taken (passed to the
+owner) together with it, or earlier if a caller needs them (`catch_up`).
 
-Anything else on the wire (a break, noise, another driver, another rate) withdraws the plan: the receiver continues
-character by character, taking past samples from the old promise.  Characters that are not part of such a line are
-received in the same manner: the receiver sleeps until the middle of the stop bit, and then looks up the level in the
-middle of each bit.
+Anything else on the wire (a break, noise, another driver, another rate) withdraws the plan: the receiver
+continues character by character; samples of the present character that are already due are taken from
+the old promise.  Characters that are not part of such a line are received individually, too: the
+receiver sleeps until the middle of the stop bit, and then looks up the level in the middle of each bit.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Character(NamedTuple):
 
 
 class CharacterHook(Hook[[Character]]):
-    """The hook that is called with received characters; while it has listeners, none is taken late."""
+    """The hook that is called with each received character; while it has listeners, no character is taken late."""
 
     __slots__ = ("receiver",)
 
@@ -56,7 +56,7 @@ class CharacterHook(Hook[[Character]]):
         self.receiver: Receiver | None = None
 
     def add(self, listener: Callable[[Character], object]) -> Callable[[Character], object]:
-        """Register a function that is called with every later character; return it, for `remove`."""
+        """Register a function that is called with every character received from now on; return it, for `remove`."""
         if self.receiver is not None:
             self.receiver.one_by_one()  # this listener does not receive earlier characters
         return super().add(listener)
@@ -65,13 +65,13 @@ class CharacterHook(Hook[[Character]]):
 class Receiver:
     """The receiving half of a UART; `receiving` is true within a character.
 
-    The rate and the format may change between two characters, and so may the net, when it is joined to
-    another.
+    The rate and the format may change between two characters; so may the net, when it is joined to another
+    net.
 
     Args:
         net: the wire, whose level is `mark` at rest.
-        clock: the clock of sixteen times the rate.
-        word: the format.
+        clock: the clock, which runs at sixteen times the baud rate.
+        word: the character format.
     """
 
     whole_lines: ClassVar[bool] = True  # False: the twin, which takes every character individually
@@ -104,7 +104,7 @@ class Receiver:
         self.line = None
 
     def set_line(self, clock: Clock, word: CharacterFormat) -> None:
-        """Receive at another rate or in another format, starting with the next character."""
+        """Set the clock (sixteen times the baud rate) and the format, starting with the next character."""
         self.withdraw()
         self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, self.mark)
 
@@ -125,11 +125,12 @@ class Receiver:
         """Receive characters, one after another, forever.
 
         Args:
-            taken: called with a character, in the middle of its first stop bit.
-            passed: called, some time later, with good characters on which the owner does not act.
-            acts: called with a line and the number of a character; returns the number of the first character,
-                starting with that one, on which the owner acts; -1 if it acts on none.  Without this function,
-                the owner acts on every character.
+            taken: called with each character on which the owner acts, or which was received individually, in the
+                middle of its first stop bit.
+            passed: called with good characters on which the owner does not act, some time after their end.
+            acts: called with the bytes of a line and an index; returns the index of the first byte, there or
+                later, on which the owner acts; -1 if it acts on none.  Without this function, the owner acts on
+                every character.
         """
         self.taken, self.acts, self.task = taken, acts, self.kernel.current()
         if passed is not None:
@@ -159,7 +160,7 @@ class Receiver:
                 taken(character)
 
     async def character(self) -> Character:
-        """Wait for a character, and return it in the middle of its first stop bit."""
+        """Wait for the next character, and return it in the middle of its first stop bit."""
         self.task = self.kernel.current()
         while True:
             if self.broken:
@@ -171,12 +172,12 @@ class Receiver:
 
     # ------------------------------------------------------------------------------------------ character by character
     async def _mark(self) -> None:
-        """Wait for mark after a character without a stop bit."""
+        """Wait until the wire is at mark again, after a character without a stop bit."""
         await level(self.net, self.mark)
         self.broken = False
 
     def _start_found(self) -> None:
-        """Receive the line that begins on the wire at this instant or, if there is none, a single character."""
+        """Start to receive the line of which a character begins now or, if there is none, a single character."""
         now = self.kernel.now
         if self.whole_lines and (line := self._line_on_wire(now)) is not None:
             self.line, self.at = line, (now - line.start) // self.frames.length
@@ -184,7 +185,7 @@ class Receiver:
             self._begin(now)
 
     def _at_rest(self) -> bool:
-        """Return whether the wire is at mark and no edge on it is foreseen, so that a line can be handed over."""
+        """Return whether the wire is at mark without a foreseen edge, so that a sender can hand over a line."""
         net = self.net
         promise = net.promise
         if promise is None:
@@ -203,7 +204,7 @@ class Receiver:
         self.looks = [tick * clock.n // clock.d for tick in ticks]
 
     async def _character(self) -> Character | None:
-        """Wait for the character that has begun, and return it; None if its start bit was only a spike."""
+        """Wait for the end of the character that has begun, and return it; None if its start bit was only a spike."""
         looks, kernel, mark = self.looks, self.kernel, self.mark
         frames = self.form
         if not self.seen:
@@ -228,7 +229,7 @@ class Receiver:
             self.seen += self.net.levels_before(looks[done:over])
 
     def before_change(self) -> None:
-        """Take the samples due up to now while the old promise still exists, because the wire is about to change."""
+        """Before the wire changes, withdraw the plan for a line or, within a character, take the samples now due."""
         if self.line is not None:
             self.withdraw()
         elif self.looks:
@@ -238,7 +239,7 @@ class Receiver:
 
     # -------------------------------------------------------------------------------------------------- a whole line
     def _line_on_wire(self, now: int) -> Characters | None:
-        """Return the line in this format on the wire if one of its characters begins at `now` (ps); else None."""
+        """Return the line on the wire if it has this format and a character begins at `now` (ps); else None."""
         active = self.net.active
         promise = active[0].promise if len(active) == 1 else None
         if type(promise) is not Characters or promise.frames is not self.frames:
@@ -268,7 +269,7 @@ class Receiver:
         return len(line.data) if number < 0 else number
 
     def _plan(self, line: Characters) -> int:
-        """Find the next character in a line on which the owner acts; return the end (ps) of it, or of the line."""
+        """Find the next character on which the owner acts, or else the last; return when it is complete (ps)."""
         self.acts_at = number = self._acts_next(line)
         self.due = due = self._complete_at(line, min(number, len(line.data) - 1))
         return due
@@ -282,7 +283,7 @@ class Receiver:
         heappush(kernel.heap, (self._plan(line), next(kernel.order), task, task.token))
 
     def _take_planned(self, line: Characters) -> None:
-        """Take the characters of a line that are complete now, at the planned instant or earlier."""
+        """When woken at the planned instant, or earlier, take the characters of a line that are complete now."""
         self.acting = True
         if self.kernel.now == self.due:
             self._take(line, min(self.acts_at, len(line.data) - 1), self.acts_at)
@@ -291,7 +292,7 @@ class Receiver:
         self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
-        """Take the characters of a line up to `number`; `acts` is the next number on which the owner acts."""
+        """Take the characters of a line up to and including `number`; the owner acts next on number `acts`."""
         at, data = self.at, line.data
         self.at = number + 1
         if self.at == len(data):
@@ -315,7 +316,7 @@ class Receiver:
             self._take_until(self.line, self.kernel.seen)
 
     def one_by_one(self) -> None:
-        """Start taking each character as soon as it is complete, if the owner or an observer of the net needs it."""
+        """Take the characters complete now, and plan to take the next one when it is complete."""
         line, task = self.line, self.task
         if line is not None and task is not None:
             self._take_until(line, self.kernel.now)

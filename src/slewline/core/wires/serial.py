@@ -68,7 +68,7 @@ class CharacterFormat:
         return (byte.bit_count() + (self.parity == "odd")) % 2
 
     def levels(self, byte: int) -> list[int]:
-        """Return the levels of the start bit, data bits and parity bit for a byte; 1 is mark."""
+        """Return the levels of the start bit, data bits and any parity bit for a byte; 1 is mark."""
         data = [byte >> n & 1 for n in range(self.bits)]
         return [0, *data] + ([] if self.parity == "none" else [self.parity_bit(byte & (1 << self.bits) - 1)])
 
@@ -92,14 +92,14 @@ class LineSetting(NamedTuple):
 
     @property
     def in_full(self) -> str:
-        """The rate and format, worded like serial port settings."""
+        """The rate and format in words, such as "9600 baud, 8 data bits, no parity, 1 stop bit"."""
         word = self.word
         parity = "no" if word.parity == "none" else word.parity
         return f"{self.baud} baud, {word.bits} data bits, {parity} parity, {word.stop} stop bit{'s' * (word.stop != 1)}"
 
 
 class ReceivingEnd(Protocol):
-    """A receiver at the end of a serial line; a part that is wired to it can read its settings."""
+    """A receiver at the end of a serial line; a part wired to that line can read the receiver's settings."""
 
     @property
     def setting(self) -> LineSetting:
@@ -110,11 +110,11 @@ class ReceivingEnd(Protocol):
         """Text that names the straps, options or other means that set the rate and format; "" if they are fixed."""
 
     def instead(self, baud: int | str) -> str:
-        """Return text that explains how to set another rate; "" if it cannot be set."""
+        """Return text that explains how to set this end to the given rate; "" if that rate cannot be set."""
 
 
 def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd) -> str:
-    """Return text on how the settings of two ends of a line differ, and the remedy; "" if they agree."""
+    """Return text on how the settings of two ends of a line differ, and on the remedy; "" if they are equal."""
     theirs = receiver.setting
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""
@@ -126,7 +126,7 @@ def disagreement(who: str, mine: LineSetting, whom: str, receiver: ReceivingEnd)
 
 
 def rate_disagreement(who: str, baud: int | str, whom: str, receiver: ReceivingEnd) -> str:
-    """Return text like that of `disagreement`, for an end of which only the rate is known."""
+    """Return text like that of `disagreement`, comparing only the rates, if the format of `who` is not known."""
     theirs = receiver.setting
     if str(baud) == str(theirs.baud):
         return ""
@@ -167,16 +167,16 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
 
 
 class Straps:
-    """The settings that strap pins select for a part's serial line; a part wired to that line can read them.
+    """The settings that strap pins select for a part's serial line; another part on that line can read them.
 
     `setting` is the setting in use: the part reads its straps when it is switched on.
 
     Args:
-        port: the serial line among the part's channels.
+        port: the channel of the part that describes the line and its straps.
         pins: the part's pins, keyed by name.
         kept: the bits that are set in every checksum.
         address: a fixed address, regardless of the pins; None for the address that the pins select.
-        backwards: True if the address pins count in reverse order.
+        backwards: True if the address is read from the address pins in reverse order.
     """
 
     __slots__ = ("_address", "_checksum", "fixed", "kept", "order", "pins", "port", "taken", "word")
@@ -203,7 +203,7 @@ class Straps:
         return self.port.bauds[strapped(self.pins, self.port.baud_pins)]
 
     def take(self) -> int:
-        """Read the rate that the pins select, at which the part receives from now on, and return it."""
+        """Return the rate (baud) that the pins select now; the part receives at this rate from now on."""
         self.taken = self.baud
         return self.taken
 
@@ -219,7 +219,7 @@ class Straps:
 
     @property
     def set_by(self) -> str:
-        """Text that lists the straps for the rate in use; "" if the part has no such pins."""
+        """Text that lists the straps for the rate in use; "" if the part has no pins that select the rate."""
         return self.instead(self.setting.baud)
 
     def instead(self, baud: int | str) -> str:
@@ -233,7 +233,7 @@ class Straps:
 
     @property
     def address(self) -> int:
-        """The address that precedes each line to the part; 0 if there is none."""
+        """The address that precedes each line of text sent to the part; 0 if the part has no address."""
         if self.fixed is not None:
             return self.fixed
         address = self._address

@@ -5,10 +5,10 @@
     Gated: and      ‾|_|‾|_|‾||_________________      queried, not played
 
 A view depends only on the promises from which it is derived: its level, next edge, and edges in a window
-follow from theirs, so a million steps cost no more at the output of a gate than at its input.  It is a
-value.  When the drive of an input changes, the part that promised the view bounds it by `until`, so that
-no later edge of the withdrawn promise is visible, and promises a new view in the next round
-(parts/base/follower.py).
+follow from theirs, so a million steps cost no more at the output of a gate than at its input.  A view is
+immutable, except for `until`: when the drive of an input changes, the part that promised the view bounds
+it by `until`, so that no later edge of the withdrawn promise is visible, and promises a new view in the
+next round (parts/base/follower.py).
 
 Edges are exact: each is a real change of level, and there is at most one per instant.
 """
@@ -29,7 +29,7 @@ TRIES = 16  # input changes without effect; after as many, `after` returns the i
 
 
 class View:
-    """A promise that follows from others; `until` is the earliest of their bounds and the view's own bound."""
+    """A promise derived from others; `until` is the earliest of the bounds of those promises and its own bound."""
 
     __slots__ = ("_bound",)
     floats = False
@@ -47,7 +47,7 @@ class View:
         raise NotImplementedError
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `after` does, ignoring the view's own bound."""
+        """Return the instant of the next edge, NotYet, or None, as `after` does, ignoring the view's own bound."""
         raise NotImplementedError
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -55,7 +55,7 @@ class View:
         raise NotImplementedError
 
     def holds(self) -> int | None:
-        """Return the instant before which the inputs hold (ps); None if forever."""
+        """Return the instant (ps) before which all inputs hold; None if they hold forever."""
         return min((bound for of in self.inputs() if (bound := of.until) is not None), default=None)
 
     # ------------------------------------------------------------------------------------------------- the promise
@@ -79,7 +79,7 @@ class View:
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None if no edge is foreseen."""
+        """Return the time (ps) of the next edge later than `ps`; NotYet if not found yet; None if none is foreseen."""
         return before(self.after_of(ps), self._bound)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -90,7 +90,7 @@ class View:
 
 
 class Bounded(Until):
-    """The events of a source before the bound of a view, which may still move."""
+    """The events of a source that are before the bound of a view; the bound may still change."""
 
     def __init__(self, of: Events, view: View) -> None:
         self.of, self.view = of, view
@@ -127,7 +127,6 @@ class Repeated(View):
         return self.of.level(ps)
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, ignoring the view's own bound."""
         return self.of.after(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -137,7 +136,7 @@ class Repeated(View):
 
 
 class Rested(Repeated):
-    """A promise on a wire with a pull or a tie that determines its level while it is not driven."""
+    """A promise on a wire with a pull or a tie, which sets the level while the promise releases the wire."""
 
     __slots__ = ("rest",)
     floats = False
@@ -216,7 +215,6 @@ class Combined(View):
         return self.combined(self._levels(ps))
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, ignoring the view's own bound."""
         levels = self._levels(ps)
         here = self.combined(levels)
         for _ in range(TRIES):
@@ -283,8 +281,8 @@ class Wired(Combined):
 class Gated(Combined):
     """A logic gate.
 
-    `table` holds the output for every number that the inputs form as bits: the first input counts 1, the
-    next 2, 4 ... A floating input reads high, as with TTL.
+    `table` holds the output, indexed by the number whose bit 0 is the first input, bit 1 the second ...  A
+    floating input reads high, as with TTL.
     """
 
     __slots__ = ("table",)
@@ -307,7 +305,7 @@ class Gated(Combined):
 
 
 class Delayed(View):
-    """The delayed waveform of a wire; `pieces` are pairs (instant, undelayed waveform from then on), ascending."""
+    """A delayed waveform; `pieces` are pairs (instant in ps, undelayed waveform from that instant), ascending."""
 
     __slots__ = ("lag_ps", "pieces")
 
@@ -334,7 +332,6 @@ class Delayed(View):
         return what.level(ps - self.lag_ps) if promised(what) else what
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, ignoring the view's own bound."""
         n = self._piece(ps - self.lag_ps)
         what = self.pieces[n][1]
         following = what.after(ps - self.lag_ps) if promised(what) else None
@@ -392,7 +389,7 @@ def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise 
 
 
 def _row(inputs: Sequence[Any], table: tuple[int, ...], of: list[Promise], bits: Sequence[int]) -> int:
-    """Return the output of a gate while the promises in `of` have these levels."""
+    """Return the output of a gate while the promises in `of` have the levels in `bits`."""
     number = 0
     for n, what in enumerate(inputs):
         level = next((bit for other, bit in zip(of, bits, strict=True) if other is what), what)
@@ -408,7 +405,7 @@ def _rows(count: int) -> tuple[tuple[int, ...], ...]:
 
 @lru_cache(maxsize=256)
 def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
-    """Return the pairs (gate input, level) that determine the output, regardless of the other inputs."""
+    """Return the pairs (gate input, level) each of which determines the output, regardless of the other inputs."""
     inputs = range(len(table).bit_length() - 1)
     return frozenset(
         (n, bool(level))

@@ -15,7 +15,7 @@ STALE = 64  # entries that a net may collect without a change before stale ones 
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
-    """Register the running task for an instant (ps); return False if it is reached without waiting."""
+    """Register the running task for an instant (ps), and return True; False if no wait is needed to reach it."""
     if ps <= kernel.now or kernel.pass_to(ps):
         return False
     task = kernel.task
@@ -32,7 +32,7 @@ def wait_for(net: Net, wanted: int | None) -> None:
 
 
 def wait_at_rest(net: Net, rest: int) -> None:
-    """Register the running task for the end of the present level, 0 or 1, of a net without a foreseen edge."""
+    """Register the running task for the end of the level `rest`, 0 or 1, of a net without a foreseen edge."""
     net.value = rest  # while nothing waited for it, it did not follow its promise
     net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
 
@@ -42,8 +42,8 @@ def wait_for_first(
 ) -> tuple[bool, Net | None]:
     """Register the running task for an instant (ps) and for levels of nets, each 0, 1 or None for any change.
 
-    If one of these has already been reached, return True and its net, or None for the instant, without
-    registering the task; else return False and None.
+    If one of the levels has already been reached, return True and its net; if the instant has, return True
+    and None.  In both cases the task is not registered.  Otherwise, return False and None.
     """
     for net, value in wanted:
         if value is not None and net.level == value:

@@ -38,7 +38,7 @@ def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -
 
 @coroutine
 def next_round(kernel: Kernel) -> Generator[None, Any, None]:
-    """Wait until the next round of this instant, when all work of this round has been done."""
+    """Wait for the next round of this instant, which begins when all work of the present round has been done."""
     if not kernel.pass_round():
         kernel.woken.append(kernel.task)
         yield
@@ -73,8 +73,8 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
     Args:
         kernel: the virtual time.
         ps: the instant; None for no limit.
-        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net already has
-            its level, the call returns immediately; if several nets have, it returns the first of them.
+        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If nets
+            already have their levels, the call immediately returns the first of them.
     """
     there, net = wait_for_first(kernel, ps, wanted)
     return net if there else (yield)

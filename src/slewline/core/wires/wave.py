@@ -31,7 +31,7 @@ def alike(one: Any, two: Any) -> bool:
 
 
 class Promise(Protocol):
-    """A waveform known in advance; from the instant `until` on, it keeps its level just before that instant."""
+    """A waveform known in advance; from the instant `until` on, it keeps the level it has just before `until`."""
 
     @property
     def until(self) -> int | None:
@@ -41,7 +41,7 @@ class Promise(Protocol):
         """Return the level at an instant (ps), after any edges at that instant."""
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None if no edge is foreseen."""
+        """Return the time (ps) of the next edge later than `ps`; NotYet if not found yet; None if none is foreseen."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges in start < t <= stop: their instants in ps, and the levels after them."""
@@ -62,7 +62,7 @@ class Wave:
         return self.before is None or None in self.levels
 
     def whole(self, start: int, stop: int) -> bool:
-        """Return whether the wave has edges, all of which are in start < t < stop (ps), and no `until`."""
+        """Return whether the wave has no `until`, and has edges, all of them in start < t < stop (ps)."""
         times = self.times
         return self.until is None and bool(times) and start < times[0] and times[-1] < stop
 
@@ -74,13 +74,13 @@ class Wave:
         return self.levels[over - 1] if over else self.before
 
     def levels_before(self, instants: list[int]) -> list[Level]:
-        """Return the levels just before each of several instants (ps), of a wave without `until`."""
+        """Return the levels just before each of several instants (ps); the wave must not have an `until`."""
         times, levels = self.times, self.levels
         overs = [bisect_left(times, ps) for ps in instants]
         return [levels[over - 1] if over else self.before for over in overs]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None if no edge is foreseen."""
+        """Return the time (ps) of the next edge strictly after `ps`; None if no edge is foreseen."""
         times, levels = self.times, self.levels
         over = bisect_right(times, ps)
         here = levels[over - 1] if over else self.before
@@ -104,10 +104,10 @@ class Wave:
 
 
 def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
-    """Return the edges that change the level; of several at one instant, only the last.
+    """Return the edges that change the level; of several edges at one instant, only the last counts.
 
     Args:
-        times, levels: two lists, ascending; or two arrays, with FLOATING for None.
+        times, levels: the edges, in ascending order: two lists; or two arrays, with FLOATING for None.
         before: the level before the first edge.
     """
     if not isinstance(times, list):
@@ -132,7 +132,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
     """Join consecutive parts of a waveform, each given as edges (times, levels) in lists or arrays.
 
-    The result is in lists if all parts are, else in arrays, with FLOATING for None.
+    The result is two lists if all parts are lists; otherwise two arrays, with FLOATING for None.
     """
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]

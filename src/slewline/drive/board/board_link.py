@@ -1,9 +1,9 @@
 """The host's end of the wire to a board, without a port or a clock: the caller supplies bytes and time.
 
 The line preserves the order of frames.  So the answer to a frame shows that each earlier frame has been
-answered or is lost, and the `wanted` field of any answer shows which numbered frames the board has
-taken.  No frame is sent a second time before it is known that the board has not taken it; therefore
-every record arrives exactly once.
+answered or is lost; and the `wanted` field of any answer, which is the number of the next command that
+the board expects, shows which commands the board has taken.  No command is sent a second time before it
+is known that the board has not taken it; therefore the board takes every record exactly once.
 """
 
 from __future__ import annotations
@@ -45,15 +45,16 @@ HOST_ROOM = 127
 class Link(Outbox):
     """Frames to and from one board.
 
-    `answer` is the last answer, with its tick unwrapped; `free` is the number of slots that the board has
-    free beyond the backlog; `backlog` is the number of records that the board has not taken yet.  `damaged`
-    counts damaged frames from the board, `resent` counts the frames that the host has sent again.
-    `at_rest`: the motor is at rest, and no step is pending.
+    `answer` is the last answer, with its tick unwrapped; `backlog` is the number of records that the
+    board has not taken yet; `free` is the number of its slots that remain free after the backlog.  `damaged`
+    counts damaged frames from the board, `resent` counts the commands that the host has sent again.
+    `at_rest`, set by the owner: the motor is at rest, and no step is pending.
 
     `on_event` is called with each event of the board once, in order, with its tick unwrapped.  `on_boot` is
     called when the board has restarted; pending commands are discarded, and the board must be opened again.
-    `on_open` is called when the board is open, with its IDENT.  `on_refused` is called with the answer to a
-    refused command (results 4, 5 and 6); the command is dropped, later commands continue.
+    `on_open` is called with the IDENT of the board when the board is open.  `on_refused` is called with the
+    answer to a refused command (results 4, 5 and 6); this command is dropped, and the later commands are
+    still sent.
     """
 
     def __init__(self, clock: BoardClock) -> None:
@@ -105,18 +106,18 @@ class Link(Outbox):
 
     @property
     def idle(self) -> bool:
-        """True if all commands have been taken, and all events reported."""
+        """True if the board has taken all commands, and all its known events have been reported."""
         return not (self._commands or self._stops or self._opening) and self._events.complete
 
     def unanswered_ns(self, now_ns: int) -> int:
-        """Return how long frames have been pending without any answer, in ns; 0 if no frame is pending."""
+        """Return how long the board has been silent while frames are pending, in ns; 0 if no frame is pending."""
         if not self._flight:
             return 0
         return now_ns - max(self.received_ns or 0, self._asked_ns)
 
     @property
     def free(self) -> int:
-        """The number of slots that remain free on the board after all records of the backlog."""
+        """The number of slots that will be free on the board after it has taken all records of the backlog."""
         return max(0, self.answer.free - self.backlog) if self.answer and self.is_open else 0
 
     @property
@@ -142,7 +143,7 @@ class Link(Outbox):
         return self.answer.free - in_flight if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return when `outgoing` may next have bytes (ns), if no bytes are received earlier; None for never."""
+        """Return when `outgoing` may next return bytes (ns), if none are received before; None while closed."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:
@@ -195,7 +196,7 @@ class Link(Outbox):
         return bytes(out)
 
     def _missing(self) -> list[tuple[int, int]]:
-        """Return the missing events for which no repeat request is pending, each with the time to send one, in ns."""
+        """Return (number, time to request it in ns) for each missing event without a pending repeat request."""
         return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:
@@ -207,7 +208,7 @@ class Link(Outbox):
         return self._ask or self._now - self._last_ask >= every
 
     def _next(self) -> BoardCommand | None:
-        """Return the next command to send; None if there is none, or the board has no free slots for it."""
+        """Return the next command to send; None if there is none, or the board has no free slots for its records."""
         if self._sent >= len(self._commands):
             return None
         command = self._commands[self._sent]
@@ -313,7 +314,7 @@ class Link(Outbox):
         self._sent -= taken
 
     def _lost_before(self, flight: SentFrame | None, answer: Answer) -> None:
-        """Handle the answer to a frame: earlier frames still pending are lost, and their commands are sent again."""
+        """Handle the answer to a frame: pending frames sent before it are lost, and their commands are sent again."""
         if flight is None:
             return
         self._silences = 0
@@ -337,7 +338,7 @@ class Link(Outbox):
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:
-        """Send the command of a lost frame again, and all later commands: the board could not take them, either."""
+        """Send the command of a lost frame, and all later commands, again: the board could not take those, either."""
         command = flight.command
         if command is None or command.copies != flight.copy:
             return

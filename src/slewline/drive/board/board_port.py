@@ -35,7 +35,7 @@ class BoardPort(Protocol):
 
 
 def opened(name: str) -> BoardPort:
-    """Return the open port of a board, given the port's name; "twin" is a software board.
+    """Open the port of a board with the given name, and return it; the name "twin" opens a software board.
 
     Raises:
         UsageError: the port cannot be opened.
@@ -51,7 +51,7 @@ class BoardSerial:
     count.
 
     Args:
-        name: such as "/dev/ttyUSB0" or "COM3".
+        name: the name of the port, such as "/dev/ttyUSB0" or "COM3".
 
     Raises:
         UsageError: the port does not exist, is in use, or may not be opened; or pySerial is not installed.
@@ -91,7 +91,7 @@ class BoardSerial:
         """Reopen the port after its cable was unplugged and reconnected.
 
         Raises:
-            UsageError: as when it was first opened.
+            UsageError: for the same reasons as when the port is first opened.
         """
         self.close()
         self._open()
@@ -114,7 +114,7 @@ class BoardSerial:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes; bytes for which there is no room yet follow with the next call.  Return the number accepted.
+        """Send bytes, and keep any for which there is no room until the next `read` or `write`; return len(data).
 
         Raises:
             OSError: the port is gone.
@@ -134,7 +134,7 @@ class BoardSerial:
 
 
 def _refused(error: Exception) -> str:
-    """Return the reason why a port could not be opened, and a remedy."""
+    """Return the reason why a port could not be opened, followed by a remedy."""
     number, text = error_number(error), str(error)
     if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
         return f"no such port; name the port of the board ({LISTED}), or {TWIN}, a simulated board"

@@ -36,7 +36,7 @@ class BoardPin(NamedTuple):
 class BoardModel(NamedTuple):
     """A kind of board with slewline firmware: its limits, and its pins by purpose.
 
-    `number`: the board field of its IDENT.  `hz`: ticks per second.  `slots`: records in its queue.
+    `number`: the board field of the board's IDENT.  `hz`: ticks per second.  `slots`: records in its queue.
     `shortest`: the minimum number of ticks between two steps.  Values that a board reports itself (IDENT)
     take precedence.  `high`, `low`: the minimum number of ticks for which STEP is high and low, up to 45,000
     steps/s; `setup`, `hold`: the minimum number of ticks for which DIR is stable before and after STEP
@@ -128,7 +128,7 @@ BOARDS = by_number(UNO)
 
 
 def board_of(ident: Ident) -> BoardModel:
-    """Return the row of a board, found by its IDENT.
+    """Return the row that describes a board, found by the board's IDENT.
 
     Raises:
         UsageError: the firmware has another version, the board is unknown, or its clock differs from the one

@@ -47,7 +47,7 @@ class BoardClock:
     """The relation between board ticks, which do not wrap here, and host nanoseconds.
 
     `known`: whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible
-    board times: a computer that sleeps stops its own clock, but not that of the board.
+    board times, as after a sleep of the host computer, which stops the host's clock, but not the board's.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:

@@ -2,8 +2,8 @@
 
 A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, and
 terminated by a zero.  So a receiver is synchronised again at the next zero, whatever was damaged.  This
-CRC is inverted at the end: otherwise a frame that ends in a zero would also be valid with one zero more,
-or one less.
+CRC is inverted after the last byte: otherwise a frame that ends in a zero would also be valid with one
+zero more, or one less.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def encode(number: int, kind: int, payload: bytes = b"") -> bytes:
 
 
 def decode(chunk: bytes) -> Frame | Damaged:
-    """Return the frame in a chunk, the bytes between two zeros; or Damaged, with the reason."""
+    """Return the frame in a chunk (the bytes between two zeros), or Damaged with the reason."""
     if len(chunk) > LONGEST_CHUNK:
         return Damaged(f"more than {LONGEST_CHUNK} bytes")
     data = unstuff(chunk)
@@ -100,7 +100,7 @@ class Decoder:
     def feed(self, data: bytes) -> Iterator[Frame | Damaged]:
         """Yield the frames and damaged chunks that these bytes complete; empty chunks are skipped.
 
-        The caller must exhaust the iterator, or the remaining frames would be lost.
+        The caller must exhaust the iterator; otherwise the remaining bytes are lost.
         """
         *ends, rest = data.split(b"\0")
         for end in ends:

@@ -13,7 +13,7 @@ KEPT_EVENTS = 8  # maximum number of events that a board can repeat
 
 @dataclass(slots=True)
 class SentFrame:
-    """An unanswered frame; `copy` numbers the copies of the same command, from 1 (0: it has no command)."""
+    """An unanswered frame; `copy` numbers the copies of its command, from 1; 0 for a frame without a command."""
 
     number: int
     kind: int
@@ -27,8 +27,8 @@ class SentFrame:
 class EventOrder:
     """The events of a board, each once and in order, starting with number `first`.
 
-    `lost` counts the events that the board has discarded; `asked` has, for missing events that have already
-    been requested, the time (ns) of the next request.
+    `lost` counts the events that the board has discarded; `asked` has the earliest time (ns)
+    of the next request, keyed by number, for missing events that have already been requested.
     """
 
     def __init__(self, first: int) -> None:
@@ -43,21 +43,21 @@ class EventOrder:
         return self._next == self._known
 
     def counted(self, number: int) -> None:
-        """Record the number of the board's next event, as reported in an answer."""
+        """Record the number of the board's next event; events too old for the board to repeat are counted as lost."""
         self._known = number  # however many were lost, because answers keep their order
         while (self._known - self._next) % 256 > KEPT_EVENTS and self._next not in self._early:
             self.lost += 1
             self._go_on()
 
     def arrived(self, event: BoardEvent) -> None:
-        """Store an event until its turn; ignore a repeated event."""
+        """Store an event until its turn; ignore it if that event has already been taken."""
         if (event.number - self._next) % 256 < 128:
             self._early[event.number] = event
             if (event.number - self._known) % 256 < 128:
                 self.counted((event.number + 1) % 256)
 
     def take(self) -> BoardEvent | None:
-        """Return the next event; None if it has not arrived."""
+        """Remove and return the next event in order; return None if it has not arrived."""
         event = self._early.pop(self._next, None)
         if event:
             self._go_on()
@@ -68,9 +68,9 @@ class EventOrder:
         self._next = (self._next + 1) % 256
 
     def missing(self, in_flight: Set[int | None]) -> list[tuple[int, int]]:
-        """Return the missing events that are not in `in_flight`, each with the time to request it, in ns.
+        """Return (number, time to request it in ns) for each missing event that is not in `in_flight`.
 
-        `in_flight` has the events for which a request is pending.
+        `in_flight` has the numbers of the events for which a request is pending; 0 is a time in the past.
         """
         count = (self._known - self._next) % 256
         numbers = ((self._next + more) % 256 for more in range(count))

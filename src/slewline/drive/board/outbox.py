@@ -72,7 +72,7 @@ class Outbox:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start the records on the board before sending more, because its slots become free only after the start."""
+        """Start the records on the board at a tick, before more are sent: its slots become free only after a START."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
@@ -89,7 +89,7 @@ class Outbox:
     def stop(self, how: int) -> None:
         """Stop the motor, immediately (`how` = 0) or along the tail (1).
 
-        STOP is sent before all numbered commands, which wait for its answer.
+        STOP overtakes the numbered commands not yet sent; these wait until it is answered.
 
         Raises:
             UsageError: `how` is neither 0 nor 1.
@@ -100,7 +100,7 @@ class Outbox:
             self._stops.append(how)
 
     def tail(self, entries: Sequence[tuple[int, int]]) -> None:
-        """Replace the tail, the board's stop ramp, by entries (interval in 1/256 tick, count), in ascending order.
+        """Replace the tail, the board's stop ramp; `entries` (interval in 1/256 tick, count) ascend by interval.
 
         There must be no more entries than the board has room for.
         """
@@ -108,11 +108,11 @@ class Outbox:
             self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))
 
     def reset(self, position: int | None = None, *, known: bool = False, power: bool = False) -> None:
-        """Leave HALT, or clear the queue; set the position if one is given.
+        """Clear the board's queue, and leave HALT; set the position if one is given.
 
         Args:
             position: the new count of the board; None to keep its count.
-            known: True if the count is the position of the motor.
+            known: True if the count is known to be the position of the motor.
             power: True if the driver may be switched on again, even if the board has switched it off.
         """
         self._put(FrameKind.RESET, wire.reset_payload(position, known=known, power=power))
@@ -122,5 +122,5 @@ class Outbox:
         self._put(FrameKind.OUTPUTS, bytes((mask, value)))
 
     def check(self, count: int, interval: int) -> None:
-        """Start the self-test: `count` pulses, `interval` ticks apart."""
+        """Start the board's self-test: `count` pulses, `interval` ticks apart."""
         self._put(FrameKind.CHECK, wire.check_payload(count, interval))

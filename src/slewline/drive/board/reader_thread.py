@@ -1,8 +1,8 @@
 """A separate thread that reads a terminal, so that the loop of the drive never blocks.
 
 Reading or polling a Linux terminal waits for a kernel worker that delivers the bytes.  The worker has
-the priority of ordinary processes, whatever the reader's priority; on a busy machine the wait was half a
-second.
+the priority of ordinary processes, whatever the reader's priority; on a busy machine, a wait of half a
+second was measured.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class PortReader:
         self._thread.start()
 
     def _carry(self) -> None:
-        """Copy bytes until the terminal fails or the pipe is closed."""
+        """Copy bytes from the terminal to the pipe until the terminal fails or the reader is closed."""
         try:
             while self._over not in (ready := select([self._terminal, self._over], [], [])[0]):
                 with suppress(BlockingIOError):

@@ -31,7 +31,7 @@ _RECORD = Struct("<BHIHi")
 
 
 class Record(NamedTuple):
-    """A series of steps, each interval `add` longer than the one before, or an interval without a step (PAUSE).
+    """Steps whose intervals grow by `add` from each to the next, or one interval without a step (PAUSE).
 
     `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With RAMP_LEFT the interval is constant,
     and `add` holds the number of steps of a stop ramp that starts at the first step (low 16 bits), and the
@@ -49,7 +49,7 @@ class Record(NamedTuple):
         return _RECORD.pack(*self)
 
     def with_ramp_left(self, ramp_left: int, slope: int) -> Record:
-        """Return this record, whose intervals are equal, with RAMP_LEFT.
+        """Return a copy of this record with RAMP_LEFT; the intervals of this record must be equal.
 
         Args:
             ramp_left: the number of steps of a stop ramp that starts at the first step.
@@ -64,11 +64,11 @@ class Record(NamedTuple):
 
     @property
     def slope(self) -> int:
-        """The change of the stop ramp's number of steps with each step, if the record has RAMP_LEFT."""
+        """The change, from one step to the next, of the stop ramp's number of steps, if the record has RAMP_LEFT."""
         return self.add >> 16
 
     def ramp_left(self, step: int) -> int | None:
-        """Return the number of steps of a stop ramp that starts at `step`, counted from 0; None without RAMP_LEFT."""
+        """Return the number of steps of a stop ramp that starts at `step` (0: the first); None without RAMP_LEFT."""
         return (self.add & 0xFFFF) + step * self.slope if self.flags & RAMP_LEFT and not self.flags & PAUSE else None
 
     @property
@@ -160,14 +160,15 @@ def fit(
     shortest: int = 224,
     even: bool = False,
 ) -> list[Record]:
-    """Return records whose steps are within a tolerance of given instants, all in 1/65536 tick; `shortest` is in ticks.
+    """Return records whose steps are within `tolerance` of the instants `ticks`.
 
-    Each record is as long as possible, and begins where the board's arithmetic will end the previous one, so errors do
-    not accumulate.  `base` is the start of the first record.  A step more than 2^31 ticks away is preceded by pauses.
-    `even`: the intervals within each record are equal.
+    All times are in 1/65536 tick, except `shortest`, the minimum interval, in ticks.  Each record is as long
+    as possible, and begins where the board's arithmetic will end the previous one, so errors do not
+    accumulate.  `base` is the start of the first record.  A step that would be more than 2^31 ticks after
+    the start of its record is preceded by pauses.  `even`: the intervals within each record are equal.
 
     Raises:
-        UsageError: steps follow one another faster than the board can make them.
+        UsageError: steps are closer together than `shortest`.
     """
     out: list[Record] = []
     instants = np.asarray(ticks, dtype=np.int64)
@@ -195,9 +196,9 @@ Found = tuple[int, int, int]  # steps, first interval, add
 
 
 def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest: int) -> Found:
-    """Return the longest record for the steps at these offsets from the start of the record.
+    """Return the longest record for the steps at these offsets from its start, beginning with the first step.
 
-    It is given as the number of steps, the first interval and `add`; the number is 0 if no step fits.
+    The result is the number of steps, the first interval and `add`; the number is 0 if no step fits.
     """
     most = len(offsets)
     low, high = offsets - tolerance, offsets + tolerance
@@ -218,7 +219,7 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return a first interval and `add` that keep all steps within limits, or None; and new bounds of `add`.
+    """Return a first interval and `add` that keep all steps in `low` to `high`, or None; and bounds of `add`.
 
     In the plane of `add` and the first interval, each limit is a half-plane.  For a given `add`, the
     possible first intervals lie between two limits; if there are none, these two limits show whether there
@@ -257,7 +258,7 @@ def _through(
 def _extended(
     count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
 ) -> Found:
-    """Return a record extended over all further steps that its first interval and `add` fit."""
+    """Return the record of `count` steps extended by the next steps, as far as `first` and `add` fit them."""
     end = min(len(low), 8 * count)
     if add < 0:
         end = min(end, (first - shortest) // -add + 1)

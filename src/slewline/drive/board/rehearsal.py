@@ -32,7 +32,7 @@ class TwinPort:
         self._decoder = Decoder()
 
     def _present(self) -> int:
-        """Return the present tick of the board."""
+        """Run the board up to the present, and return its tick."""
         tick = (self.clock() - self.began_ns) * self.model.hz // 10**9
         self.twin.run(tick)
         self.twin.look_for_silence(tick)
@@ -53,7 +53,7 @@ class TwinPort:
         self.twin.set_input(printed.index(name.upper()), level, self._present())
 
     def close_contacts(self, numbers: Iterable[int]) -> None:
-        """Close the inputs with these numbers to ground; open all others."""
+        """Close the inputs with these numbers to ground; all other inputs are unchanged."""
         for number in numbers:
             self.set_input(self.model.inputs[number].printed, 0)
 
@@ -61,7 +61,7 @@ class TwinPort:
         """Return None: there is no descriptor to wait for."""
 
     def write(self, data: bytes) -> int:
-        """Send bytes to the board, whose STEP is wired to its counter; return the number of bytes."""
+        """Send bytes to the board, whose STEP output is wired to its counter input; return the number of bytes."""
         tick = self._present()
         self.twin.receive(data, tick)
         for frame in self._decoder.feed(data):

@@ -83,26 +83,26 @@ class BoardTwin(MovingTwin):
             self._show(tick)
 
     def look_for_silence(self, tick: int) -> None:
-        """Check, as the main loop does, the time since the last frame, and how long the driver has been idle."""
+        """Run the checks of the main loop at a tick, and brake if they find that the host is silent."""
         self.look(tick)
         self.brake_if_silent(tick)
 
     def look(self, tick: int) -> None:
-        """Run the checks of the main loop, and switch the driver off if that is due."""
+        """Check, as the main loop does, whether the host is silent, and switch the driver off if that is due."""
         self.run(tick)
         limit = self.config.watchdog
         self._silent |= bool(limit) and tick - self.last_frame >= limit
         self.power.watch(tick, self.state, self.config, self._silent)
 
     def brake_if_silent(self, tick: int) -> None:
-        """Brake if the last check found that the host was silent."""
+        """Brake a motion if the last check found that the host was silent."""
         self.run(tick)
         if self._silent and self.state == RUN:
             self._brake(Happening.WATCHDOG, HOST, tick)
             self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
-        """End a self-test in which `counted` pulses came back; `right`: this is the number of pulses sent."""
+        """End a self-test in which `counted` pulses came back; `right`: that is as many as were sent."""
         self.run(tick)
         self._report_event(Happening.CHECKED, 0 if right else 1, tick, counted)
 
@@ -140,7 +140,7 @@ class BoardTwin(MovingTwin):
         self._repeated = b""
 
     def _judge(self, frame: Frame, tick: int) -> FrameResult:
-        """Return the error in a frame that is found without executing it; TAKEN if none is found."""
+        """Return the error that a frame reveals before it is executed; TAKEN if there is none."""
         number, kind, payload = frame
         if kind not in FROM_HOST:
             return FrameResult.BAD_CONTENT

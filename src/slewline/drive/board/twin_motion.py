@@ -2,9 +2,9 @@ r"""The step-by-step motion of a board: records, brake and tail, reflexes and ou
 
 A brake makes the scheduled step (an underrun has none), then one more if that follows within less than
 640 ticks, and then the tail: steps from the table that the host sent last.  The number of tail steps,
-and the first entry used, follow from the record of the scheduled step, if it has WAY (RAMP_LEFT in
-records.py): a count of steps, which changes by -1, 0 or 1 with each step.  So a board ramps down from
-any step as its chip would, without knowing how the chip computes its ramps:
+and the first entry used, follow from the record of the scheduled step, if that record has WAY (RAMP_LEFT
+in records.py): a count of steps, which changes by -1, 0 or 1 with each step.  So a board ramps down from
+any step as the emulated chip would, without knowing how the chip computes its ramps:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
@@ -102,7 +102,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """Sample the level of an input at a tick; of inputs that change in the same sample, the lowest comes first."""
+        """Sample the level of an input at a tick; of inputs that change together, sample the lowest number first."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
@@ -153,7 +153,7 @@ class MovingTwin:
         self._next_record(tick)
 
     def _next_record(self, tick: int) -> None:
-        """Continue after a record that ended at a tick."""
+        """Load the next record after one that ended at a tick; if there is none, come to rest, or brake (underrun)."""
         before = self.record
         assert before is not None  # noqa: S101
         if self.queue:
@@ -183,7 +183,7 @@ class MovingTwin:
         self._set_phases(tick)
 
     def _brake(self, kind: Happening, which: int, tick: int) -> None:
-        """Ramp down to a halt along the tail, and report the cause; called in the state RUN."""
+        """Begin to ramp down to a halt along the tail, and report the cause; called in the state RUN."""
         assert self.record is not None  # noqa: S101
         playing = not self.record.flags & PAUSE and self.left
         if playing:
@@ -199,7 +199,7 @@ class MovingTwin:
         self._report_event(kind, which, tick)
 
     def _following(self) -> int:
-        """Return the ticks from the scheduled step to the one after it; 2^31 if none follows in this direction."""
+        """Return the ticks from the scheduled step to the next one; 2^31 if none follows in the same direction."""
         assert self.record is not None  # noqa: S101
         if self.left > 1:
             return (self.interval + self.record.growth) >> 16
@@ -214,7 +214,7 @@ class MovingTwin:
         self.tail = deque(each + late for each in ticks)
 
     def _stop_ramp(self) -> list[int]:
-        """Return the times of the tail steps, in ticks after the last step."""
+        """Return the times of the tail steps, in ticks after the last step made."""
         pace, start_stop = self.pace, self.config.start_stop
         out, time = [], 0
         ramp_left = None if self.record is None else self.record.ramp_left(self.record.count - self.left - 1)
@@ -251,7 +251,7 @@ class MovingTwin:
 
     @property
     def estop(self) -> bool:
-        """True while an emergency stop is active."""
+        """True while an emergency stop input is active."""
         return any(self._is(Reflex.ESTOP, each) for each in self._active())
 
     def _is_active(self, number: int) -> bool:

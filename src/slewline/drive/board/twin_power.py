@@ -1,10 +1,10 @@
 """Rules for ENABLE, by which a board switches its driver on and off; no host can bypass them.
 
-    off -> on    OUTPUTS, in IDLE, if every emergency-stop contact is closed, a driver is known, the run
-                 is not dry, and RESET has unlocked the driver since power-up, and since the board last
-                 switched it off by itself
-    on -> off    OUTPUTS at rest; an emergency stop, in any state; and, as CONFIG selects, when the board
-                 has been halted, at rest or without a host for the configured time
+    off -> on    an OUTPUTS frame, in IDLE, if every emergency-stop contact is closed, a driver is known,
+                 the run is not dry, and RESET has unlocked the driver since power-up and since the board
+                 last switched it off by itself
+    on -> off    an OUTPUTS frame at rest; an emergency stop, in any state; and, as CONFIG selects, when
+                 the board has been halted, at rest or without a host for the configured time
 
 In motion only an emergency stop cuts the current, because otherwise the motor would coast, and the count
 would be wrong.
@@ -49,7 +49,7 @@ class TwinPower:
         return sum(flag for flag, is_set in flags if is_set)
 
     def may_switch(self, mask: int, value: int, state: BoardState, config: BoardConfig, estop: bool) -> bool:
-        """Return whether the board accepts the bit for ENABLE in an OUTPUTS frame."""
+        """Return whether a board accepts the ENABLE bit of an OUTPUTS frame; True if the frame does not change it."""
         wanted = bool(value & ENABLE)
         if not mask & ENABLE or wanted == self.on:
             return True
@@ -64,14 +64,14 @@ class TwinPower:
             self._switch(on, tick)
 
     def unlock(self, flags: int) -> None:
-        """Apply the flags of a RESET frame, which may unlock the driver."""
+        """Apply the flags of a RESET frame: KNOWN or POWER unlocks the driver; KNOWN also clears `unsure`."""
         if flags & (ResetFlag.KNOWN | ResetFlag.POWER):
             self.locked = False
         if flags & ResetFlag.KNOWN:
             self.unsure = False
 
     def begin_motion(self) -> None:
-        """Record the start of a motion, which the motor does not follow if it has no current."""
+        """Record the start of a motion; without current the motor does not follow it, so `unsure` becomes True."""
         self.unsure |= not self.on
 
     def cut(self, moving: bool, tick: int) -> None:
@@ -81,7 +81,7 @@ class TwinPower:
         self.switch(False, tick)
 
     def watch(self, tick: int, state: BoardState, config: BoardConfig, silent: bool) -> None:
-        """Switch the driver off after a halt, at rest or without a host, as CONFIG says; the main loop calls this."""
+        """Switch the driver off after a halt, at rest or without a host, as CONFIG selects; run by the main loop."""
         passed, self._seen = (tick >> HOLD_SHIFT) - self._seen, tick >> HOLD_SHIFT
         off = config.enable_off
         abandoned = state == HALT or (state == IDLE and silent)

@@ -1,4 +1,4 @@
-"""The wire to a board: its messages, as rows of fields, and their numbers."""
+"""The messages between host and board: their fields, their payloads, and the numbers that stand for kinds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ENTRY_BYTES = 6  # of a tail
 
 
 class FrameKind(IntEnum):
-    """Kinds of frames: from the host to the board below 0x80, and from the board to the host at 0x80 and above."""
+    """Kinds of frames: numbers below 0x80 are sent by the host, 0x80 and above by the board."""
 
     HELLO = 1
     PUSH = 2
@@ -84,7 +84,7 @@ class Happening(IntEnum):
 
 
 class FrameResult(IntEnum):
-    """Results of a frame; only a frame that is accepted uses up its number."""
+    """Results of a frame sent to the board; only a frame that is accepted (TAKEN) uses up its frame number."""
 
     TAKEN = 0
     DAMAGED = 1
@@ -96,7 +96,7 @@ class FrameResult(IntEnum):
 
 
 class Reflex(IntEnum):
-    """Immediate reactions of a board to an active input; UPWARDS and DOWNWARDS restrict STOP and BRAKE."""
+    """Immediate reactions of a board to an active input; STOP and BRAKE may be UPWARDS or DOWNWARDS only."""
 
     NONE = 0
     STOP = 1
@@ -108,14 +108,14 @@ class Reflex(IntEnum):
 
 
 class DriverFlag(IntFlag):
-    """Properties of the driver: ENABLE is wired and its active level known; the run is dry (STEP has no edges)."""
+    """Properties of the driver: ENABLE is wired, and its active level known; DRY: a dry run (no edges on STEP)."""
 
     ENABLE = 1
     DRY = 2
 
 
 class EnableOff(IntEnum):
-    """Conditions under which a board switches the driver off by itself; at an emergency stop it always does."""
+    """Conditions under which a board switches the driver off by itself; in an emergency stop it always does so."""
 
     NEVER = 0
     HALT = 1
@@ -123,7 +123,7 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntFlag):
-    """Flags of RESET: a position is given; it is the motor's position; the driver may be switched on again."""
+    """Flags of RESET: it sets the count; the count is the motor's position; the driver may be switched on."""
 
     POSITION = 1
     KNOWN = 2
@@ -134,7 +134,7 @@ class PowerFlag(IntFlag):
     """Flags of ANSWER that describe the driver.
 
     UNSURE: the count may differ from the motor's position, after steps without current, a stop without a
-    ramp, or a switch-off by the board itself.  LOCKED: after power-up or such a switch-off, until RESET.
+    ramp, or a switch-off by the board itself.  LOCKED: no RESET has followed power-up or such a switch-off.
     """
 
     ENERGISED = 1
@@ -144,7 +144,7 @@ class PowerFlag(IntFlag):
 
 
 class Answer(NamedTuple):
-    """The result of a frame from the host, and the state of the board at `tick` (u32), when it took the frame."""
+    """The result of a frame from the host, and the board's state when it took the frame, at `tick` (mod 2^32)."""
 
     wanted: int
     echo: int
@@ -160,7 +160,7 @@ class Answer(NamedTuple):
 
 
 class BoardEvent(NamedTuple):
-    """An event on a board, numbered since its power-up; `which` is the number of the input, or 255."""
+    """An event on a board; `number` counts from power-up; `which`: the input that caused it, 255 if none did."""
 
     number: int
     kind: int
@@ -174,8 +174,8 @@ class BoardEvent(NamedTuple):
 class Ident(NamedTuple):
     """The properties of a board.
 
-    `slots`: records in its queue; `tail`: entries in its tail; `room`: bytes of frames that may be
-    unanswered; `shortest`: the shortest interval between steps, in ticks; `hz`: its ticks per second.
+    `slots`: records that its queue holds; `tail`: entries that its stop ramp holds; `room`: bytes of frames
+    that may be unanswered; `shortest`: shortest interval between steps, in ticks; `hz`: ticks per second.
     """
 
     wanted: int
@@ -231,8 +231,8 @@ class BoardConfig:
     active when high.  `report`: bit n is set if each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`:
     EnableOff, after `enable_hold` times 65,536 ticks.  `filter`: number of samples, 4 us apart, for which an input must
     be unchanged before it counts; an emergency stop is not filtered.  `fault_output`, `power_output`: number + 1 of the
-    output that shows a halt, and of the output that shows the driver current; 0: none.  `reflex`: one for each input.
-    `pattern`: phases A to D in bits 0 to 3, by half-step index, all zero without phases; `phase`: the present index.
+    output that shows a halt, and of the output that shows the driver current; 0: none.  `reflex`: a `Reflex` per input.
+    `pattern`: phases A to D in bits 0 to 3, by half-step index, all zero without phases; `phase`: the current index.
     """
 
     start_stop: int
@@ -275,7 +275,7 @@ class BoardConfig:
 
     @classmethod
     def unpack(cls, payload: bytes) -> BoardConfig:
-        """Return the configuration in a CONFIG payload; its fields may be out of range (`check`)."""
+        """Return the configuration in a CONFIG payload, without checking the ranges of its fields (see `check`)."""
         *numbers, lamps, reflex, pattern, phase = _CONFIG.unpack(payload)
         return cls(*numbers, lamps & 15, lamps >> 4, tuple(reflex), tuple(pattern), phase)  # type: ignore[call-arg]
 
@@ -317,25 +317,25 @@ def _is_reflex(number: int) -> bool:
 
 # ------------------------------------------------------------------------------------------------------------ messages
 def answer_frame(answer: Answer) -> bytes:
-    """Return the frame of an answer."""
+    """Return the ANSWER frame with an answer."""
     wanted, *rest, tick = answer
     return encode(wanted, FrameKind.ANSWER, _ANSWER.pack(*rest, tick & 0xFFFFFFFF))
 
 
 def event_frame(event: BoardEvent) -> bytes:
-    """Return the frame of an event."""
+    """Return the EVENT frame with an event."""
     number, *rest, tick = event
     return encode(number, FrameKind.EVENT, _EVENT.pack(*rest, tick & 0xFFFFFFFF))
 
 
 def ident_frame(ident: Ident) -> bytes:
-    """Return the frame with the properties of a board."""
+    """Return the IDENT frame with the properties of a board."""
     wanted, *rest = ident
     return encode(wanted, FrameKind.IDENT, _IDENT.pack(*rest))
 
 
 def read(frame: Frame) -> Answer | BoardEvent | Ident | None:
-    """Return the message in a frame from a board; None if boards send no such frame."""
+    """Return the message in a frame; None if kind and length are not those of a message from a board."""
     number, kind, payload = frame
     if len(payload) != SIZES.get(kind):  # type: ignore[call-overload]  # any number
         return None
@@ -349,7 +349,7 @@ def read(frame: Frame) -> Answer | BoardEvent | Ident | None:
 
 
 def start_payload(tick: int) -> bytes:
-    """Return the payload of START; ticks are taken modulo 2^32."""
+    """Return the payload of START for a tick, which is sent modulo 2^32."""
     return _START.pack(tick & 0xFFFFFFFF)
 
 
@@ -361,12 +361,12 @@ def start_tick(payload: bytes) -> int:
 
 
 def tail_payload(first: int, entries: Sequence[tuple[int, int]]) -> bytes:
-    """Return the payload of TAIL: entries of (interval in 1/256 tick, count), the first of which has index `first`."""
+    """Return the payload of TAIL: the index of the first entry, and entries of (interval in 1/256 tick, count)."""
     return bytes((first,)) + b"".join(_ENTRY.pack(*entry) for entry in entries)
 
 
 def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
-    """Return the index of the first entry and the entries of TAIL; None if the number of entries is not 1 to 10."""
+    """Return the index of the first entry, and the entries, of TAIL; None if not 1 to 10 whole entries."""
     if not 1 + _ENTRY.size <= len(payload) <= 1 + ENTRIES_A_FRAME * _ENTRY.size or (len(payload) - 1) % _ENTRY.size:
         return None
     return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]

@@ -27,9 +27,9 @@ class AxisCapture:
         name: the name of the axis.
         steps: the steps of the axis, as `Waveforms.steps` returns them.
         signals: the signals of the axis, under the names "step" and "direction".
-        glitches: the instants of pulses and gaps of STEP or DIR that are too short to be intended, ps.
+        glitches: the starts of the pulses and gaps of STEP or DIR that are too short to be intended, ps.
         glitch_ps: the length below which a pulse or gap of STEP is a glitch, ps.
-        jitter: the jitter of the steps at a constant rate; None if the rate is not constant.
+        jitter: the jitter of the steps in the longest stretch at one rate; None if there is no such stretch.
     """
 
     name: str
@@ -60,11 +60,11 @@ class CaptureReport:
 
     Attributes:
         axes: an `AxisCapture` for each axis.
-        limits: the data sheet limits, each with the times measured: a `TimingTable`.
-        skews: the delay of one axis's steps relative to the steps of another axis, keyed by the names of the
-            two axes, the delayed axis second: a `Skew`, or None if no steps are close to each other.
+        limits: a `TimingTable` of the data sheet limits, each with the measured times.
+        skews: for each pair of axes, keyed by both names, the `Skew` of the second axis's steps relative
+            to the first axis's steps; None if no steps of the two axes are close in time.
         resolution_ps: the timing error caused by sampling, ps.
-        notes: restrictions of the result, one per line.
+        notes: remarks that restrict the result, one per line.
     """
 
     axes: tuple[AxisCapture, ...]
@@ -95,15 +95,15 @@ class CaptureReport:
         return "\n".join([*lines, *self.notes])
 
     def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-        """Draw the signals at the worst violation of a limit or, if none is violated, at the time closest to one.
+        """Draw the signals at the worst violation or, if there is none, where a time is closest to its limit.
 
         Args:
-            path: the file, SVG, PNG or PDF by its suffix.
+            path: the file; its suffix selects SVG, PNG or PDF.
             width: "page", "phone", or a number of inches.
-            dark: draw light on dark.
+            dark: draw in light colours on a dark background.
 
         Raises:
-            UsageError: an unknown suffix, a path that cannot be written, or no limit with a measured time.
+            UsageError: the suffix is unknown, the path cannot be written, or no limit has a measured time.
         """
         from ...record.pictures.diagram import Diagram, Lane
         from ...record.pictures.picture_files import SUFFIXES, save
@@ -122,7 +122,7 @@ class CaptureReport:
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
 
     def _worst(self) -> tuple[AxisCapture, Interval, str]:
-        """Return the axis, the interval to draw, and the title of the picture."""
+        """Return the axis, interval and title for a picture of the worst violation or, if none, the least margin."""
         of_axis = {axis.name: axis.signals for axis in self.axes}
         rows = [
             row for row in self.limits if row.count and row.bound.limit.start.split()[0] in of_axis.get(row.chip, ())
@@ -143,7 +143,7 @@ class CaptureReport:
 
 
 def _room(row: Checked) -> float:
-    """Return the margin of the shortest time measured over the least allowed, as a fraction of the latter."""
+    """Return the shortest measured time minus the least allowed time, as a fraction of the least allowed time."""
     return ((row.shortest_ps or 0) - (row.bound.least or 0)) / max(row.bound.least or 1, 1)
 
 

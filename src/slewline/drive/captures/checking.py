@@ -39,7 +39,8 @@ def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
     """Return the requirements of a driver's inputs, as data sheet rows.
 
     Args:
-        edge: the STEP edge with which a step begins, at the point where the signal was recorded.
+        edge: the STEP edge with which a step begins, at the point where the signal was recorded: "rising",
+            "falling" or "both".
     """
     high, low = ("rises", "falls") if edge != "falling" else ("falls", "rises")
     active, idle = ("active", "inactive") if edge != "both" else ("high", "low")
@@ -79,20 +80,20 @@ def check_capture(
         capture: the result of `read_waveforms`, or the name of a file.
         axes: the STEP and DIR signals of each axis, keyed by a name of your choice: {"x": ("D0", "D1")}; DIR
             may be None.
-        driver: the driver that receives these signals, such as "DM542", or the times of its data sheet, such
+        driver: the driver that receives the signals, such as "DM542", or the times of its data sheet, such
             as "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew
             are checked.
-        edge: the STEP edge with which a step begins at the point of the recording: "rising", "falling", or
-            "both".
+        edge: the STEP edge with which a step begins, at the point where the signal was recorded: "rising",
+            "falling" or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level assumed for STEP where it floats or is unknown, as for `Waveforms.steps`.
-        glitch: pulses and gaps shorter than this are glitches; by default, half of the median pulse or gap
-            of STEP (for DIR, the whole median); with both edges, where a pulse lasts a whole step, no pulse
-            is a glitch.
+        glitch: pulses and gaps shorter than this are glitches; by default, half of the median pulse or
+            the median gap of STEP, whichever is shorter (for DIR, all of it); with edge "both", where each
+            pulse or gap lasts a whole step, none is a glitch.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked,
             too.
-        pins: the recorded pins of the part, and their signals: {"pulse": "D0", "direction": "D1"}.
-        crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
+        pins: the signals of the recorded pins, keyed by pin name: {"pulse": "D0", "direction": "D1"}.
+        crystal: the clock of the part, such as "11 MHz"; by default the clock given in its data sheet.
 
     Raises:
         UsageError: no axis, a signal that is not a wire, STEP or DIR unknown at a step, `pins` without
@@ -126,7 +127,7 @@ def check_capture(
 
 
 def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt: int) -> Iterator[Checked]:
-    """Yield the checked times of a driver, for every axis."""
+    """Yield the data sheet limits of a driver, each checked against the recording of each axis."""
     for axis in axes:
         for limit in limits_of(sheet, edge):
             if "direction" in axis.signals or "direction" not in limit.edges:
@@ -134,7 +135,7 @@ def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt:
 
 
 def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
-    """Yield a remedy if a recording is too coarse to resolve the pulses of a driver; `doubt` is its period, ps."""
+    """Yield a remedy if a recording is too coarse for the pulses of a driver; `doubt`: the sampling period, ps."""
     shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
     if shortest and doubt * COARSE > shortest:
         yield (
@@ -144,7 +145,7 @@ def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
 
 
 def _driver(text: str) -> StepDriver:
-    """Return a driver, given by its name or by its times."""
+    """Return the driver that a text describes, by its name or by its data sheet times."""
     return own_driver(text) if " " in text.strip() else step_driver(text, f"give its times, such as {OWN!r}")
 
 
@@ -193,7 +194,7 @@ def _short(signal: SignalEdges, shorter: int) -> Iterator[int]:
 
 
 def _signal(waves: Waveforms, name: str, idle: int | None) -> SignalEdges:
-    """Return the edges of a wire; unknown levels are replaced by `idle`, or else by the previous level."""
+    """Return the edges of a wire; unknown levels become `idle` or, if that is None, the previous level."""
     import numpy as np
 
     times, levels = waves.edges(name)
@@ -214,7 +215,7 @@ def _checked(name: str, limit: Limit, signals: Mapping[str, SignalEdges], crysta
 def _of_part(
     waves: Waveforms, part: str, pins: Mapping[str, str], crystal: str | int | None, doubt: int
 ) -> Iterator[Checked]:
-    """Yield the checked data sheet limits of a part, for the recorded pins."""
+    """Yield the limits of a part that involve a recorded pin: checked, or naming a needed pin that is missing."""
     sheet = sheet_of(part)
     known = {pin.name for pin in sheet.pins}
     for pin in pins:

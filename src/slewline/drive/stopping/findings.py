@@ -1,4 +1,4 @@
-"""Reports of a drive: findings of its chip, and the position register that corresponds to a count."""
+"""Reports of a drive's troubles, as findings of its chip, and corrections of the chip's position register."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def signed(number: int) -> int:
-    """Return a number modulo 2^32 as a signed number."""
+    """Return a number, modulo 2^32, as a signed 32-bit number."""
     return (number + (1 << 31)) % (1 << 32) - (1 << 31)
 
 
@@ -21,7 +21,7 @@ class DriveFindings:
         self.state, self.feeder, self.reported = state, feeder, list[str]()
 
     def report(self, code: str, text: str, position: int | None = None) -> None:
-        """Report a trouble as a finding of the chip; if a position is given, set the chip's register to it."""
+        """Report a trouble as a finding of the chip; if a position is given, set the position register to it."""
         self.reported.append(f"{code}: {text}")
         self.state.chip.motor_report(code, text, self.state.number, position)
 
@@ -31,13 +31,13 @@ class DriveFindings:
         self.report("position-uncertain", text)
 
     def register(self, missing: int) -> int:
-        """Return the value of the position register minus the missing steps, if the register has counted them."""
+        """Return the position register, reduced by the missing steps if the register has counted them."""
         axis = self.state.axis
         counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
         return axis.low + (axis.position - counted - axis.low) % axis.modulus
 
     def taken_over(self, missing: int) -> None:
-        """Report that the chip has made `missing` more net steps than the motor, and correct its register."""
+        """Report that the chip has made `missing` net steps more than the motor, if not 0; correct its register."""
         if missing:
             register = self.register(missing)
             self.report(

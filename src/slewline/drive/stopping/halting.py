@@ -1,4 +1,4 @@
-"""Halting of a chip whose board has stopped the motor: the chip stops too, and takes over its position."""
+"""Halting of a chip whose board has stopped the motor: the chip stops, and takes over the board's count."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def stop_mode(chip: Chip, how: str | None) -> str:
 
 
 class StopChip:
-    """The piece that stops the chip, and makes it take over the board's count when it is at rest.
+    """The piece that stops the chip, and makes it take over the board's count once the chip is at rest.
 
-    It uses one of the chip's inputs, the effect of its command to end everything (K of a GS-C), or its supply.  After a
-    reset or without supply, the registers have their power-up values, and the user must home.
+    It uses inputs of the chip, the effect of its command to end everything (K of a GS-C), its reset, or its
+    supply.  After a reset or a loss of supply, the registers have power-up values, and the user must home.
 
     Args:
         how: "abort", "kill", "reset" or "power".
@@ -52,7 +52,7 @@ class StopChip:
         self._acting = self._at_rest = False  # the chip is being stopped from here; it has come to rest since
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return False: the chip itself does not stop the motor at the event."""
+        """Return False: with this piece, the chip never stops the motor by itself at an event of the board."""
         return False
 
     def stopped(self, event: BoardEvent) -> None:
@@ -81,14 +81,14 @@ class StopChip:
         return self.state.chip.pin(pin).row.active or 0
 
     def halted(self, event: BoardEvent) -> None:
-        """Take the board's count over as soon as the chip is at rest."""
+        """Record the board's count, which `turn` takes over as soon as the chip is at rest."""
         self._position = event.position
 
     def turn(self) -> None:
         """Take over the board's count if the chip is now at rest; afterwards, stop any motion that its host begins.
 
-        An input that stops the chip is released at rest, because some chips ignore an input that is active when a
-        motion begins.
+        The input that stops the chip is released at rest, because some chips ignore an input that is active
+        when a motion begins.
         """
         axis = self.state.axis
         if axis.moving or axis.log.in_progress:
@@ -110,7 +110,7 @@ class StopChip:
         return self._position is None and (self._at_rest or not self._acting)
 
     def clear(self) -> None:
-        """Release the input that stops the chip, or switch the supply of the chip on again."""
+        """Let the chip move again: release the input that stops it, or switch its supply on."""
         if self._acting:
             self._acting = False
             if not (self._at_rest and self.how == "abort"):

@@ -4,8 +4,8 @@
     config = configured(config, inputs)
 
 Inputs have the names printed next to the pins of the board, A0 to A5 on an Uno.  A pin of the chip has
-the level of the input; with "!" before its name, the opposite level.  An emergency stop has a normally
-closed contact: it is also active when its wire breaks.
+the level of its input or, with "!" before the name of the pin, the opposite level.  An emergency stop
+has a normally closed contact, so it is also active when its wire breaks.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ SOUGHT = "stop sought"
 
 
 class Homing(NamedTuple):
-    """A homing run in progress: its outward direction; the pin that it seeks, if any, and that pin's level.
+    """A homing run in progress: its outward direction (1 or -1), and the pin and level that it seeks, if any.
 
     The direction is 0 if no homing run is in progress.
     """
@@ -51,7 +51,7 @@ class Homing(NamedTuple):
 
     @classmethod
     def of(cls, axis: Axis) -> Self:
-        """Return the homing run of an axis."""
+        """Return the homing run of an axis, with direction 0 if none is in progress."""
         return cls(axis.homing, *axis.sought or ())
 
 
@@ -61,8 +61,8 @@ NO_HOMING = Homing()
 class BoardInput(NamedTuple):
     """An input of a board.
 
-    `pin` is the pin of the chip, "" for an emergency stop; `reflex` is a word from the pin's reflex column; `acts` is
-    the level at which the pin acts; `inverted`: the pin has the opposite level of the input.
+    `pin`: the chip's pin, "" for an emergency stop; `reflex`: a word from the reflex column of the pin's row;
+    `acts`: the level at which the pin acts; `inverted`: the pin has the opposite level of the input.
     """
 
     number: int
@@ -72,11 +72,11 @@ class BoardInput(NamedTuple):
     inverted: bool
 
     def level(self, inputs: int) -> int:
-        """Return the level of the pin, given all inputs of a board as bits."""
+        """Return the level of the pin, given the levels of all inputs of the board: bit n is input n."""
         return (inputs >> self.number & 1) ^ self.inverted
 
     def code(self, homing: Homing) -> int:
-        """Return the reflex code of the input for the board; for some inputs it depends on the homing run."""
+        """Return the board's reflex code (`Reflex`) for the input; for some pins it depends on the homing run."""
         if not self.pin:
             return Reflex.ESTOP
         if self.reflex in HOMING:
@@ -95,7 +95,8 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
             "abort"}.
 
     Raises:
-        UsageError: there is no such input or pin, a pin of the chip is not an input, or one is wired twice.
+        UsageError: there is no such input or pin, a pin is not an input of the chip, or an input or pin is
+            wired twice.
     """
     found: dict[int, BoardInput] = {}
     printed = [pin.printed for pin in board.inputs]
@@ -135,7 +136,7 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
 
 
 def configured(config: BoardConfig, inputs: Iterable[BoardInput], homing: Homing = NO_HOMING) -> BoardConfig:
-    """Return a configuration with which a board acts on its inputs as the chip would, and reports their edges."""
+    """Return `config`, changed so that the board acts on its inputs as the chip would, and reports their edges."""
     active, report, reflex = 0, 0, [0] * INPUTS
     for each in inputs:
         acts = homing.level if each.pin and each.pin == homing.pin else each.acts

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 class Cause(NamedTuple):
-    """The cause of a board's stop: inputs with their instants in the model (ps); the first input stopped the board."""
+    """The cause of a board's stop: inputs at instants of the model (ps), the first of which stopped the board."""
 
     entries: Sequence[Mapping[str, Any]]
     without: tuple[int, ...] = ()
     lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, the first moved so that the motor stops at an instant (ps), and none before it."""
+        """Return the inputs: the first moved so that the motor stops at an instant (ps), no other earlier than it."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -28,7 +28,7 @@ class Cause(NamedTuple):
 
 
 class Rewound(NamedTuple):
-    """Another run and its result."""
+    """Another run of the model, and how the motion in it ended."""
 
     bench: Bench
     instant: int  # at which the chip received the inputs (ps)
@@ -39,10 +39,10 @@ class Rewound(NamedTuple):
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return the instant to try next (ps): between a try that was too early and one that was too late.
+    """Return the instant to try next (ps): between the latest try that was too early and the earliest too late.
 
-    If there are not both, move from the last try by the number of steps that were missing; return None if the
-    motion has no such step.
+    If no try was too early, or none too late, move from the last try by the number of missing steps; return
+    None if the motion has no step there.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)
@@ -55,13 +55,13 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
 
 
 def named(chip: Chip, text: str) -> str:
-    """Return the name of the command that a chip reports with this text; "" if its data sheet has none."""
+    """Return the name of the command that a chip reports with a text; "" if its data sheet has no such command."""
     forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 
 
 def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], int]:
-    """Return the steps at start <= t <= stop (ps): instants, travel after each, last direction (0: no step)."""
+    """Return the steps at start <= t <= stop (ps): instants, travel after each, last one's direction (0: none)."""
     times: list[int] = []
     travel: list[int] = []
     sign = 0

@@ -1,19 +1,19 @@
-"""Stops of the motor by board inputs, reproduced on the chip: it stops by itself when the input changes.
+"""Stops of the motor by board inputs, reproduced on the chip, which stops by itself when its input changes.
 
     model     ......m.............. now          the present; the board is a horizon behind it
     board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
-Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count
+Meanwhile the motor is at rest.  No output of the first run after m has left the cable.  *The count
 overrides the time stamp*: if the chip samples the pin between the time stamp and the step,
-the model would make one step more or fewer than the board has made; then the input is moved past the next
+the model would make one step more or fewer than the board made; the input is then moved past the next
 sample, until the counts agree.  If no instant leads to the board's count, the run with the nearest count is
 used, and the position register is set to the position of the motor.  If the chip does not stop, or going
 back would take longer than is allowed, or the time stamp is older than the last rest, the chip is stopped at
 the present, and takes over the count of the board: the finding is `late-input`.
 
 A host command that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board;
-going back moves the command as it moves an input.  An input that holds the motor counts as an input that
+going back moves the command like an input.  An input that holds the motor counts as an input that
 stops it: in the other run the chip itself holds the motor, and continues when the input is released.
 """
 
@@ -54,9 +54,9 @@ class Rewind:
     """The piece that takes the model back, so that the chip stops by itself where the board stopped the motor.
 
     Args:
-        otherwise: stops the chip if this piece cannot.
-        motor: can be stopped, moved to another bench and resumed after a stop.
-        past: the past of the present bench, which the drive keeps up to date by itself.
+        otherwise: the piece that stops the chip at the present instant if the model cannot be taken back.
+        motor: the motor, which can be stopped, moved to another bench, and resumed after a stop.
+        past: the past of the present bench, which this piece keeps up to date.
 
     Raises:
         UsageError: the bench writes no journal, which going back needs.
@@ -93,7 +93,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:
-        """Update the past at rest, and prepare the board for a homing run that begins; called before each turn."""
+        """Bring the past up to date at rest; prepare the board when a homing run begins; called before each turn."""
         state = self.state
         if state.phase != "ok":
             return
@@ -113,7 +113,7 @@ class Rewind:
             self.link.configure(state.config)
 
     def _see(self, inputs: int) -> None:
-        """Set each wired chip pin to the level of its board input, if that has changed; `inputs` has bits."""
+        """Set each wired chip pin to the level of its board input (bit n of `inputs`), if that has changed."""
         for number, each in self.inputs.items():
             level = each.level(inputs)
             if each.pin and self.levels.get(number) != level:
@@ -133,7 +133,7 @@ class Rewind:
         self.motor.stop(at_once=row.at_once == "stop")
 
     def event(self, event: BoardEvent) -> None:
-        """Handle the input levels in an event of the board: apply or record each change."""
+        """Handle the input levels in an event of the board: apply each change, or record it for going back."""
         state = self.state
         instant = self._instant(event)
         for number, each in self.inputs.items():
@@ -161,7 +161,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------- what was stopped
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself would have stopped the motor where this event of the board reports a stop."""
+        """Return whether the chip itself would have stopped the motor for the cause of a stop by the board."""
         if event.kind not in STOPS:
             return False
         each = self.inputs.get(event.which)
@@ -181,7 +181,7 @@ class Rewind:
 
     @property
     def going_back_to(self) -> int | None:
-        """Tick after which no output may leave the cable, because going back may withdraw it; None without a stop.
+        """Tick after which no output may leave the cable, because going back may withdraw it; None if there is no stop.
 
         If a command has stopped the motor, its answer may leave, because it is the same in both runs.
         """
@@ -201,7 +201,7 @@ class Rewind:
             self.final = event
 
     def turn(self) -> None:
-        """Go back, if the board's count is final; if this fails, stop the chip now and report `late-input`."""
+        """Go back once the board's count is final; if going back fails, stop the chip now and report `late-input`."""
         if self.stop is None:
             self.otherwise.turn()
             return
@@ -227,26 +227,26 @@ class Rewind:
             self.otherwise.halted(final)
 
     def _forget(self) -> None:
-        """Discard the stop, because there is no longer an instant to go back to."""
+        """Discard the recorded stop, because the model is not to be taken back to it any more."""
         self.stop, self.final, self.edges, self.command = None, None, [], None
         self.state.leave_open(False)
 
     @property
     def settled(self) -> bool:
-        """True while there is no instant to go back to, and the chip is at rest at the position of the motor."""
+        """True while no stop waits for going back, and the chip is at rest at the position of the motor."""
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Release a chip that was stopped without going back; forget the levels, whose changes may be unreported."""
+        """Release a chip that was stopped without going back; discard the known levels: changes may be unreported."""
         self.levels.clear()
         self.otherwise.clear()
 
     # ------------------------------------------------------------------------------------------------------ going back
     def _cause(self, stop: BoardEvent, instant: int) -> Cause:
-        """Return the cause of the stop: the chip inputs, or the command, to be repeated in the other run.
+        """Return the cause of the stop, to be repeated in the other run: inputs of the chip, or a command.
 
         Raises:
-            UsageError: the bytes of a command are not found.
+            UsageError: the bytes of the command are not found.
         """
         if stop.which != HOST or self.command is None:
             hold_input = self._hold_input
@@ -270,14 +270,14 @@ class Rewind:
 
     @property
     def _hold_input(self) -> BoardInput | None:
-        """Board input that holds the motor, or None; its release takes effect at the current instant."""
+        """Board input that holds the motor, or None; its release is applied at the present instant."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 
     def _kept(self, stop: BoardEvent, hold_input: BoardInput) -> tuple[int, int] | None:
-        """Return the offset and instant (ps) of the journal entry that released the input, if no step was made since.
+        """Return the offset and instant (ps) of the journal entry that last released the hold input.
 
-        In the other run the input is not released, because it holds the motor again.  Return None otherwise.
+        Return None if there is none, or if a step was made since.  The other run omits it, and holds the motor.
         """
         state, name, found = self.state, f"{self.state.chip.name}.{hold_input.pin}", None
         for offset, entry in self.past.entries():
@@ -292,7 +292,7 @@ class Rewind:
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
         """Go back, to bring the chip to the position of the board.
 
-        Return "" on success, the reason for a failure, or None if the chip of the other run is not at rest yet.
+        Return "" on success, the reason if it fails, or None if the chip in the other run is not at rest yet.
         """
         state = self.state
         now, instant = state.kernel.now, self._instant(stop)
@@ -320,7 +320,7 @@ class Rewind:
         return f"by its equations of motion, the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
-        """Run the model again with the cause at an instant (ps); compare the rest position with the given one."""
+        """Run the model again with the cause at an instant (ps); return the run, and how it misses `position`."""
         first, inputs = instant - cause.lead_ps, cause.at(instant)
         bench = self.past.at(first).rerun(inputs, now, without=cause.without, allowed_s=self.allowed_s)
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
@@ -333,7 +333,7 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, is_at_rest)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take over another run, and return ""; if its chip rests only after `now`, record when, and return None."""
+        """Take over another run, and return ""; if its chip rests only later, record when, and return None."""
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None
@@ -342,7 +342,7 @@ class Rewind:
 
     @staticmethod
     def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
-        """Return how many steps before `position` a motion in direction `sign` ends, and its last step's instant."""
+        """Return by how many steps a motion in direction `sign` falls short of `position`, and when it ends (ps)."""
         times, travel, _ = travelled(axis, max(instant - LOOK_BACK_PS, 0), now)
         if not times:
             return (position - axis.travel) * sign, instant
@@ -354,7 +354,7 @@ class Rewind:
         return (position - before) * sign, last
 
     def _take(self, found: Rewound, sign: int) -> str:
-        """Continue with the bench of another run, at the position of the motor; return ""."""
+        """Continue with the bench of another run, from the position of the motor; return ""."""
         state, hold_input = self.state, self._hold_input
         self._move(found.bench, found.since_ps)
         if hold_input is not None and self.levels[hold_input.number] != hold_input.acts:
@@ -370,7 +370,7 @@ class Rewind:
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:
-        """Replace the present bench by another one that was identical up to an instant (ps)."""
+        """Replace the present bench by another one, whose run was identical up to an instant (ps)."""
         self.state.chip.on_command.remove(self.commanded)
         self.past.go_on(bench, since_ps)
         self.motor.move(bench)
@@ -379,7 +379,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
-        """Apply an edge to the chip at the given instant (ps), or now if that fails or would change the steps."""
+        """Apply an input edge at a past instant (ps) by going back, or now if that fails or would change the steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
         now, why = state.kernel.now, "it is before the motor was last at rest"

@@ -1,18 +1,18 @@
 """Stop ramps: the deceleration of the chip from each step of a motion, as sent to a board.
 
-    table     the plan's own stop ramp, intervals and counts: sent once per motion
-    a record  the number of ramp steps that remain at each step of the record (WAY)
+    table     the plan's own stop ramp, as intervals and counts: sent once per motion
+    a record  the number of steps in the stop ramp from each step of the record (RAMP_LEFT)
 
 If a chip has an input that decelerates the motor, the deceleration follows a law of its own, named by a
 word of REFLEXES:
 
-    brake         down the levels below the one of the last step, each in full; at the top the whole stop
-                  ramp, and during deceleration the rest of it
+    brake         down through the levels (rates) below that of the last step, each in full: from the top
+                  rate, the whole stop ramp; during a deceleration, the rest of that deceleration
     brake back    down by as many steps as the acceleration has made; it ends with the first step at the
                   first rate
 
 The board makes the scheduled step, and then the stop ramp.  For a plan that does not begin at rest, or
-whose levels change too fast for one record each, no number is sent; then the rate of the motor decides.
+whose levels change too fast for one record each, no number is sent; then the motor's rate sets the ramp.
 """
 
 from __future__ import annotations
@@ -42,9 +42,10 @@ Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
 class RampPiece(NamedTuple):
-    """Steps `first` to `end` - 1 of a plan; the stop ramp from the first of them has `ramp_left` steps.
+    """The lengths of the stop ramps from the steps `first` to `end` - 1 of a plan.
 
-    With each following step, the ramp's length changes by `slope`: -1, 0 or 1.  `ramp_left` is -1 if unknown.
+    From step `first`, the stop ramp has `ramp_left` steps, or -1 if unknown; with each following step, this
+    number changes by `slope`: -1, 0 or 1.
     """
 
     first: int
@@ -60,7 +61,7 @@ def law_of(chip: Chip) -> str:
 
 
 def ramp_pieces(plan: Plan, law: str) -> list[RampPiece]:
-    """Return the lengths of the stop ramps from each step of a plan that begins at rest, as pieces."""
+    """Return, as pieces, the length of the stop ramp from each step of a plan that begins at rest."""
     found = [RampPiece(0, 1, 0, 0)]
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     slow = up[0][0] if up else 0  # the interval at which a `brake back` ends
@@ -91,12 +92,12 @@ def below(up: Runs, interval: int) -> int:
 
 
 def fast(leg: Leg, step: int, slow: int) -> int:
-    """Return the number of steps of a leg, from step `step` of the plan on, whose interval is not `slow`."""
+    """Return the number of steps of a leg, from step `step` of the plan on, at other intervals than `slow`."""
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 
 def _add(found: list[RampPiece], piece: RampPiece) -> None:
-    """Append a piece, or extend the last piece by it; lengths of stop ramps that would be negative become 0."""
+    """Append a piece to `found`, or extend its last piece instead; replace negative lengths of stop ramps by 0."""
     first, end, ramp_left, slope = piece
     if slope < 0 and end > first + ramp_left + 1:  # the last values would be below 0
         zero = max(first + ramp_left + 1, first)
@@ -113,7 +114,7 @@ def _add(found: list[RampPiece], piece: RampPiece) -> None:
 
 
 class StopRamps:
-    """The sender of a chip's stop ramps to the board of a drive: tables, and through `pieces` the values in records.
+    """The sender of a chip's stop ramps to a drive's board: as tables, and as numbers in records (`pieces`).
 
     Args:
         send: called with the table of a motion, and the instant at which the motion begins (ps).
@@ -129,7 +130,7 @@ class StopRamps:
         self._pieces: list[RampPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Send a stop ramp that can start at any rate, if fast steps have no plan and the board has no ramp yet."""
+        """Send a stop ramp from any rate if the present steps are fast and have no plan, and the board has no ramp."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
@@ -138,14 +139,14 @@ class StopRamps:
             self.link.tail(self.tail)
 
     def _knows(self) -> bool:
-        """Return whether a board has identified itself; if it has done so again, forget its former table."""
+        """Return whether a board has identified itself; if it has done so again, forget the table sent earlier."""
         ident = self.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []
         return ident is not None
 
     def _send_ramp(self, stretch: Segment) -> None:
-        """Send the stop ramp of a stretch at the start of the stretch, if the ramp has changed."""
+        """Send the stop ramp of a stretch, with the instant at which the stretch starts, if the ramp has changed."""
         ident = self.link.ident
         if not self._knows() or ident is None or stretch.plan is self._plan:
             return
@@ -156,7 +157,7 @@ class StopRamps:
             self._send(entries, stretch.start)
 
     def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[RampPiece]:
-        """Yield the steps a ... b-1 of the train of a stretch as pieces with the lengths of their stop ramps."""
+        """Send a stretch's stop ramp if it is new; yield pieces for steps `a` to `b` - 1 of the stretch's train."""
         plan = stretch.plan
         if plan is not None:
             self._send_ramp(stretch)
@@ -180,7 +181,7 @@ class StopRamps:
 
 
 def is_expressible(plan: Plan, pieces: list[RampPiece], ps: Callable[[int], int]) -> bool:
-    """Return whether records can hold the stop ramps of a plan: none is too long, and none changes too fast."""
+    """Return whether records can hold the lengths of a plan's stop ramps: none too long, no levels too short."""
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(
         max(ramp_left, ramp_left + slope * (end - first - 1)) > MOST_RAMP_LEFT
@@ -204,10 +205,11 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- tables
 def stop_ramp(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
-    """Return the stop ramp of a stretch's plan, as a table for a board; empty if there is none or it is too long.
+    """Return the stop ramp of a stretch's plan as a board's table; empty if there is none or it is too long.
 
-    It is the last decelerating leg of the plan or, if there is none, the mirrored last acceleration.  The interval
-    after its last step is left out.  A board has room for `most` entries, so neighbouring intervals may share one.
+    The ramp is the last decelerating leg of the plan or, if there is none, the mirrored last acceleration,
+    without the interval after the last step.  A board has room for `most` entries, so neighbouring intervals
+    may share an entry.
     """
     if stretch.plan is None or stretch.playing is None:
         return []
@@ -246,7 +248,7 @@ def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
 
 
 def too_short(entries: Entries) -> int | None:
-    """Return the index of an entry that is too short for a board to load the next one in time; None if none is."""
+    """Return the index of the first entry too short for a board to load the next one in time; None if none is."""
     fast = FAST_TICKS << 8
     return next((n for n, (each, count) in enumerate(entries[:-1]) if each < fast and count < FAST_STEPS), None)
 

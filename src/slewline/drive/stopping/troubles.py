@@ -1,4 +1,4 @@
-"""Reports from a board about its motor, and their consequences: findings of the chip, states of the drive."""
+"""A board's reports about its motor, and their consequences: findings, and changes in the drive's state."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Troubles:
     """The handler of the board's reports, which halts the drive.
 
     Args:
-        stopping: stops the chip; it may be replaced.
+        stopping: the object that stops the chip; another one may replace it later.
         on_event: called with each event, before the event has any effect.
     """
 
@@ -65,7 +65,7 @@ class Troubles:
 
     # ---------------------------------------------------------------------------------------------------------- events
     def event(self, event: BoardEvent) -> None:
-        """Handle an event of the board."""
+        """Handle an event that the board has reported."""
         state = self.state
         self.on_event(event)
         event = event._replace(position=signed(event.position - state.count_origin))  # as the model counts
@@ -118,7 +118,7 @@ class Troubles:
         self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
 
     def _check_count(self, event: BoardEvent) -> None:
-        """Check, at rest, that the board has counted all the steps sent to it."""
+        """Check, at rest, that the board has counted all steps sent to it; otherwise report and adopt its count."""
         state, net = self.state, self.feeder.net
         if not self.feeder.running and event.position != (wanted := signed(state.counted_from + net)):
             self.report(
@@ -186,11 +186,11 @@ class Troubles:
             self.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
-        """Return a substitute for the event of a stop that the board has not reported, at the travel of the model."""
+        """Return a substitute, at the model's present travel, for the event of a stop not reported by the board."""
         return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.state.axis.travel), 0)
 
     def silent(self, while_: str) -> None:
-        """Handle a board that has not answered for a time (text): it has stopped the motor, or has no supply."""
+        """Handle a board that has not answered for a time, the text `while_`; stop a motion in progress."""
         self.report(
             "board-silent",
             f"the board has not answered for {while_}: check its cable and its supply",
@@ -200,7 +200,7 @@ class Troubles:
             self._halt()
 
     def note_message(self) -> None:
-        """Handle a message from the board: after an unreported halt, take the board's count once it is at rest."""
+        """Handle a message: after an unreported halt, take the board's count as soon as the board is at rest."""
         state, answer = self.state, self.link.answer
         if self._before_halt is None or answer is None or answer is self._before_halt:
             return
@@ -262,7 +262,7 @@ class Troubles:
         self.report("too-fast", f"{error}; steps were not output")
 
     def not_started(self) -> None:
-        """Handle a motion whose START is one horizon overdue, because the board has not taken it."""
+        """Handle a motion that the board has not accepted by one horizon after the motion's scheduled start."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -272,7 +272,7 @@ class Troubles:
         )
 
     def stopped_at_rest(self) -> None:
-        """Halt the drive, because the host stops it while the motor is at rest and steps are pending."""
+        """Halt the drive, because the host has ordered a stop while the motor is at rest and steps are pending."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -280,7 +280,7 @@ class Troubles:
         )
 
     def switched_off(self) -> None:
-        """Handle a driver that the board has switched off by itself, at rest."""
+        """Handle a driver that the board has switched off by itself while the motor was at rest."""
         self._halt()
         self.report(
             "driver-off",
@@ -289,7 +289,7 @@ class Troubles:
         )
 
     def clock_jumped(self) -> None:
-        """Handle a jump of this computer's clock, which stopped while the computer slept, unlike the board's clock."""
+        """Handle a jump of this computer's clock, which, unlike the board's, stopped while the computer slept."""
         if self.state.phase == "ok" and self.cable.in_progress:
             self._halt()
             self.report(

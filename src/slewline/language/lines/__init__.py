@@ -1,4 +1,4 @@
-"""The lines dialect: a command is a line of text, and so is its answer."""
+"""The lines dialect: every command and every answer is a line of text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", 
 
 
 class LineReader(Reader):
-    """A parser of a line with one command."""
+    """A parser of a line that contains one command."""
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         dialect, text = spoken_as(self.sheet, Lines), self.text
@@ -44,18 +44,18 @@ class LineReader(Reader):
 
 @dataclass(frozen=True, eq=False)
 class Lines(Dialect[LineRow]):
-    """The dialect in which a command is a line of text, and so is its answer.
+    """The dialect in which every command and every answer is a line of text.
 
     Attributes:
         longest: the maximum number of characters in a line; 0 means no limit.
-        answers: the meaning of each answer, as text.
+        answers: the meaning of each answer, as text, keyed by the answer.
         accepted: the answer to a command that was accepted.
         busy: the answer of a part that cannot execute a command yet.
         garbled: the answer to a line that was received with errors and is ignored.
         refusals: the answers to commands that were not executed.
-        questions: the commands that query a value and change nothing, keyed by the value, each with the
-            pattern of its answer.
-        where: the section of the manual.
+        questions: the commands that query a value and change nothing, keyed by the name of the value, each
+            with the pattern of its answer.
+        where: the section of the manual that describes the lines.
         opcodes: the origin of the opcodes: "stated" by the manual, or "chosen" for the model.
     """
 
@@ -74,7 +74,7 @@ class Lines(Dialect[LineRow]):
     constant_bit = KEPT.bit_length() - 1  # an error in this bit would pass the checksum
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
-        """Return a reader of one line that begins at a column of the source."""
+        """Return a parser of `text`, which is on line `number` of the source and begins at `column`."""
         return LineReader(source, number, column, text)
 
     def spell(
@@ -84,7 +84,7 @@ class Lines(Dialect[LineRow]):
         return spell(row, values)
 
     def meaning_of(self, answer: str) -> str:
-        """Return the meaning of an answer, as text; "" if the answer only accepts the line."""
+        """Return the meaning of an answer, as text; "" for the answer that means only that the line was accepted."""
         return "" if answer == self.accepted else super().meaning_of(answer)
 
     def shorter(self, sheet: Sheet) -> str:
@@ -94,13 +94,16 @@ class Lines(Dialect[LineRow]):
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program line by line; if `checked`, each line has its checksum."""
+        """Return the bytes that a host sends to enter a program, line by line, including the commands in `framing`.
+
+        If `checked`, each line has its checksum.
+        """
         enter, leave = framing
         texts = [enter.form, *(statement.text for statement in statements), leave.form]
         return b"".join(framed(text, checked) for text in texts)
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return a list with the command of a line; empty if the line is not a command."""
+        """Return a list with the command table's row for the command in a line; empty if the line is not a command."""
         found = parse(sheet, text)
         return [found.row] if isinstance(found, Command) else []
 

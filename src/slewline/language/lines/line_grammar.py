@@ -5,8 +5,9 @@
     A3         letter and number               G+2       a direction, then a number
     +250       a sign and a number             jc1,18    two numbers, separated by a comma
 
-A letter may have several forms (G10, G+, G+2); the form whose pattern matches is selected.  No function here raises: a
-line that is not a command is a `Refusal`, which the chip answers.
+A command letter may have several forms (G10, G+, G+2); the form whose pattern matches the line is
+selected. No function here raises: a line that is not a command becomes a `Refusal`, for which the chip
+has an answer.
 """
 
 from __future__ import annotations
@@ -29,13 +30,13 @@ _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone"
 
 @dataclass(frozen=True, slots=True)
 class LineCommand(Command):
-    """A line with a valid command."""
+    """A valid command, parsed from a line."""
 
     row: LineRow
 
 
 def checksum(text: bytes, kept: int = KEPT) -> int:
-    """Return the checksum character of a line: the sum of its character codes, in seven bits, one of them always set.
+    """Return the checksum character of a line: the sum of its character codes modulo 128, with `kept` set.
 
     Args:
         text: everything before the checksum, including the address.
@@ -46,7 +47,7 @@ def checksum(text: bytes, kept: int = KEPT) -> int:
 
 @lru_cache(maxsize=1024)  # hosts repeat the same commands
 def framed(text: str | bytes, check: bool = True, kept: int = KEPT) -> bytes:
-    """Return the bytes of a line, with its checksum if `check`, and a carriage return."""
+    """Return the bytes of a line: its text, its checksum if `check`, and a carriage return."""
     line = text.encode("ascii") if isinstance(text, str) else text
     return line + (bytes([checksum(line, kept)]) if check else b"") + b"\r"
 
@@ -92,7 +93,10 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
 
 
 def places(row: LineRow, text: str) -> list[tuple[int, int]]:
-    """Return the places of the arguments in a line, as first character and end; an omitted argument is at the end."""
+    """Return the places of the arguments in a line: the indices of the first character and after the last.
+
+    The place of an omitted argument is the end of the line.
+    """
     rest = text.removeprefix(row.head)
     match = cast("re.Match[str]", _pattern(row).fullmatch(rest))  # the line was parsed as this command
     before = len(text) - len(rest)
@@ -111,14 +115,14 @@ def usage(row: LineRow) -> str:
 
 
 def range_of(arg: Arg) -> str:
-    """Return the allowed numbers for an argument, as text."""
+    """Return the allowed values of an argument, as text: "0..255", or "+, -"."""
     if arg.sign == "alone":
         return "+, -"
     return f"{arg.low}..{arg.high}" + ("" if arg.zero else " without 0")
 
 
 def nearest(arg: Arg, value: int) -> int:
-    """Return the allowed number for an argument that is nearest to a value."""
+    """Return the allowed value of an argument that is nearest to the given value."""
     return min(max(value, arg.low), arg.high) or 1 - arg.zero
 
 
@@ -130,7 +134,10 @@ def _value(arg: Arg, text: str | None) -> int:
 
 @lru_cache(maxsize=64)
 def _patterns(sheet: Sheet) -> dict[str, list[tuple[LineRow, re.Pattern[str]]]]:
-    """Return the commands of each head, with patterns, longest heads first; none for a sister part's head."""
+    """Return the commands with each head, with their patterns, keyed by head; longer heads come first.
+
+    A head that only a sister part has is included, with an empty list.
+    """
     heads = sorted({row.head for row in sheet.rows(LineRow)} | set(sheet.foreign), key=lambda head: (-len(head), head))
     return {head: [(row, _pattern(row)) for row in sheet.rows(LineRow) if row.head == head] for head in heads}
 

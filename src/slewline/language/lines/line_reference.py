@@ -29,7 +29,7 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
 
 
 def line_table(commands: Iterable[LineRow]) -> str:
-    """Return a table of commands that are lines."""
+    """Return a table of commands that are lines, in Markdown."""
     heads = ("line", "name", "function", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
         (
@@ -58,6 +58,6 @@ def _opcodes(row: LineRow) -> str:
 
 
 def _taken(row: LineRow) -> str:
-    """Return the states in which a command is accepted, as text; "into the program" if program entry stores it."""
+    """Return the states in which a command is accepted, as text; "into the program" if it can be stored."""
     found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
     return ", ".join(found)

@@ -1,4 +1,7 @@
-"""Remedies for a line that is not a command, shown by the linter before a run and in a module's findings during it."""
+"""Remedies for lines that are not commands.
+
+The linter shows them before a run; during a run they are part of a module's findings.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ LF = "\n"
 
 
 def alike(sheet: Sheet, text: str) -> list[LineRow]:
-    """Return the commands that begin with the first letter of a line."""
+    """Return the commands with the same first letter as a line, or with a sign if the line begins with + or -."""
     letter = SIGN if text[:1] in ("+", "-") else text[:1]
     return [row for row in sheet.rows(LineRow) if row.head[:1] == letter]
 
@@ -41,7 +44,7 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def arguments(sheet: Sheet, text: str) -> str:
-    """Return the remedy for a line whose arguments do not fit its command: arguments with allowed values."""
+    """Return the remedy for a line whose arguments do not fit: the arguments of its command, with their ranges."""
     heads = [row.head for row in sheet.rows(LineRow) if text.startswith(row.head)]
     head = max(heads, key=len, default=SIGN)
     args = {arg.name: range_of(arg) for row in sheet.rows(LineRow) if row.head == head for arg in row.args}
@@ -50,7 +53,7 @@ def arguments(sheet: Sheet, text: str) -> str:
 
 
 def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
-    """Return the problem of a line as a sentence: the text found, the allowed values, the remedy."""
+    """Return a sentence about a refused line: the text found, the allowed values and the remedy, if known."""
     word = remedy(sheet, text, found)
     if not word and found.code == "unknown":
         word = f"its commands begin with {found.allowed}"
@@ -58,7 +61,7 @@ def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def respelled(sheet: Sheet, text: str) -> str:
-    """Return the command that a line would be in a different case or without blanks; empty if it would be none."""
+    """Return a line in another case or without spaces, if that makes it a command; otherwise return ""."""
     tight = text.replace(" ", "")
     return next(
         (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""
@@ -66,7 +69,7 @@ def respelled(sheet: Sheet, text: str) -> str:
 
 
 def is_command(sheet: Sheet, text: str) -> bool:
-    """Return whether a line is a command."""
+    """Return whether a line is a command of the part."""
     return isinstance(parse(sheet, text), Command)
 
 

@@ -1,4 +1,4 @@
-"""The packets dialect: a command byte and words, written as a mnemonic and a number."""
+"""The packets dialect: a command is a byte and words, written in a text as a mnemonic and a number."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ __all__ = [
 
 
 class PacketReader(Reader):
-    """A parser of a line with one packet."""
+    """A parser of a line that contains one packet."""
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         found = parse(self.sheet, self.text)
@@ -62,31 +62,31 @@ class PacketReader(Reader):
 class Packets(Words):
     """The dialect in which a command is a packet: a command byte, words to and from the part, and a checksum.
 
-    A code that has no row in the command table and is in none of the lists below has no data.
+    A code that is neither in the command table nor in `illegal`, `reserved` or `siblings` has no data.
 
     Attributes:
         illegal: the codes that are answered with checksum 0.
         reserved: codes without data or effect.
-        siblings: commands of sister parts by code, which have no effect here.
+        siblings: the commands of sister parts, keyed by code; they have no effect on this part.
         version: the version word of the part.
         status: the fields of an axis's status word.
         mode: the fields of an axis's mode word.
         slips: names in the manual's text that are not commands, each with the intended command.
-        where: the section of the manual.
+        where: the section of the manual that describes the packets.
     """
 
     name = "packets"
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
-        """Return a reader of one line that begins at a column of the source."""
+        """Return a parser of `text`, which is on line `number` of the source and begins at `column`."""
         return PacketReader(source, number, column, text)
 
     def directs(self, text: str) -> bool:
-        """Return whether a line directs the host rather than the part."""
+        """Return whether a line is a directive for the host rather than a command for the part."""
         return text.split(maxsplit=1)[0].lower() in DIRECTS
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        """Return the reason why a line is not a packet; None if it is one."""
+        """Return the reason why a line is not a packet; None if the line is a packet."""
         found = parse(sheet, text, crystal_hz)
         return found if isinstance(found, Refusal) else None
 
@@ -97,7 +97,10 @@ class Packets(Words):
         return spell(row, values)
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
-        """Return lines of hexadecimal bytes as one packet per line; unchanged if any of them is not hexadecimal."""
+        """Return the packets in lines of hexadecimal bytes, one packet per line.
+
+        If any of the lines contains anything else, all lines are returned unchanged.
+        """
         try:
             data = bytes.fromhex(" ".join(lines))
         except ValueError:
@@ -109,7 +112,7 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the packet that begins at an address; a packet for a sister part has its words, but no row."""
+        """Return the packet that begins at an address; a sister part's packet includes its words; its row is None."""
         found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
         if found.row is None and sibling is not None:
             return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())
@@ -120,7 +123,7 @@ class Packets(Words):
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return a list with the command that a text denotes, by its hexadecimal code or its name.
+        """Return a list with the row of the command whose hexadecimal code or name a text contains.
 
         Raises:
             UnknownName: the part has no such command.

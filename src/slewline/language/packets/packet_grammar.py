@@ -38,13 +38,13 @@ LONGEST = 40  # characters of a number or a mnemonic that are read; no valid one
 
 @dataclass(frozen=True, slots=True)
 class PacketCommand(Command):
-    """A line with a valid packet."""
+    """A valid packet, parsed from a line."""
 
     row: PacketRow
 
 
 class Sibling(NamedTuple):
-    """A sister part's command: its name, the numbers of words written and read, and the part."""
+    """A sister part's command: its name, the numbers of words that a host writes and reads, and the part."""
 
     name: str
     writes: int
@@ -54,7 +54,7 @@ class Sibling(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Words(Dialect[PacketRow]):
-    """A command byte, words to and from the part, and a checksum; `Packets` documents the attributes."""
+    """The data of the packets dialect, without its methods; the subclass `Packets` documents the attributes."""
 
     row_type = PacketRow
 
@@ -100,7 +100,7 @@ def numbers(
     """Return a command's values as numbers; a rate given as text ("12345 steps/s") becomes a register value.
 
     Raises:
-        UsageError: a text is not a rate, or not a rate for this register.
+        UsageError: a text is not a rate, or its unit is not one for this register.
     """
     found = []
     for arg, value in zip_longest(row.args, values):
@@ -119,7 +119,10 @@ def numbers(
 
 
 def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
-    """Return the signed numbers in words from the chipset, whose layout is `args`: the `reads` of a row."""
+    """Return the signed numbers contained in words from the chipset.
+
+    `args`, which is the `reads` of a command's row, is the layout of the words.
+    """
     data = b"".join(word.to_bytes(2, "big") for word in found)
     result, at = [], 0
     for arg in args:
@@ -129,7 +132,7 @@ def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
 
 
 def counted(args: Iterable[Arg]) -> int:
-    """Return the number of words that hold the numbers of `args`."""
+    """Return the number of words that hold the values of `args`."""
     return sum(arg.size for arg in args) // 2
 
 
@@ -140,12 +143,12 @@ def checksum(code: int, sent: Iterable[int]) -> int:
 
 # ------------------------------------------------------------------------------------------------- words about an axis
 def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
-    """Return the fields of a status or mode word, keyed by name."""
+    """Return the values of the fields in a status or mode word, keyed by the name of the field."""
     return {each.name: each.of(word) for each in bits}
 
 
 def shown(word: int, bits: Iterable[Bits]) -> str:
-    """Return a status or mode word as text: names of bits that are 1, and nonzero fields with their numbers."""
+    """Return a status or mode word as text: names of bits that are 1, and of nonzero fields with their values."""
     found = [(each, each.of(word)) for each in bits]
     return " ".join(f"{each.name}={value}" if each.width > 1 else each.name for each, value in found if value)
 
@@ -166,10 +169,10 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
 
 # ------------------------------------------------------------------------------------------------------------- commands
 def row(sheet: Sheet, name: str) -> PacketRow:
-    """Return the row of a command by its mnemonic; case is ignored.
+    """Return the row of the command with the given mnemonic; case is ignored.
 
     Raises:
-        UnknownName: the part has no such command; the message suggests one.
+        UnknownName: the part has no such command; the message contains a suggestion.
         UsageError: a code was given instead of a mnemonic.
     """
     if not isinstance(name, str):
@@ -182,7 +185,9 @@ def row(sheet: Sheet, name: str) -> PacketRow:
 
 
 def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand:
-    """Parse a line, a mnemonic and a number, as a command of this part; rates per second depend on the crystal.
+    """Parse a line, which is a mnemonic and the number that it takes, if any, as a command of this part.
+
+    The register value of a rate per second depends on the crystal.
 
     Raises:
         UsageError: the line is not a command; the message states the allowed values.
@@ -195,7 +200,7 @@ def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCom
 
 
 def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand | Refusal:
-    """Parse a line as a command of this part; return a `Refusal` with the place of the problem for any other line."""
+    """Parse a line as a command of this part; if it is not, return a `Refusal` that has the problem's place."""
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.rows(PacketRow).by_form.get(name.upper())
     if known is None:
@@ -218,13 +223,13 @@ def usage(row: PacketRow) -> str:
 
 
 def range_of(arg: Arg) -> str:
-    """Return the allowed numbers of an argument, with their unit: "0..1073741823 (2^-16 steps/cycle)"."""
+    """Return the allowed values of an argument, with their unit: "0..1073741823 (2^-16 steps/cycle)"."""
     unit = f"2^-{arg.fraction} {arg.unit}" if arg.fraction else arg.unit
     return f"{arg.low}..{arg.high}{f' ({unit})' if unit else ''}"
 
 
 def number(text: str, arg: Arg) -> int | None:
-    """Return the number in a text, decimal or hexadecimal; None if there is none.
+    """Return the value of a text that is a decimal or hexadecimal number; None if the text is not a number.
 
     A hexadecimal number may be the two's complement of a negative number.
     """
@@ -240,7 +245,10 @@ def number(text: str, arg: Arg) -> int | None:
 
 
 def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand | Refusal:
-    """Return a command with a rate and its unit, from character `at` on; a refusal if the rate is not valid."""
+    """Return the command in a line whose rate, with a unit, begins at character `at`.
+
+    Return a refusal if the rate is not valid.
+    """
     arg, written = row.args[0], text[at:].rstrip()
     message = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
     try:
@@ -254,7 +262,10 @@ def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand 
 
 
 def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
-    """Return a command with its number, if any, from character `at` on; a refusal if the text does not fit."""
+    """Return the command in a line whose number, if any, begins at character `at`.
+
+    Return a refusal if the number is missing or not allowed, or if more text follows.
+    """
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
@@ -284,7 +295,7 @@ def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy
 
 
 def _number_meant(arg: Arg, written: str) -> str:
-    """Return the remedy for a text that is not a number: the number that may be meant, or how to write one."""
+    """Return the remedy for a text that is not a number: the number probably meant, or how to write one."""
     if meant := digits_meant(written):
         return meant
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
@@ -297,14 +308,14 @@ def _number_meant(arg: Arg, written: str) -> str:
 
 
 def _scaled(arg: Arg, written: str) -> str:
-    """Return a remedy that states the register value for a decimal fraction."""
+    """Return a remedy for a decimal fraction written as an argument: the register value of that fraction."""
     scaled = Fraction(written) * (1 << arg.fraction)
     whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, not a whole number; the nearest is "
     return f"{written} {arg.unit} is {whole}{round(scaled)}"
 
 
 def _unknown(sheet: Sheet, name: str) -> Refusal:
-    """Return the refusal of a mnemonic that the part does not have, with a suggestion."""
+    """Return the refusal of a mnemonic that the part does not have; its remedy suggests how to continue."""
     wanted, slips = name.upper(), spoken_as(sheet, Words).slips
     tail = wanted.partition("_")[2] or wanted
     close = near(wanted, sheet.commands.by_form)[:MOST_MEANT]

@@ -30,18 +30,18 @@ def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
 
 
 def packet(row: PacketRow) -> str:
-    """Return the packet on the host port: the code, the words written and, in brackets, the words returned."""
+    """Return a packet as text: the code, the words that the host writes and, in brackets, the words returned."""
     returned = " ".join(_halves(row.reads))
     return " ".join([f"{row.code:02X}", *_halves(row.args), *([f"[{returned}]"] if returned else [])])
 
 
 def _halves(args: Iterable[Arg]) -> list[str]:
-    """Return the names of the words that hold arguments; of two halves, the high word comes first."""
+    """Return the names of the words that hold arguments; for an argument of two words, the high word is first."""
     return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
 
 
 def _acted_on(row: PacketRow) -> str:
-    """Return the axes on which the command acts, as text."""
+    """Return a text that states on which axes a command acts."""
     axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
     return axes.get(row.acts, f"the {row.acts} axis")
 
@@ -68,7 +68,7 @@ def packet_table(sheet: Sheet) -> str:
 
 
 def words_of(dialect: packet_grammar.Words) -> list[str]:
-    """Return chapters about an axis's status and mode words, the version word, and codes without a command."""
+    """Return chapters, in Markdown, about the status, mode and version words, and codes without a command."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",
@@ -108,7 +108,7 @@ def _other_codes(dialect: packet_grammar.Words) -> list[tuple[str, str]]:
 
 
 def _codes(codes: Iterable[int]) -> str:
-    """Return codes in hexadecimal, with ranges."""
+    """Return codes in hexadecimal, with consecutive codes combined into ranges such as "10-1F"."""
     found = sorted(codes)
     runs = [code for code in found if code - 1 not in found], [code for code in found if code + 1 not in found]
     return ", ".join(f"{one:02X}" if one == two else f"{one:02X}-{two:02X}" for one, two in zip(*runs, strict=True))

@@ -23,9 +23,10 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class CommandText(Command):
-    """A command that may have contents other than numbers: a string's characters, or a query's letter.
+    """A command whose `data` may be contents other than numbers: a string's characters, or a query's letter.
 
-    `switched`: the first value comes from switches; `flips` are bits of the first value that a prefix inverts.
+    `switched`: the first value comes from switches.  `flips`: the bits of the first value that a prefix
+    inverts.
     """
 
     row: TextRow
@@ -40,7 +41,11 @@ def spell(row: Row, shown: Sequence[int | str]) -> str:
 
 
 def letters_for(row: Row, values: Sequence[int], labels: str, names: Mapping[int, str] = NO_NAMES) -> list[int | str]:
-    """Return a command's values, with letters in place of codes of `labels` and of addresses in `names`."""
+    """Return a command's values, with letters in place of label codes and of addresses that have names.
+
+    `labels` are the letters that can be labels; `names` are the letters of named addresses, keyed by
+    address.
+    """
     return [
         names.get(value) or (chr(value) if chr(value) in labels else value) if arg.label else value
         for arg, value in zip(row.args, values, strict=True)

@@ -1,7 +1,7 @@
-r"""Characters in, commands out.  No time, no pins; the caller states whether the characters are text.
+r"""Characters in, commands out.  No time, no pins; the caller selects ASCII or binary.
 
-Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
-mode sampled with it, how the command continues:
+Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides,
+together with the mode (ASCII or binary) when it arrives, how the command continues:
 
     ASCII     letter, a space, arguments, carriage return                   R 100\r   R 87H\r   L #,16\r   ? P\r
     ASCII     label letter, mark, then at a letter again                    A$
@@ -9,10 +9,11 @@ mode sampled with it, how the command continues:
     binary    letter, count of data bytes, data bytes, low bytes first      52 01 64
     both      a single letter without a terminator (`TextRow.terminated`)
 
-Each of these continuations is a state: a method that processes one byte.  The dialect defines which of them exist, and
-the form of an argument.  No method raises: every input from a host has an answer, and mistakes become notes (code and
-text) for the caller to drain.  In program entry a binary command is stored as received, with opcode and data bytes
-unchecked; therefore one count can load a whole program.
+Each of these continuations is a state: a method that processes one byte.  The dialect defines which
+continuations exist, and the form of an argument.  No method raises: every input from a host has an
+answer, and mistakes become notes (code and text) for the caller to drain.  In program entry a binary
+command is stored as received, with opcode and data bytes unchecked; therefore one count can load a whole
+program.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Decoder(Generic[L_co]):
         self.reset()
 
     def reset(self) -> None:
-        """Discard the characters so far, as after a reset of the part.  Notes that were not drained are kept."""
+        """Discard the characters of an unfinished command, as at a reset of the part; keep the notes not drained."""
         self.at_letter = True
         self._state: Callable[[int], CommandText | L_co | None] = self._skip_line  # takes a byte after the letter
         self._row: TextRow | None = None  # of the command in progress; None: a letter without a command
@@ -72,7 +73,7 @@ class Decoder(Generic[L_co]):
         self._entry_empty = True  # no command since program entry began
 
     def take_notes(self) -> list[Note]:
-        """Return the notes so far, and delete them."""
+        """Return the notes collected since the last call, and delete them."""
         notes, self.notes = self.notes, []
         return notes
 
@@ -85,7 +86,7 @@ class Decoder(Generic[L_co]):
 
     @property
     def in_string(self) -> bool:
-        """True if the part of a line received so far lacks the quotation mark that ends its string."""
+        """True while a string is being received as text, before the quotation mark that ends it."""
         return not self.at_letter and self._state == self._in_string
 
     @property
@@ -93,7 +94,7 @@ class Decoder(Generic[L_co]):
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
 
     def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | L_co | None:
-        """Return the command or label that a byte completes, or None; `ascii` matters only for a command letter."""
+        """Process a byte; return the command or label that it completes, or None; `ascii` matters only at a letter."""
         if not self.at_letter:
             found = self._state(byte)
         else:
@@ -106,7 +107,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes from index `at` that `feed` only stores: none of them ends a command or is a mistake."""
+        """Return how many bytes, from index `at` on, `feed` would only store: none ends a command or is a mistake."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -130,7 +131,7 @@ class Decoder(Generic[L_co]):
         return end - at
 
     def keep(self, data: bytes, ascii: bool, entering: bool = False) -> None:
-        """Store bytes that `feed` would only store, as counted by `kept`."""
+        """Store bytes that `feed` would only store; `kept` returns how many these are."""
         if self.at_letter:
             self.feed(data[0], ascii, entering)
             data = data[1:]
@@ -156,7 +157,7 @@ class Decoder(Generic[L_co]):
         return None
 
     def _foreign_byte(self, byte: int, ascii: bool, before: TextRow | None) -> None:
-        """Process a byte that is not a command letter.  Commands must be in upper case."""
+        """Process a byte in place of a command letter (upper case); `before` is a command just ended without CR."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
                 self._note("q-terminated", f"a carriage return after {before.form}, which ends by itself")
@@ -168,7 +169,7 @@ class Decoder(Generic[L_co]):
             self._begin(byte, ascii)
 
     def _begin(self, byte: int, ascii: bool) -> None:
-        """Process a byte that is not a command letter as a prefix, or report it."""
+        """Process a byte that is not a command letter: begin a command with a prefix, or report the byte."""
         if not ascii:
             self._note("unknown-command", f"{shown(byte)} is not a command; its count and data are ignored")
         elif chr(byte) == self.dialect.negate:
@@ -181,7 +182,7 @@ class Decoder(Generic[L_co]):
             self._note("unknown-command", f"{shown(byte)} is not a command; the line is ignored", remedy)
 
     def _prefixed(self, byte: int) -> CommandText | L_co | None:
-        """Process the letter after a slash; return its command if the letter completes it."""
+        """Process the byte after a slash; return a command if the byte is a letter that is a command by itself."""
         sign = self.dialect.negate
         if chr(byte) == sign:
             return None
@@ -200,7 +201,7 @@ class Decoder(Generic[L_co]):
         self._line_feed(byte)
 
     def _line_feed(self, byte: int) -> None:
-        """Report the first line feed within a line, which shows how the host ends lines."""
+        """Report the first line feed within a line: it shows that the host ends lines with line feeds."""
         if byte == LF and not self._line_feeds:
             self._line_feeds = True
             self._note(
@@ -273,7 +274,7 @@ class Decoder(Generic[L_co]):
         return self._with_numbers(row, body, words[:needed])
 
     def _look(self, takes: str, row: TextRow, body: str, words: Sequence[str], needed: int) -> None:
-        """Report excess words or wrong spaces: one belongs after the letter, one (or a comma) between words."""
+        """Report excess words or wrong spacing: one space belongs before the words, a space or comma between them."""
         if len(words) > needed:
             extra = " ".join(words[needed:])
             self._note("extra-argument", f"{takes}; {extra} is ignored", self.dialect.slip(self.sheet, extra, row))
@@ -301,7 +302,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, tuple(values), digits, stored, text, b"", spoken.switches in words, flips)
 
     def _query(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
-        """Decode a query such as ? R, or ? M,3; the chip checks the letter later."""
+        """Decode a query such as ? R, or ? M,3; whether the letter can be queried is checked later by the chip."""
         if not words or len(words[0]) != 1:
             self._note("missing-argument", f"{row.name} needs a letter; ignored")
             return None
@@ -326,7 +327,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
     def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
-        """Return the data of a display command, cut to the announced count; report a count that differs."""
+        """Return the data of a display command, cut to the announced count; report a count that is not its length."""
         if count != len(data):
             self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number is used")
         return data[:count]
@@ -379,7 +380,7 @@ class Decoder(Generic[L_co]):
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
     def _fit(self, row: TextRow, arg: Arg, found: int) -> int:
-        """Cut a number to its argument's size in bytes; report one out of range, but leave it to the command."""
+        """Cut a number to the size of its argument in bytes; report a number out of range, but do not refuse it."""
         self._check(row, arg, found)
         return arg.fit(found)
 
@@ -388,7 +389,7 @@ class Decoder(Generic[L_co]):
             self._range(f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
-        """Cut a number without an argument in the command table to a byte; report a larger number."""
+        """Cut a number to a byte; report it if it is larger.  For numbers that are not arguments in the table."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)
         return found & 0xFF

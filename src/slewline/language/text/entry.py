@@ -1,4 +1,4 @@
-"""The end of program entry, for a program whose characters are stored as received."""
+"""The detection of the end of program entry, for a program whose characters are stored as received."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from .command_text import CR, OPEN_BUS
 
 
 class Entry:
-    """A detector of the end of program entry: of its letter, which also occurs within programs.
+    """A detector of the end of program entry, by the letter that ends it, which also occurs within programs.
 
     In ASCII the letter counts only as the first character of a line, in binary only in place of an opcode;
     to find the opcodes, the byte counts of commands are followed.

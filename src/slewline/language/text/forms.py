@@ -17,7 +17,7 @@ END = bytes([CR])
 
 
 class TextDialect(Dialect[TextRow]):
-    """A dialect whose commands are a letter and its arguments; "" stands for a sign that it does not use."""
+    """A dialect whose commands are a letter and its arguments; "" stands for a sign that the dialect lacks."""
 
     streams = True
     row_type = TextRow
@@ -34,7 +34,7 @@ class TextDialect(Dialect[TextRow]):
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return the separate arguments in a non-empty text."""
+        """Return the arguments in a non-empty text, each as a word."""
         return BETWEEN.split(argument)
 
     def value(self, word: str) -> int | None:
@@ -42,7 +42,7 @@ class TextDialect(Dialect[TextRow]):
         raise NotImplementedError
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return the value of a word that is not a number, if it is allowed for this argument; otherwise None."""
+        """Return the value of a word that is not a number, if this argument may be such a word; otherwise None."""
         raise NotImplementedError
 
     def instead(self, sheet: Sheet, word: str) -> str:
@@ -57,7 +57,7 @@ class TextDialect(Dialect[TextRow]):
     def spell(
         self, row: TextRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
     ) -> str:
-        """Return a command as text: its letter and its values, with letters in place of labels."""
+        """Return a command as text: its letter and values, with letters for label codes and named addresses."""
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
     def sent(self, sheet: Sheet, line: str) -> bytes:
@@ -113,7 +113,7 @@ class TextDialect(Dialect[TextRow]):
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program as text, including the commands that begin and end its entry."""
+        """Return the bytes with which a host enters a program as text, with the commands that begin and end entry."""
         before, after = self.framed(sheet, framing, statements)
         text = "".join(f"{self.typed(statement)}\r" for statement in statements).encode(self.encoding)
         return b"".join(self.sent(sheet, line) for line in before) + text + self.sent(sheet, after)
@@ -121,19 +121,26 @@ class TextDialect(Dialect[TextRow]):
     def entered_binary(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
     ) -> bytes:
-        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all statements."""
+        """Return the bytes that a host sends to enter a program in binary form.
+
+        They include the commands that begin and end its entry.  `single_count`: one byte count for all
+        statements.
+        """
         before, after = self.framed(sheet, framing, statements)
         program = self.binary(sheet, statements, single_count)
         return b"".join(self.sent_binary(sheet, line) for line in before) + program + self.sent_binary(sheet, after)
 
     def framed(self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement]) -> tuple[list[str], str]:
-        """Return the lines that a host sends before a program, with its address if not 0, and the line after it."""
+        """Return the lines that a host sends before a program, and the line that it sends after the program.
+
+        If the program's address is not 0, the first line sets the address.
+        """
         address = statements[0].address if statements else 0
         pointer = [f"{sheet.acting('pointer')[0].form} {address}"] if address else []
         return [*pointer, framing[0].form], framing[-1].form
 
     def typed(self, statement: Statement) -> str:
-        """Return a statement as a host sends it to be stored."""
+        """Return a statement as the text that a host sends during program entry."""
         return statement.text
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
@@ -141,5 +148,5 @@ class TextDialect(Dialect[TextRow]):
         raise NotImplementedError
 
     def check_stream(self, sheet: Sheet) -> None:
-        """Accept every part, because each has a text stream and a binary stream."""
+        """Accept every part, because every part with such a dialect has a text stream and a binary stream."""
         return

@@ -1,4 +1,4 @@
-"""The two dialects in which a command is a letter and its arguments: their input and their stored form."""
+"""The two dialects in which a command is a letter and its arguments: reading lines, storing programs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ReadAlike:
     """The common base of both dialects: the parser of a line, and the description of a command."""
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
-        """Return a reader of one line that begins at a column of the source."""
+        """Return a parser of `text`, which is on line `number` of the source and begins at `column`."""
         from .text_reader import TextReader
 
         return TextReader(source, number, column, text)
@@ -39,7 +39,7 @@ class ReadAlike:
 
 @dataclass(frozen=True, eq=False)
 class Letters(ReadAlike, TextDialect):
-    """The dialect in which a command is a letter followed by numbers.
+    """The dialect in which a command is a letter followed by numbers, and a program is stored as opcodes.
 
     Attributes:
         mark: the character after the letter of a label.
@@ -54,7 +54,7 @@ class Letters(ReadAlike, TextDialect):
     line_limit, argument_limit = 256, 255
 
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return as many arguments as the command has; the last argument includes the rest of the text."""
+        """Return the arguments in a text, at most as many as the command has; the last one includes the rest."""
         return BETWEEN.split(argument, len(row.args) - 1 or -1)
 
     def value(self, word: str) -> int | None:
@@ -75,7 +75,10 @@ class Letters(ReadAlike, TextDialect):
         return ord(row.form)
 
     def typed(self, statement: Statement) -> str:
-        """Return a statement as a host sends it to be stored: with its labels, and with its numbers as stored."""
+        """Return a statement as the text that a host sends during program entry, with its labels.
+
+        Its numbers are written with the values that the chip stores.
+        """
         shown = spell(statement.row, [operand.label or operand.value for operand in statement.operands])
         return "".join([*map(self.label, statement.labels), shown])
 
@@ -109,12 +112,13 @@ class Letters(ReadAlike, TextDialect):
 
 @dataclass(frozen=True, eq=False)
 class Verbatim(ReadAlike, TextDialect):
-    """The dialect in which a command is a letter followed by numbers, stored as text.
+    """The dialect in which a command is a letter followed by numbers, and a program is stored as text.
 
     Attributes:
         queries: the letters that can be queried, each with the number of digits in its answer.
-        asked: the queried values, as text, for letters that set no register.
-        answer_bytes: the number of bytes in a binary answer, by the number of digits in the text form.
+        asked: names of the queried values, keyed by letter, for letters that set no register.
+        answer_bytes: the number of bytes in a binary answer, keyed by the number of digits in the same
+            answer as text.
         listing: the letter that queries memory lines.
         query: the form of the command that queries.
         quote: the form of the command that sends a string.
@@ -123,7 +127,7 @@ class Verbatim(ReadAlike, TextDialect):
         negated: the commands that can have this prefix.
         flips: the bits that the prefix inverts, as a mask.
         switches: the character that stands for a first argument read from switches.
-        page: the number of bytes that a branch with a one-byte address can reach.
+        page: the size in bytes of a memory page; a branch with a one-byte address stays within one page.
     """
 
     queries: Mapping[str, int] = field(default_factory=dict)
@@ -147,14 +151,17 @@ class Verbatim(ReadAlike, TextDialect):
         return number(word)
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return 0 in place of a number from switches, where such a number is allowed; otherwise None."""
+        """Return 0 for the character that stands for a number read from switches, if this argument may be one.
+
+        Otherwise return None.
+        """
         return 0 if word == self.switches and arg is row.args[0] else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
         return "switches can set the first argument only" if word == self.switches else hint(word)
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
-        """Return statements in binary form, each with its own count.
+        """Return statements in binary form, each with its own byte count.
 
         Raises:
             UsageError: a single count for all statements is requested.
@@ -165,11 +172,11 @@ class Verbatim(ReadAlike, TextDialect):
 
     # ------------------------------------------------------------------------------------------------- program memory
     def stored(self, statement: Statement) -> bytes:
-        """Return the bytes of a statement in the memory: its text and a carriage return."""
+        """Return the bytes that a statement occupies in the memory: its text and a carriage return."""
         return statement.text.encode("latin-1") + END
 
     def start(self, statements: Sequence[Statement]) -> int:
-        """Return the memory pointer after these commands, which is the start of a program that is entered next."""
+        """Return the memory pointer after these statements: the start address of a program entered after them."""
         pointer = 0
         for statement in statements:
             if statement.block >= 0:
@@ -181,7 +188,10 @@ class Verbatim(ReadAlike, TextDialect):
         return pointer
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a program statement with its full branch address; one byte is within the page of the next byte."""
+        """Return a program statement with its full branch address.
+
+        A one-byte address is completed with the page of the byte after the statement.
+        """
         target = statement.target
         if target is None or statement.row.args[-1].size > 1:
             return statement
@@ -190,7 +200,7 @@ class Verbatim(ReadAlike, TextDialect):
         return replace(statement, operands=operands)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the instruction at a memory address; adjacent empty cells form an instruction without a row."""
+        """Return the instruction at a memory address; adjacent empty cells form one instruction, whose row is None."""
         if stored[at] == OPEN_BUS:  # all adjacent empty cells
             erased = len(stored) - at - len(stored[at:].lstrip(bytes([OPEN_BUS])))
             return Instruction(at, bytes(stored[at : at + erased]), None, ())

@@ -21,25 +21,31 @@ def listed(rows: Iterable[Row]) -> str:
 
 
 def resets(sheet: Sheet) -> re.Pattern[str]:
-    """Return the pattern of a directive that sets the reset pin active; it never matches without such a pin."""
+    """Return a regular expression for a directive that sets the reset pin active.
+
+    It never matches if the part has no reset pin.
+    """
     pin = sheet.role("reset")
     return re.compile(rf"@(?:drive|pulse)\s+{pin.name}\s*=\s*{level_of(pin, 1)}") if pin is not None else _NEVER
 
 
 def rests(sheet: Sheet) -> re.Pattern[str]:
-    """Return the pattern of a directive that waits until the motor is at rest."""
+    """Return a regular expression for a directive that waits until the motor is at rest.
+
+    It never matches if no pin of the part shows this.
+    """
     wanted = (("motion_complete", 1), ("ready", 1), ("running", 0))
     conditions = "|".join(_waits(pin, holds) for role, holds in wanted if (pin := sheet.role(role)) is not None)
     return re.compile(rf"@until\s+(?:{conditions})$") if conditions else _NEVER
 
 
 def _waits(pin: Pin, holds: int) -> str:
-    """Return the pattern of a wait until a pin has its role's level or, with `holds` 0, the opposite level."""
+    """Return a regular expression for the condition that a pin's role is active or, with `holds` 0, inactive."""
     return rf"{pin.name}\s*=\s*{level_of(pin, holds)}"
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the level at which a pin plays its role or, with `holds` 0, the opposite level."""
+    """Return the level of a pin at which its role is active or, with `holds` 0, inactive."""
     return holds if pin.sense != 0 else 1 - holds
 
 
@@ -55,7 +61,7 @@ def live(source: Source) -> None:
 
 
 def live_commands(item: Directive) -> list[tuple[int, str]]:
-    """Return the commands of an @live directive, each with its first column."""
+    """Return (column, text) of each command in an @live directive; empty for other directives."""
     if item.verb != "live":
         return []
     begin = len("@live")
@@ -69,7 +75,11 @@ def live_commands(item: Directive) -> list[tuple[int, str]]:
 
 @dataclass
 class DialogueState:
-    """A possible state of the chip during a text: the stored and running programs, and whether the motor moves."""
+    """The state that the chip may have after part of a text, with all lines up to there sent.
+
+    It comprises whether a program is stored, which program may still run, and whether the motor may be
+    moving.
+    """
 
     source: Source
     stored: bool = False
@@ -116,7 +126,7 @@ class DialogueState:
             self.stored = False
 
     def check_still_running(self, item: Statement | Directive, instead: str) -> None:
-        """Report a command or read-out that fails if a program still runs; `instead` is part of the remedy."""
+        """Report a command or read-out that fails while a program still runs; `instead` is part of the remedy."""
         if self.started is None:
             return
         begun = f"{self.started.text} of line {self.started.line}"
@@ -129,7 +139,7 @@ class DialogueState:
 
 
 def course(source: Source) -> None:
-    """Report commands sent to a running program, runs without a program, and read-outs on the fly without a motion."""
+    """Report commands while a program may run, runs without a stored program, and @read without a motion."""
     chip = DialogueState(source)
     for item in source.items:
         if isinstance(item, Directive):

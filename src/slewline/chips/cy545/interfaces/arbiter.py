@@ -1,8 +1,8 @@
 """The arbiter of the two sources of commands, the parallel and the serial side.
 
-The side that begins a command owns the chip until its end; meanwhile the other side waits: the parallel host with
-IO_REQUEST low, the serial host's characters in a buffer.  Characters from both sides are never mixed in one command
-(ch. 16 states this for memory and host).
+The side that begins a command owns the chip until the command ends; meanwhile the other side waits: the
+parallel host with IO_REQUEST low, the serial host's characters in a buffer.  Characters from both sides
+are never mixed in one command (ch. 16 states this for memory and host).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class InputArbiter:
         self.program = False  # a program runs, and waits for the rest of a command
 
     def reset(self) -> None:
-        """Handle RESET: release the chip from both sides; the serial side measures its baud rate again."""
+        """Handle RESET: end the ownership of the chip by either side; the serial side measures its baud rate again."""
         self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.restart()
@@ -35,7 +35,7 @@ class InputArbiter:
         self.serial.restart()
 
     def killed(self, powered: bool) -> None:
-        """End all input in progress, and set the outputs to their idle levels."""
+        """End all input in progress, and set the outputs to their idle levels or, without supply, release them."""
         self.owner, self.at_work = None, False
         self.port.reset()
         self.serial.killed()
@@ -59,14 +59,14 @@ class InputArbiter:
     # ----------------------------------------------------------------------------------------------------------- bytes
     @property
     def pending(self) -> bool:
-        """True if a host, on either side, has begun a command."""
+        """True while a request of the parallel host or a character from the serial host waits."""
         return self.port.asked or bool(self.serial.buffer)
 
     @property
     def answering(self) -> bool:
-        """True during a command from the serial side, or while a character from there waits and the chip will read it.
+        """True during a command from the serial side, or while a serial character waits that the chip will read.
 
-        The chip does not read it while the parallel host has to continue.
+        The chip does not read a character while the parallel host has to continue.
         """
         if self.owner is self.serial and self.at_work:
             return True
@@ -88,8 +88,8 @@ class InputArbiter:
             running: a program runs, so that the parallel side begins with the empty handshake.
 
         Returns:
-            -1 if no command has begun: one of the other inputs has ended the wait, a request was withdrawn, or the
-            byte was an ignored FF.
+            The byte; -1 if no command has begun: one of the other inputs has ended the wait, a request was
+            withdrawn, or the byte was an ignored FF.
         """
         self.program = running
         if self.owner is None and not self.pending and not (running or await self._begins(others)):

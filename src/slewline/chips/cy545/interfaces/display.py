@@ -44,7 +44,7 @@ class Display:
         await self.put(self.reply_of(letter, value))
 
     def reply_of(self, letter: str, value: int) -> bytes:
-        """Return the answer to a query: R=00100 and a carriage return or, in binary, the bytes, high byte first."""
+        """Return the answer to a query: R=00100 and a carriage return; in binary, R= and bytes, high byte first."""
         digits = sheet.QUERIES[letter]
         head = f"{letter}=".encode()
         if self.registers.ascii:

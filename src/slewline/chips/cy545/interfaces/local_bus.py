@@ -62,9 +62,9 @@ class LocalBus:
         return await self._read(start, address & 0xFF, address >> 8)
 
     async def write(self, address: int, byte: int) -> bool:
-        """Write a byte and read it back until it is the byte written; return whether it was within `verify_timeout`.
+        """Write a byte, then read it back until it is correct; return whether this succeeds within `verify_timeout`.
 
-        If it was not, the finding verify-timeout is reported, and the chip continues regardless (quirk
+        Otherwise, the finding verify-timeout is reported, and the chip continues regardless (quirk
         CY545-UND-TIMEOUT).
         """
         await self.chip.ticks(self.before)
@@ -107,7 +107,7 @@ class LocalBus:
         return found
 
     async def show(self, address: int, data: bytes) -> None:
-        """Write bytes to ascending addresses of the display, 0 to 63, one HP_SEL cycle each."""
+        """Write bytes to the display, at ascending addresses (0 to 63) from `address` on, in one HP_SEL cycle each."""
         for place, byte in enumerate(data, address):
             start = await self._begin()
             self.value.leave()
@@ -124,14 +124,14 @@ class LocalBus:
         return self.fetch * phase // PHASES
 
     def ps(self, start: int, phase: int) -> int:
-        """Return the instant of a phase, ps."""
+        """Return the instant (ps) of a phase of the cycle that begins at tick `start`."""
         return self.chip.clock.ps(start + self._at(phase))
 
     async def _begin(self) -> int:
-        """Wait until the host has removed its byte from the bus; return the tick of a cycle that begins then.
+        """Wait until the host has removed its byte from the bus; return the tick at which a cycle then begins.
 
-        After the handshake of its byte, a host holds the byte on the bus until it raises IO_REQUEST; before the
-        handshake, it leaves the bus open.
+        Once BUSY has fallen, a host holds its byte on the bus until it raises IO_REQUEST; while its request is
+        unanswered, it leaves the bus open.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:
@@ -152,7 +152,7 @@ class LocalBus:
         self.drivers[pin].wave(*self.strobe_wave(pin, start, rises))
 
     def _address(self, start: int, low: int, high: int | None, data: Level) -> None:
-        """Promise both bytes of an address, the ALE pulse, and the level of the bus after the address, `data`."""
+        """Promise both bytes of an address, the ALE pulse, and `data`, the level of the bus after the address."""
         self.drivers["ale"].wave(*self.ale_wave(start))
         self.chip.bus_driver.play(Wave(*self.bus_wave(start, low, high, data)))
 
@@ -171,7 +171,7 @@ class LocalBus:
         return self.drivers[pin].pulses(self.ps(start, STROBE), self.ps(start, rises))
 
     def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
-        """Return the levels that the chip drives on the data bus: both address bytes, and any byte to write."""
+        """Return the levels that the chip drives on the data bus: one or two address bytes, any byte to write."""
         times = tuple(self.ps(start, phase) for phase in (0, LOW, DATA, READ))
         return None, times, (None if high is None else (0xFF, high), (0xFF, low), data, None)
 
@@ -195,7 +195,7 @@ class BusEnd(End, Protocol):
     by_address: bool  # its output depends only on the address in the latches
 
     def read(self) -> int | None:
-        """Return the byte at the latched address; None if there is none."""
+        """Return the byte at the latched address; None if there is no byte."""
 
 
 class MemoryRead(Leader[Exchange]):
@@ -213,7 +213,7 @@ class MemoryRead(Leader[Exchange]):
         self.sampled = 0xFF  # the byte sampled in the last read that was withdrawn
 
     def begin(self, start: int, address: int) -> bool:
-        """Begin a read as one value at a tick, if this is possible; otherwise, return False."""
+        """Begin, at tick `start`, a read that is handled as one value; return False if this is not possible."""
         if self.chip.bus_driver.pending:  # a pending bit of the bus, which the cycle cancels
             self.leave()
         exchange = self.possible()
@@ -240,7 +240,7 @@ class MemoryRead(Leader[Exchange]):
 
     # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return the exchange that handles reads as values, for the parts that are on the bus; None if there is none.
+        """Return the exchange that handles reads as values, for the parts on the bus; None if this is impossible.
 
         This requires exactly one memory on the bus, whose output depends only on the latched address.
         """
@@ -265,7 +265,7 @@ class MemoryRead(Leader[Exchange]):
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:
-        """End a read as one value: the parts continue by themselves, with the addresses latched up to `seen` (ps).
+        """Stop handling a read as one value: the parts act by themselves, with addresses latched until `seen` (ps).
 
         The chip then samples the bus in real time.
         """

@@ -43,9 +43,9 @@ class FlowReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return the number of bytes, from index `at` on, that are merely stored as part of a command.
+        """Return the number of bytes of `data`, from index `at` on, that are merely stored as part of a command.
 
-        Return -1 if no bytes may arrive as one value.
+        Return -1 if bytes may not arrive together, as one value (handshake.py).
         """
 
 
@@ -173,9 +173,9 @@ class ParallelPort:
         return self.reader.at_letter
 
     async def requested(self, *others: tuple[Net, int | None]) -> None:
-        """Wait between two bytes until the host has lowered IO_REQUEST, or until one of the other inputs changes.
+        """Wait between two bytes until the host has lowered IO_REQUEST, or an input of `others` reaches its level.
 
-        During this wait, bytes may arrive as one value.
+        For an input with level None, any change ends the wait.  During this wait, bytes may arrive as one value.
         """
         request = self.request
         self.awaited, self.first = (request.when_active, *others), bool(others)
@@ -191,7 +191,7 @@ class ParallelPort:
             self.exchange.taken()  # type: ignore[union-attr]
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return the number of bytes, from index `at` on, that the port accepts as one value, acting at the last."""
+        """Return how many bytes, from index `at` on, the port accepts as one value; it acts on the last of these."""
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.first is not self.at_letter or self.bits.shared == "CTS":
@@ -230,11 +230,11 @@ class ParallelPort:
         return self.kernel.now
 
     def counted(self, low: bool) -> None:
-        """Count the changes of IO_REQUEST up to the last byte's request; `low` is True if that is still active."""
+        """Record the number of changes of IO_REQUEST up to the last byte's request; if `low`, this is still active."""
         self.served = self.request.changes - (not low)
 
     def _take(self) -> int:
-        """Return the next of the bytes that have arrived as one value and are not used yet."""
+        """Remove and return the first unused byte of those that have arrived as one value."""
         byte = self.come.popleft()
         if not self.come:
             self.open = self.stage in (HandshakeStage.READ, HandshakeStage.TAKEN)

@@ -34,7 +34,7 @@ SKEW = 0.25  # tolerance of an edge, in bits
 
 
 class SerialSide:
-    """RXD, TXD and CTS; `buffer` contains the waiting characters, and `arrived` changes as each one arrives."""
+    """RXD, TXD and CTS; `buffer` contains the waiting characters, and `arrived` changes as a character arrives."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.bits = chip, chip.kernel, bits
@@ -127,7 +127,7 @@ class SerialSide:
             self._adapt((first + bit) / 2)
 
     def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
-        """Return whether the recorded edges match a character, whose edges `edges` lists (in bits from the first)."""
+        """Return whether the recorded edges match a character's, `edges`, in bits (of `bit` ps) from the first edge."""
         begin = self.edges[0]
         return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
 

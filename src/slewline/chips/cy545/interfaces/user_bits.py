@@ -52,12 +52,12 @@ class UserBits:
 
     @property
     def sixth(self) -> int:
-        """The level of USRB6: FPL, CTS or the latch."""
+        """The level to show on USRB6: that of FPL, of CTS or of its latch."""
         return {"FPL": self.flow, "CTS": self.cts}.get(self.shared, self.latch >> 6 & 1)
 
     @property
     def shared(self) -> str:
-        """The function that USRB6 has at present; empty while it is a user bit."""
+        """The function that USRB6 has at present, "FPL" or "CTS"; empty while it is a user bit."""
         has = self.registers.has
         if has(sheet.MB_PARALLEL) and not has(sheet.MB_HP):
             return "FPL"
@@ -122,7 +122,10 @@ class UserBits:
         return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
 
     def single(self, argument: int, match: bool) -> tuple[str, int] | None:
-        """Return the pin, and its level at which `matches` returns `match`; None if it is not a single user pin."""
+        """Return the single user pin of an argument, and the pin's level at which `matches` returns `match`.
+
+        None if the argument concerns several pins or the data bus.
+        """
         if argument & 0xC0 or argument & sheet.DATA_BUS:
             return None
         return f"usrb{argument & 7}", int(bool(argument & sheet.CLEAR_BIT) is not match)

@@ -6,7 +6,8 @@ r"""HOME: seek the edge of a sensor, always from the same side.
                      |<-----------
                      ->|
 
-The pattern is sampled as each step ends, at a twentieth of the first rate.
+The pattern (of the pins that H selects) is sampled as each step ends.  The steps are made at a twentieth
+of the first rate.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from .pulse_outputs import StepOutputs
 
 
 class Home(Stepping):
-    """The homing run of H.
+    """The homing run of the command H.
 
     Args:
-        shown: a function that shows the position, if the mode register selects this.
+        shown: a function that writes the position to the display, if the mode register selects this.
         bits: the user bits, to which the sensor is connected.
     """
 
@@ -50,7 +51,7 @@ class Home(Stepping):
     async def seek(self, argument: int) -> None:
         """Seek the edge at which the pins begin to match an argument; return when STOPPED is high again.
 
-        The position there is 0; if a limit ends the seek, the position is the former one plus the steps made.
+        The position becomes 0 at this edge; after a limit, it is the old position plus the steps made.
         """
         try:
             await self._seek(argument)
@@ -58,9 +59,9 @@ class Home(Stepping):
             self._step_toward(0)
 
     def _step_toward(self, direction: int) -> None:
-        """Record the direction of the seek: 1 until the pins match, -1 until they do not, 0 at its end.
+        """Record the direction of the seek: 1 to reach a match, -1 to leave it, 0 when the seek is over.
 
-        The pin and the level that are sought are recorded as well.
+        Also record the pin and the level that are sought.
         """
         self.axis.homing = direction
         self.axis.sought = self.bits.single(self.argument, direction > 0) if direction else None
@@ -95,20 +96,23 @@ class Home(Stepping):
 
     @property
     def matches(self) -> bool:
-        """True if the pins match the argument of H."""
+        """True while the user bits match the argument of H."""
         return self.bits.matches(self.argument)
 
     @property
     def each(self) -> bool:
-        """True if the position is shown after each step."""
+        """True if every step must be processed individually, because the position is shown after each step."""
         return self.registers.has(sheet.MB_SHOW)
 
     def watched(self) -> list[tuple[Net, int | None]]:  # type: ignore[override]
-        """Return the inputs whose changes matter now, including the sensor pins."""
+        """Return the inputs whose changes matter now, each with the level to which a change would matter.
+
+        The sensor pins are included with None, because any change of them matters.
+        """
         return [*super().watched(), *((net, None) for net in self.bits.nets(self.argument))]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Show the position; sample sensor and limit before a step; return the rest of the plan (empty to stop)."""
+        """Show the position, then sample sensor and limit before a step; return the plan, or an empty one to stop."""
         await self.shown()
         if self.matches is not self.inside:
             return STOP

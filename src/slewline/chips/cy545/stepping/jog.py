@@ -1,12 +1,15 @@
-r"""JOG: manual single steps between commands.  The line has three states: open, low (clockwise) and driven high.
+r"""JOG: manual single steps between commands.
+
+The line JOG has three states: open (no steps), low (clockwise) and driven high (counter-clockwise).
 
     JOG?                                                      JOG?
       |  20 µs                                        20 µs    |
     CCW ----- as JOG ------------------------------- | restored | as JOG
-           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at a twentieth of the first rate
+           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at a twentieth of the first rate
            |<-------------------- period ---------------------->|
 
-The chip detects the open state by driving the line high and low in turn; this is not shown on the net.
+JOG is sampled at "JOG?".  The chip detects the open state by driving the line high and low in turn; the
+emulated net does not show these levels.
 """
 
 from __future__ import annotations
@@ -25,10 +28,10 @@ from .pulse_outputs import StepOutputs
 
 
 class Jog:
-    """The generator of jog steps, one by one.
+    """The generator of single jog steps.
 
     Args:
-        shown: a function that shows the position, if the mode register selects this.
+        shown: a function that writes the position to the display, if the mode register selects this.
     """
 
     def __init__(
@@ -48,14 +51,15 @@ class Jog:
 
     @property
     def watched(self) -> tuple[tuple[Net, None], ...]:
-        """The inputs that an idle chip must watch, as they may change `direction`; each with None, for any change."""
+        """The inputs that an idle chip must watch, as each may change `direction`; None stands for any change."""
         return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
 
     @property
     def direction(self) -> int | None:
-        """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open, or the limit in the way is low.
+        """The direction selected by JOG, +1 (clockwise) or -1; None if JOG is open or a low limit forbids the step.
 
-        The limit that counts is that of the direction of the step, which an external level on CCW may force.
+        This is the limit of the direction in which the step would count; an external level on CCW may force
+        that direction.
         """
         level = self.net.level
         if level is None:
@@ -64,7 +68,7 @@ class Jog:
         return direction if self.limits[self.outputs.expected(direction)].is_inactive else None
 
     async def step(self, direction: int) -> None:
-        """Output a step in a direction; return a period later, when JOG is due to be sampled again."""
+        """Output a step in a direction; return one step period after the call, when JOG must be sampled again."""
         chip, outputs = self.chip, self.outputs
         single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         begin, period = chip.tick + self.lead, single.period

@@ -6,9 +6,9 @@ r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
                                  20 µs PULSE                  limit, INHIBIT_ABORT    after the last: 5 ms to STOPPED
                                  STOPPED low
 
-INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster step it makes the
-motion decelerate to the first rate, at which the line is sampled at every step.  Both samples read the levels from
-before the instant.
+INHIBIT_ABORT low at the end of a step made at the first rate ends the motion.  INHIBIT_ABORT low at the
+end of a faster step makes the motion decelerate to the first rate; there, INHIBIT_ABORT is sampled again
+after every step.  All samples read the levels from before their instant.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .pulse_outputs import StepOutputs
 
 
 class Stepping(motion.Motion):
-    """Common behaviour of motions and HOME: the limits, and a direction that other outputs may force."""
+    """The common behaviour of motions and HOME: limits, and a direction that other outputs on CCW may force."""
 
     registers: Registers
     outputs: StepOutputs
@@ -58,7 +58,7 @@ class Stepping(motion.Motion):
         return [self.limits[self.sign].when_active, (self.ccw, 1 if self.sign > 0 else 0)]
 
     def refused(self) -> bool:
-        """Return whether the limit in the present direction is low; if it is, record that it ends the motion."""
+        """Return whether the limit in the present direction is low; if so, record that this limit ends the motion."""
         sign = self.outputs.sign
         if sign != self.sign:
             self.sign, self.fresh = sign, True
@@ -69,7 +69,7 @@ class Stepping(motion.Motion):
         return True
 
     async def set_out(self) -> None:
-        """Lower STOPPED, and wait for the short time until the first step."""
+        """Lower STOPPED, and wait for the lead time between its fall and the first step."""
         self.done = 0
         self.shows(True)
         await self.chip.ticks(self.lead)
@@ -86,18 +86,18 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion; without a reason and without a limit, the motion is complete or was stopped by a command."""
+        """End the motion for the reason `why` (None: complete, or stopped by a command), or "limit" after a limit."""
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 
     def stretched(self, leg: str) -> int:
-        """Record the leg of the step that begins; return 0, the number of clocks by which the step becomes longer."""
+        """Record the leg of the step that begins now; return 0, because no step becomes longer than planned."""
         self.leg = leg
         return 0
 
 
 class Motion(Stepping):
-    """The motions of G and P.  `moving` is True from the command until STOPPED goes high."""
+    """The motions of the commands G and P.  `moving` is True from the command until STOPPED goes high."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
@@ -112,7 +112,7 @@ class Motion(Stepping):
         Args:
             number: steps to the target, 0 to 16777215.
             sign: +1 clockwise, -1 counter-clockwise.
-            text: the host's command, for `waiting`.
+            text: the host's command, for the chip's `waiting` text.
         """
         chip, outputs = self.chip, self.outputs
         self.moving, self.number, self.text = True, number, text
@@ -133,7 +133,7 @@ class Motion(Stepping):
         self.registers.continuous = False
 
     async def released(self) -> None:
-        """Wait for as long as INHIBIT_ABORT is low."""
+        """Wait, before the first step, until INHIBIT_ABORT is not low."""
         chip = self.chip
         while self.inhibit_abort.is_active:
             chip.waits(f"{self.text} held by inhibit_abort=0")
@@ -142,7 +142,7 @@ class Motion(Stepping):
             await chip.ticks(max(self.ticks["inhibit_release"] - self.lead, 1))
 
     def sets_out(self) -> bool:
-        """Sample the limit and SLEW; return whether there is a step to output."""
+        """Sample the limit and SLEW before the first step; return whether there is a step to output."""
         if self.refused():
             return False
         self.endless = self.registers.continuous or self.slew.is_active
@@ -151,7 +151,7 @@ class Motion(Stepping):
         return self.endless or self.number > 0
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Load the parameters of this motion; return a function that computes them for pictures."""
+        """Load the parameters of a motion of `number` steps; return a function that computes them for pictures."""
         values = self.registers.values
         first, rate, slope = (values[name] for name in ("firstrate", "rate", "slope"))
         self.at_start = RegistersAtStart(self.chip.crystal_hz, first, rate, slope, number, self.law)
@@ -170,7 +170,7 @@ class Motion(Stepping):
 
     # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
-        """Return the inputs whose changes matter now, each with the level that matters.
+        """Return the inputs whose changes matter now, each with the level to which a change would matter.
 
         INHIBIT_ABORT is left out during the ramp down that it has caused.
         """
@@ -178,7 +178,7 @@ class Motion(Stepping):
         return pairs if self.aborted and self.leg == "down" else [*pairs, self.inhibit_abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Sample the limit and INHIBIT_ABORT before a step; return the rest of the plan (empty to stop)."""
+        """Sample the limit and INHIBIT_ABORT before a step; return the plan to continue with (empty to stop)."""
         if step >= plan.steps:
             return plan  # at the target
         if self.refused():

@@ -33,7 +33,7 @@ class Weak:
         self.driver.drive(0 if level == 0 else None)
 
     def activate(self, active: bool = True) -> None:
-        """Set the pin active, or inactive."""
+        """Set the pin active, or inactive if `active` is False."""
         self.drive(self.driver.level_when(active))
 
     def deactivate(self) -> None:
@@ -68,27 +68,30 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.point(clockwise)
 
     def point(self, clockwise: bool) -> None:
-        """Drive CCW for a direction, without changing the direction that the host has set."""
+        """Drive CCW to show a direction, without changing the direction that the host has set."""
         self.ccw.drive(0 if clockwise else 1)
 
     @property
     def sign(self) -> int:
-        """The direction in which a step would be counted: the level of CCW, even if another output pulls it low."""
+        """The direction in which a step would count: 1 while CCW is low, even if another output pulls it; else -1."""
         return 1 if self.direction_net.level == 0 else -1
 
     def expected(self, sign: int) -> int:
-        """Return the direction in which steps will be counted while the chip itself drives CCW for `sign`."""
+        """Return the direction in which steps will count while the chip itself drives CCW for `sign`.
+
+        It is 1 if another output pulls CCW low, otherwise `sign`.
+        """
         own, seen = self.chip.drivers["ccw"], self.chip.kernel.seen
         pulled = any(driver.at(seen) == 0 for driver in self.direction_net.drivers if driver is not own)
         return 1 if pulled else sign
 
     def promise(self, playing: Playing, sign: int) -> None:
-        """Promise the PULSE edges of a train."""
+        """Promise the PULSE edges of a step train, before they are due."""
         self.pulse.play(StrobeView(playing, self.low))
 
     # ------------------------------------------------------------------------------------------------------- a motion
     def begin(self, text: str, parameters: Callable[[], MotionParameters], sign: int) -> int:
-        """Begin a motion, and return its number: 1 for the first motion."""
+        """Begin to record a motion; return its number, which is 1 for the first motion."""
         self.axis.log.begin(text, parameters, self.expected(sign))
         self.motions += 1
         return self.motions
@@ -99,7 +102,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
-        """End a step at a tick; unless another follows, STOPPED rises `hold` ticks later and the motion ends."""
+        """End a step at a tick; unless another step follows, STOPPED rises and the motion ends `hold` ticks later."""
         self.stopped_changes += 1
         changes = self.stopped_changes
 

@@ -34,10 +34,10 @@ class BusReader(Protocol):
         """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Count the bytes from index `at` that are merely stored as part of a command."""
+        """Count the bytes of `data`, from index `at` on, that will merely be stored as part of a command."""
 
     def keep(self, data: bytes) -> None:
-        """Add to the command the bytes that `kept` has counted."""
+        """Add `data`, which are bytes that `kept` has counted, to the command."""
 
 
 class BusPort:
@@ -79,7 +79,7 @@ class BusPort:
 
     # ----------------------------------------------------------------------------------------------------------- READY
     def rest(self, powered: bool) -> None:
-        """Drive READY high in reset; without supply, release READY and the bus."""
+        """Drive READY high, or without supply release it; in both cases, release the bus."""
         self.ready.drive(self.ready.active_level if powered else None)
         self.bus_driver.drive(None)
 
@@ -92,7 +92,7 @@ class BusPort:
         self.ready.activate()
 
     async def finish(self, tick: int) -> None:
-        """End the handshake: READY rises at a tick, but not before I/O REQUEST has been high (s.7)."""
+        """End the handshake: READY rises at a tick, but not before I/O REQUEST has been high since the byte (s.7)."""
         chip, request = self.chip, self.request
         if tick > chip.tick:
             chip.tick = tick
@@ -111,7 +111,7 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, idle: bool, live: bool) -> int:
-        """Return the next byte; -1 if an input in `others` changes first.  Verify bytes are output meanwhile.
+        """Return the next byte; -1 if an input in `others` ends the wait.  Output verify bytes requested meanwhile.
 
         Args:
             idle: the chip has nothing to do until the byte arrives.
@@ -165,14 +165,14 @@ class BusPort:
                 await self.finish(self.requested + self.byte_times.kept)
 
     def early(self, live: bool) -> None:
-        """Handle an I/O REQUEST that is low before the chip waits for it; report it if it is a mistake."""
+        """Report an I/O REQUEST that is low before the chip begins to wait for it, if this is the host's mistake."""
         if self.request.changes == self.unanswered:  # READY may have been high: a program lowers it only for motions
             self.chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
         elif self.accepted >= 0 and not live:
             self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
 
     def accept(self, letter: bool) -> int:
-        """Read the byte on the bus and, for a command letter, the mode pin; set `busy_ps`, when READY is to fall."""
+        """Read the byte on the bus and, for a letter, the mode pin; set `busy_ps`, the time (ps) of READY's fall."""
         chip = self.chip
         self.accepted = self.request.changes
         if letter:
@@ -197,7 +197,7 @@ class BusPort:
         return self.reader.at_letter
 
     async def _requested(self, asked: tuple[Net, int]) -> HandshakeStage:
-        """Wait for I/O REQUEST, or for bytes sent as one value; return the stage of the last byte's handshake."""
+        """Wait for I/O REQUEST, or for bytes sent as one value; return the stage that the last byte has reached."""
         self.awaiting, self.stage, self.token = True, HandshakeStage.AWAITED, self.task.token
         try:
             await (level(*asked) if self.exchange is None else suspended())
@@ -210,7 +210,10 @@ class BusPort:
         return self.stage
 
     def takes(self, data: bytes, at: int) -> int:
-        """Count the bytes from index `at` that can be received now as one value; all but the last are only stored."""
+        """Count the bytes of `data`, from index `at` on, that can be received now as one value.
+
+        All but the last of these bytes are merely stored as part of a command.
+        """
         if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
@@ -250,11 +253,11 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """Record the changes of I/O REQUEST up to the last byte; `low` is True if the request for it is still low."""
+        """Record the count of I/O REQUEST changes at the last byte's request; `low`: this request is still low."""
         self.accepted = self.request.changes - (not low)
 
     def catch_up(self) -> None:
-        """Process the bytes received up to now, so that a query includes them."""
+        """Process the bytes received up to now, so that a query of the chip's state includes them."""
         coming, seen = self.coming, self.kernel.seen
         if coming is not None and coming.start <= seen:
             number, last = coming.current(seen), len(coming.data) - 1
@@ -268,7 +271,7 @@ class BusPort:
             self.read = number
 
     def _show_handshake(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
-        """Set the text that describes the progress of the handshake of byte `number`."""
+        """Set the text that describes the handshake of byte `number`, which has been read if `accepted` is True."""
         if accepted:
             self.chip.waits("handling a byte", coming.instant(number, self.sample))
         elif number:
@@ -303,13 +306,13 @@ class BusPort:
 
     # ---------------------------------------------------------------------------------------- requests without a byte
     def ignore(self) -> None:
-        """Ignore the present request, made while a program runs; it may still be active when the program ends."""
+        """Ignore the present request, made while a program runs; record it, as it may outlast the program."""
         self.unanswered = self.request.changes
 
     def spend(self, handshake: bool) -> None:
-        """Use up a request that ended a wait and carries no byte.
+        """Treat the present request as answered, because it has ended a wait (U or W) and carries no byte.
 
-        If `handshake` is true, READY waits until the request has ended.
+        If `handshake` is True, READY rises only after the request has ended.
         """
         self.ended_wait = self.request.changes
         if handshake:
@@ -317,7 +320,7 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------ in motion
     def taken(self) -> int:
-        """Read the byte on the bus now, with one INSTROBE pulse."""
+        """Return the byte that is on the bus now, and output one INSTROBE pulse."""
         byte: int = self.bus.byte
         end = self.clock.ps(self.chip.tick + self.width)
         self.instrobe.strobe(self.kernel.now, end)

@@ -1,4 +1,4 @@
-"""A chip's lines by their family names; a line that a part lacks exists, but is unconnected."""
+"""A chip's lines by their family names; a line that a part lacks is represented by an unconnected net."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ....core.wires.net import Driver, Net
 
 
 def line_in(chip: ChipContext, name: str, level: int = 1) -> Net:
-    """Return the net of an input; if the part lacks it, return a net with a constant, inactive level."""
+    """Return the net of an input; if the part lacks it, return a net constantly at `level`, which is inactive."""
     if name in chip.pins:
         return chip.pins[name].net
     return Net(chip.kernel, f"{chip.name}.({name})", tie=level, active=1 - level)

@@ -26,12 +26,12 @@ class ReadOut:
         self.fetched = 0
 
     def point(self, group: int, ascii: bool) -> None:
-        """V: select a group; its bytes are captured at the first fetch."""
+        """V: select a group; its bytes are captured when the first of them is fetched."""
         self.group = (group, ascii)
         self.output, self.fetched = None, 0
 
     def next(self) -> int:
-        """Return the next byte of the group that V selected; FF if there is none."""
+        """Return the next byte of the group that V selected; FF if no group is selected, or no byte is left."""
         finding = self.chip.finding
         if self.group is None:
             finding("verify-without-v", "a read-out that is not preceded by a V returns FF")

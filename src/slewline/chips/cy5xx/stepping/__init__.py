@@ -1,1 +1,1 @@
-"""Stepping: the plan player, ramps with slopes or rate units, the outputs, and the twin."""
+"""Stepping: the plan player, ramps that grow with each step or with time, the outputs, and the slow twin."""

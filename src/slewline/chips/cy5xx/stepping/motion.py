@@ -1,4 +1,4 @@
-r"""The plan player: promises the edges of a plan in advance, samples inputs as the manual requires, withdraws promises.
+r"""The plan player: promises the edges of a plan in advance, samples inputs, and withdraws promises.
 
 Sampling points of a step, from its start b to the start b' of the next step; PULSE rises at r:
 
@@ -7,9 +7,10 @@ Sampling points of a step, from its start b to the start b' of the next step; PU
     |                                   |
     inputs                              STEP INHIBIT: while it is high here, PULSE stays low
 
-A plan is promised up to the next sample that matters.  When a watched input changes, the promise is
-withdrawn from the first sample strictly after the change; there the firmware reads the levels from
-before that instant and decides: continue, replan from the step that is about to begin, or stop.
+Inputs are sampled as the manual requires.  Edges are promised up to the next sample that matters.  When
+a watched input changes, the promise is withdrawn from the first sample strictly after the change; at
+this sample the firmware reads the levels from before the instant and decides: continue, replan from the
+step that is about to begin, or stop.
 
 A part defines its plans, the inputs that it watches, and its reaction to them at a sample.
 """
@@ -36,7 +37,9 @@ Within = Callable[[], Awaitable[bool]]  # the action at a sample within a step; 
 
 
 class Motion:
-    """The stepping part of the firmware.  `moving` is True from the command until MOTION COMPLETE.
+    """The player of motions, which steps the motor.
+
+    `moving` is True from the command until MOTION COMPLETE falls.
 
     Args:
         port: drives MOTION COMPLETE; a part without that line overrides `shows`.
@@ -89,8 +92,8 @@ class Motion:
     async def look(self, plan: Plan, step: int) -> Plan:
         """Sample the inputs before a step begins, and wait while one of them delays it.
 
-        Returns the plan for the rest of the motion; a new plan is played from its first step, and an empty plan
-        stops the motion.
+        Returns `plan` itself to continue with `step`, a new plan to be played from its first step, or an empty
+        plan to stop the motion.
         """
         return plan
 
@@ -115,7 +118,7 @@ class Motion:
         Args:
             number: steps to the target, 0 to 65535.
             sign: +1 clockwise, -1 counter-clockwise.
-            text: the host's command, for `waiting`.
+            text: the host's command, for the chip's `waiting` text.
         """
         chip = self.chip
         self.begin(number, sign, text)
@@ -141,7 +144,7 @@ class Motion:
         self.shows(True)
 
     def shows(self, moving: bool) -> None:
-        """Show that a motion is in progress, or complete."""
+        """Drive MOTION COMPLETE: high while a motion is in progress, low when it is complete."""
         self.port.motion_complete.activate(not moving)
 
     def mark_deviation(self, kind: str, text: str) -> None:
@@ -156,7 +159,7 @@ class Motion:
             await self.chip.polled(*self.inhibit.when_inactive, self.ticks["inhibit_poll"])
 
     async def end(self) -> None:
-        """End the motion after its last step: the outputs become idle, MOTION COMPLETE falls, and READY may follow."""
+        """End the motion after its last step: idle the outputs, lower MOTION COMPLETE; return when READY may rise."""
         self.settle()
         self.outputs.pulse.deactivate()
         self.outputs.slew.deactivate()
@@ -167,7 +170,7 @@ class Motion:
         await self.chip.ticks(self.ticks["ready_after_motion"])
 
     def killed(self) -> None:
-        """Handle a reset in mid-motion: count the steps up to and including this instant, and drop later ones."""
+        """Handle a reset in mid-motion: count the steps begun up to and including this instant; drop later steps."""
         if self.playing is not None and self.moving:
             bound = self.kernel.now + 1
             if self.playing.until is None or bound < self.playing.until:
@@ -204,7 +207,7 @@ class Motion:
             self.done += step - over
 
     def schedule(self, plan: Plan, step: int, stretch: int = 0) -> None:
-        """Promise a train that begins now with step `step` of a plan, made `stretch` clocks longer than planned."""
+        """Promise a train that begins now with step `step` of a plan, and make this step `stretch` clocks longer."""
         runs: Runs = tail(plan.runs, step)
         self.settle()
         if stretch:
@@ -224,10 +227,10 @@ class Motion:
 
     # ----------------------------------------------------------------------------------------------- until a decision
     async def until_sample(self, stop: int) -> tuple[int, bool]:
-        """Let the promise run until a decision: at the start of step `stop` of the plan, or at an earlier sample.
+        """Let the promised train run until a decision: at the start of step `stop`, or at an earlier sample.
 
-        Returns the step of the plan that is about to begin, and whether it needs a new train, because a sample within a
-        step has changed its length.
+        Returns the step of the plan that is about to begin, and whether this step needs a new train, because a
+        sample within a step has changed the length of that step.
         """
         train, playing, clock = self.train, cast("Playing", self.playing), self.clock
         departures = self.watched()
@@ -254,10 +257,9 @@ class Motion:
                 return step, True
 
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of a net's first sample strictly after this instant, and the action there.
+        """Return the tick of a net's first sample strictly after this instant, and the action to perform there.
 
-        The action is None at the start of a step; otherwise the sample is within a step, and the action is performed
-        there.
+        The action is None if the sample is at the start of a step, but not if the sample is within a step.
         """
         train, now = self.train, self.kernel.now
         step = train.count(now)  # steps begun; the running one is step - 1
@@ -269,7 +271,7 @@ class Motion:
         return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """Hold PULSE at the end of a step while STEP INHIBIT is high; then end the step.
+        """Hold PULSE at the end of a step while STEP INHIBIT is high, then end the step; do nothing if it is low.
 
         Returns whether the step has become longer.
         """
@@ -284,7 +286,7 @@ class Motion:
         return True
 
     async def rises(self) -> None:
-        """End the step: PULSE rises now, and the next step begins when it has been high for long enough."""
+        """End the step: PULSE rises now; return `high` clocks later, when the next step begins."""
         self.outputs.pulse.deactivate()
         await self.chip.ticks(self.high)
         self.chip.waits(self.progress)

@@ -33,7 +33,7 @@ class StepOutputs:
         self.walk(self.whole)
 
     def walk(self, patterns: Patterns) -> None:
-        """Use these patterns, beginning with the next step."""
+        """Use the given phase patterns, beginning with the next step."""
         self.patterns = patterns
         self.columns = tuple(zip(*patterns, strict=True))
 
@@ -53,20 +53,20 @@ class StepOutputs:
             driver.deactivate()
 
     def step(self, steps: int) -> None:
-        """Move the pattern pointer by a number of steps, positive clockwise, and show the pattern."""
+        """Move the pattern pointer by a number of steps, positive clockwise; output the pattern it then selects."""
         registers = self.registers
         registers.phase = (registers.phase + steps) % len(self.patterns)
         self.show(self.patterns[registers.phase])
 
     def promise(self, playing: Playing, sign: int) -> None:
-        """Promise PULSE and the phases of a train that continues from the present pattern."""
+        """Promise the edges of PULSE and the phases for a step train that continues from the present pattern."""
         seen = self.chip.kernel.seen
         self.pulse.play(PulseView(playing, self.high))
         for column, driver in zip(self.columns, self.phases, strict=True):
             driver.play(PatternView(playing, column, self.registers.phase, sign, driver.at(seen)))
 
     def renew(self) -> None:
-        """Notify all observers of PULSE and the phases that the bound of the train has changed."""
+        """Notify all observers of PULSE and the phases that the time at which the promised train ends has changed."""
         self.pulse.renew()
         for driver in self.phases:
             driver.renew()

@@ -22,22 +22,22 @@ from ....core.motion.train import OPEN
 
 
 class Law(NamedTuple):
-    """The step periods in clocks, by rate parameter, starting at 0, and the parameter of a ramp's first step."""
+    """The step periods in clocks, by rate parameter from 0 up, and the parameter of a ramp's first step."""
 
     periods: tuple[int, ...]
     start: int = 1
 
     @property
     def top(self) -> int:
-        """The highest rate parameter; a higher one counts as this one."""
+        """The highest rate parameter; any higher parameter counts as this one."""
         return len(self.periods) - 1
 
     def period(self, rate: int, factor: int = 1) -> int:
-        """Return the clocks of a step at a rate parameter."""
+        """Return the clocks of a step at a rate parameter, multiplied by a factor."""
         return self.periods[min(rate, self.top)] * factor
 
     def up(self, rate: int, slope: int, factor: int = 1) -> Runs:
-        """Return the ramp up to a rate: the steps whose parameter is below it; with a slope of 0 there are none."""
+        """Return the steps of the ramp up to a rate parameter, all of them below it; none if the slope is 0."""
         ramp = range(self.start, min(rate, self.top), slope) if slope else ()
         return tuple((self.periods[each] * factor, 1) for each in ramp)
 
@@ -57,14 +57,14 @@ class RegistersAtStart(NamedTuple):
         return MotionParameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
 
     def rates(self) -> Mapping[str, float]:
-        """Return the rate that the motion is to reach, by name."""
+        """Return the rate in steps/s that the motion is to reach, under a name such as "R = 100"."""
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal course of a plan: its own rates, as the law changes the rate only from step to step.
+        """Return a plan's ideal course: its own rates, because the law changes the rate only from step to step.
 
         Args:
-            runs: the runs of the plan.
+            runs: the runs of the plan, each an interval in clocks and the number of steps with this interval.
             start: the time of the first step, ps.
             position: the position before the first step.
             sign: 1 clockwise, -1 counter-clockwise.

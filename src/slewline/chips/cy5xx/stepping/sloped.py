@@ -1,4 +1,4 @@
-"""Common behaviour of the parts with slopes (slope.py): half steps, a factor, and commands D and T."""
+"""Common behaviour of the parts with slopes (slope.py): half steps, a rate divisor, and commands D and T."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Registers(registers.Registers):
 
     @property
     def factor(self) -> int:
-        """The factor in effect; 0 counts as 256."""
+        """The factor in effect, by which F divides the rate; 0 counts as 256."""
         return self.values["factor"] or 256
 
     def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:
@@ -58,9 +58,9 @@ class Registers(registers.Registers):
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers of A, D and T, which here have no argument, and of F and H.
+    """The handlers of A, D and T, which have no argument in these parts, and of F and H.
 
-    A part also has the handlers of the family.
+    The class of a part also inherits the handlers common to the family.
     """
 
     registers: Registers
@@ -98,7 +98,7 @@ class Instructions(instructions.ParameterHandlers):
 
 
 class Motion(motion.Motion):
-    """Motions whose ideal course is the sequence of the law's rates."""
+    """Motions whose ideal course consists of the rates of their own plan."""
 
     registers: Registers
     law: Law

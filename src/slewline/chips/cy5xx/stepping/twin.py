@@ -1,8 +1,9 @@
 r"""Motion step by step: the slow and obvious reference for the fast path.
 
 The fast path plans whole moves and promises step trains.  A twin plans a list of single steps, drives
-every edge when it is due, and samples the pins when the chip does; it is a second opinion that shares no
-such code with the fast path.  Findings of a motion are reported by the part's own twin, or not at all.
+every edge when it is due, and samples the pins when the chip does.  The twin is a second opinion: it
+shares none of this code with the fast path.  Findings of a motion are reported by the part's own twin,
+or not at all.
 
     move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> samples] ... -> over
 
@@ -108,12 +109,12 @@ class Stepwise:
         await self.chip.at_tick(end)
 
     async def should_continue(self, just: TwinStep) -> bool:
-        """Sample all inputs at the end of a step, in the chip's order; return False when the motion is over."""
+        """Sample all inputs at the end of step `just`, in the chip's order; return False when the motion is over."""
         return self.coming() is not None
 
     # ------------------------------------------------------------------------------------------------ a whole motion
     def killed(self) -> None:
-        """Handle a reset in mid-motion: count the steps begun so far; no more follow."""
+        """Handle a reset in mid-motion: end the motion; the steps begun so far count, and no more steps follow."""
         self.axis.log.end("cut")
         self.moving = False
 
@@ -196,12 +197,12 @@ class SlopeStepwise(Stepwise):
         return self.motion_made.parameters
 
     def step_of(self, kind: str, rate: int, factor: int | None = None) -> TwinStep:
-        """Return a step at a rate parameter, lengthened by a factor, which is by default the motion's factor."""
+        """Return a step at a rate parameter, lengthened by a factor; the default is the factor of the motion."""
         rate = min(rate, len(self.law.periods) - 1)
         return TwinStep(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
 
     def ramp_up(self) -> list[TwinStep]:
-        """Return the steps of the ramp up to the rate, one by one."""
+        """Return the steps of the ramp up to the motion's rate, one by one."""
         made, ramp, rate = self.motion_made, list[TwinStep](), self.law.start
         while made.slope and rate < min(made.rate, len(self.law.periods) - 1):
             ramp.append(self.step_of(UP, rate))

@@ -38,10 +38,11 @@ def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bo
 
 
 def pieces(rates: Sequence[float], unit: float, number: int, slews: bool, endless: bool) -> list[IdealPiece]:
-    """Return the ideal course of a motion: one rate every `unit` seconds, joined by straight lines.
+    """Return the ideal course of a motion: the rate changes linearly from each of `rates` to the next.
 
     Args:
         rates: steps/s, from the first rate to the target rate.
+        unit: the time from each of `rates` to the next, in seconds.
         number: steps of the motion.
         slews: the motion reaches its slew rate; otherwise steps left after the ramps are at the first rate.
         endless: the motion slews until an event ends it.

@@ -1,7 +1,9 @@
-"""Effects of the host's commands and their answers: one method per immediate row of the sheet, found by its name.
+"""Effects and answers of the host's commands: one method per immediate command, named after its sheet row.
 
-The checks, in this order: the command is known (E4), its argument is valid (E2), no program runs (B), it is allowed now
-(E4), and it fits into the memory (E3).  Choices where the sheet is silent are in quirks.py.
+The checks, in this order, with the answer if one fails: no run or EEPROM write is in progress (B), the
+command is known (E4), its argument is valid (E2), the command is allowed now (E4), and it fits into the
+memory (E3).  Some commands are allowed during a run.  Choices where the sheet is silent are in
+quirks.py.
 """
 
 from __future__ import annotations
@@ -86,7 +88,7 @@ class HostDialogue:
         self.chip.finding("busy", f"{quoted} is answered with B and ignored while a program runs; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
-        """Report a host's mistake or an EEPROM fault; return the code, which is the answer."""
+        """Report a host's mistake or an EEPROM fault; return `code`, which is the answer."""
         self.chip.finding(code, text)
         return code
 
@@ -129,7 +131,7 @@ class HostDialogue:
         return "Y"
 
     async def do_kill(self) -> None:
-        """K: end program and motion immediately."""
+        """K: end the program and the motion immediately."""
         if self.interpreter.running:
             await self.interpreter.kill("K")
 
@@ -152,7 +154,7 @@ class HostDialogue:
 
     # --------------------------------------------------------------------------------------------------- questions
     async def do_feedback(self) -> str:
-        """F: return the module's state as an answer: busy, ready, or the error of the last run."""
+        """F: return the module's state: busy (B), ready (R), or an error that F has not yet reported (E5, E6)."""
         if self.interpreter.running:
             return "B"
         for flag, answer in (("overflow", "E5"), ("failed", "E6")):
@@ -166,7 +168,7 @@ class HostDialogue:
         return "\r".join([*(row.text for row in self.program.rows()), "END"])
 
     async def do_verify(self, what: int) -> str:
-        """V: return the position (1), or the levels of user inputs and outputs (2)."""
+        """V: return the position (`what` is 1), or the levels of the user inputs and outputs (2)."""
         if what == 2:
             return f"V{self.user.read_inputs()}{self.user.read_outputs()}"
         if self.counter.wraps:
@@ -175,13 +177,13 @@ class HostDialogue:
 
     # ------------------------------------------------------------------------------------------------------ EEPROM
     async def do_memorize(self) -> str:
-        """M: store the program in the EEPROM; the answer follows once it has been written."""
+        """M: write the program to the EEPROM; return "", as the answer follows the write, or Y with option early_y."""
         self.program.kept = True
         self.eeprom.write(self._written)
         return "Y" if self.options.early_y else ""
 
     def _written(self, good: bool) -> None:
-        """Answer M after the EEPROM has been written or has failed; after an early Y, keep a failure for F."""
+        """Answer M at the end of the EEPROM write; if Y has been sent early, record a failure for F instead."""
         if self.options.early_y:
             self.registers.failed = not good
         else:

@@ -1,4 +1,4 @@
-"""Effects of program instructions: one method per row of the sheet, found by its name (do_delay for DELAY)."""
+"""Effects of program instructions: one method for each, named after its sheet row (do_delay for DELAY)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from .program_memory import Program
 
 
 class Moves(Protocol):
-    """The object that moves the motor: motion.py, or its slow twin.  `sign`: 1 is clockwise, -1 counter-clockwise.
+    """The object that moves the motor: `Motion` in motion.py, or its slow twin in twin.py.
 
-    A motion uses the parameters that the position counter recorded just before it.  `moving` is True while MOV is
-    high; `stopped` is True if the last motion was stopped by a command.
+    A motion uses the parameters that the position counter recorded just before the motion.  `sign` is 1 for
+    clockwise, -1 for counter-clockwise.  `moving` is True while MOV is high; `stopped` is True if the last
+    motion was stopped by a command.
     """
 
     moving: bool
@@ -28,7 +29,7 @@ class Moves(Protocol):
         """Make a move of `number` steps."""
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until a command stops the motion, until the input `watched` is low, or until `limit` steps are made."""
+        """Run until a command stops the motion, `watched` (an input) is low, or `limit` steps have been made."""
 
     async def home(self, sign: int, text: str) -> None:
         """Find the end of travel in the direction of `sign`, then the home position in the opposite direction."""
@@ -40,11 +41,11 @@ class Moves(Protocol):
         """End the motion without a ramp; the pulse in progress is completed."""
 
     def cut(self) -> None:
-        """End the motion at power-down: steps at this instant count, later ones do not."""
+        """End the motion at power-down; count the steps at this instant, and drop all later steps."""
 
 
 class Instructions:
-    """The handlers of all commands that act within a program; those of I and f also act outside a program."""
+    """The handlers of all commands that act within a program; the handlers of I and f also act outside one."""
 
     def __init__(
         self,
@@ -94,7 +95,7 @@ class Instructions:
 
     # ---------------------------------------------------------------------------------------------- loops and jumps
     async def do_loop_start(self) -> None:
-        """L0: set the start of a loop."""
+        """L0: make the next instruction the start of a loop."""
         program = self.program
         outside = program.pc if self.chip.options.nested_loops else 0
         program.loops = [loop for loop in program.loops if loop[0] < outside]
@@ -126,7 +127,7 @@ class Instructions:
         self.program.pc = target
 
     async def do_jump_on(self, inputs: int, target: int) -> None:
-        """jc: continue at a location if the levels of the user inputs equal `inputs`, one bit per input."""
+        """jc: continue at a location if the levels of the user inputs equal `inputs` (bit 0 is input 1)."""
         if self.user.read_inputs() == inputs:
             self.program.pc = target
 
@@ -189,7 +190,7 @@ class Instructions:
         self.registers.overflow = self.program.ending = True
 
     def _speeds_missing(self) -> bool:
-        """Return whether S, T or R is not set; if so, end the program, with a finding."""
+        """Return whether any of S, T and R is not set; if so, report a finding and end the program."""
         if all(self.registers.speeds):
             return False
         self.chip.finding("no-speed", "a jump leads to a motion before S, T and R are set: the program ends")
@@ -202,7 +203,7 @@ class Instructions:
         self.counter.load(position, f"f{position}")
 
     async def do_initialize(self, what: int) -> None:
-        """I: clear the position counter (1), the user outputs (2), or both (3)."""
+        """I: clear the position counter and reset the driver (1), clear the user outputs (2), or do both (3)."""
         if what & 2:
             self.user.clear()
         if what & 1:

@@ -1,7 +1,7 @@
 """Work other than the host's lines: the stored program, a homing run, an instruction outside a program.
 
-An instruction acts at the end of its execution time, so that an output which one instruction activates
-and the next one clears is active for a visible time.
+An instruction acts at the end of its execution time.  Therefore an output is active for a visible time
+even if one instruction activates it and the next instruction clears it.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ class Interpreter:
 
     @property
     def under_way(self) -> str:
-        """The program instruction in progress, or other work in progress; empty if there is none."""
+        """The program instruction in progress, or other work in progress, as text; "" for none."""
         return self.activity.text if self.program.at is None else self.program.text_at(self.program.at)
 
     # ------------------------------------------------------------------------------------------------ begin and end
     def run(self, work: Callable[[], Awaitable[None]]) -> None:
-        """Begin to run the program, or other work."""
+        """Begin a piece of work: the stored program (`execute`), a homing run or a single instruction."""
         self.task = self.kernel.spawn(self._run, work, name=f"{self.chip.name} runs")
         self.activity.begin(PROGRAM)
         self.refresh_idle()
@@ -74,7 +74,7 @@ class Interpreter:
         self.refresh_idle()
 
     async def kill(self, letter: str) -> None:
-        """End all work immediately, on a command: K, or Z if no motion can decelerate."""
+        """End all work immediately, on command K, or on Z if there is no motion that can decelerate."""
         if self.motion.moving:
             self.counter.log.mark("command", letter)
         if self.task is not None:
@@ -85,7 +85,7 @@ class Interpreter:
     async def come_to_rest(self) -> None:
         """Z: end the program as soon as its motion has decelerated.
 
-        Without a motion, or in a homing run, end it immediately.
+        If no motion is in progress, or during a homing run, end all work immediately.
         """
         if self.motion.moving and not self.counter.homing:
             self.counter.log.mark("command", "Z")
@@ -96,7 +96,7 @@ class Interpreter:
             await self.kill("Z")
 
     def cut(self) -> None:
-        """End all work at power-down: steps at this instant count, later ones do not."""
+        """End all work at power-down; count the steps at this instant, and drop all later steps."""
         if self.task is not None:
             self.task.kill()
             self.task = None
@@ -140,7 +140,7 @@ class Interpreter:
         await self.handlers[command.row.form](*command.values)
 
     async def home(self, direction: int, speed: int) -> None:
-        """Find the home position; the counter does not count during the run, and is cleared at its end.
+        """Find the home position; the position counter does not count during this run, and is cleared at the end.
 
         Args:
             direction: the direction towards the end of travel: 1 is clockwise, -1 is counter-clockwise.

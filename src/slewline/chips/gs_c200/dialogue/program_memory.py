@@ -17,14 +17,15 @@ SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers tha
 
 
 def set_first(missing: str) -> str:
-    """Return a hint to set registers, given as "S, T", at the start of the program."""
+    """Return a hint to set the `missing` registers (such as "S, T") at the start of the program."""
     return f"set {missing} at the start of the program"
 
 
 class Program:
-    """The stored program: its bytes, whose codes are the model's own, and the state of its run.
+    """The stored program, in instruction codes that are the model's own, and the state of its run.
 
-    `pc` is the location of the next instruction, `at` that of the instruction in progress, None while no program runs.
+    `pc` is the location of the next instruction; `at` is the location of the instruction in progress, or
+    None while no program runs.
     """
 
     def __init__(self, sheet: Sheet, registers: Registers) -> None:
@@ -51,11 +52,11 @@ class Program:
         return fits
 
     def load(self, data: bytes) -> None:
-        """Replace the program in the memory by another one."""
+        """Replace the program in the memory by `data`."""
         self.memory[:] = data
 
     def accepts(self, data: bytes) -> bool:
-        """Return whether these bytes are a complete program that fits into the memory and can be entered."""
+        """Return whether `data` is a complete program of valid instructions that fits into the memory."""
         at = 0
         while at < len(data) and (row := self.by_code.get(data[at])) is not None:
             values = row.unpack(data[at + 1 : at + row.size], data[at])
@@ -66,7 +67,7 @@ class Program:
 
     # --------------------------------------------------------------------------------------------------------- a run
     def begin(self) -> None:
-        """Prepare a run from the start."""
+        """Prepare a run from the start of the program."""
         self.pc = 0
         self.ending = False  # the run ends after the instruction in progress
         self.loops: list[list[int]] = []  # [location of the start, passes made]
@@ -74,7 +75,7 @@ class Program:
         self.until: Net | None = None  # U at location 0 repeats the program while this input is 1
 
     def fetched(self) -> Iterator[tuple[int, Row, tuple[int, ...]]]:
-        """Yield all instructions: location, row and values."""
+        """Yield the location, the row in the sheet and the argument values of every instruction."""
         data, at = bytes(self.memory), 0
         while at < len(data):
             row = self.by_code[data[at]]
@@ -83,13 +84,13 @@ class Program:
 
     @property
     def homing_speed(self) -> int:
-        """The homing speed: that of an S at the program's start, otherwise the present start-stop speed; 0 for none."""
+        """The homing speed in units of 10 steps/s: that of S at the program's start, else register S; 0 for none."""
         for _, row, values in self.fetched():
             return values[0] if row.form == "S" else self.registers.start_stop
         return self.registers.start_stop
 
     def unset_before_motion(self) -> str:
-        """Return the letters among S, T and R that are not set before the program's first motion; "" if all are."""
+        """Return which of S, T and R are not set before the program's first motion, as letters; "" if all are set."""
         known = {letter for letter, name in SPEEDS.items() if getattr(self.registers, name)}
         for _, row, _ in self.fetched():
             if row.motion and len(known) < len(SPEEDS):

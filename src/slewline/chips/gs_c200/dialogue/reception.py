@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) -> str:
-    """Return a line's fault and its remedy; empty if there is none.
+    """Return the fault of a line and its remedy, as text; "" if the line has no fault.
 
     Args:
         command: the line without its address, including the character in the checksum position.
@@ -31,7 +31,7 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
 
 
 def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
-    """Return the fault of a line's checksum: missing or wrong; empty if there is none."""
+    """Return the fault of a line whose checksum is missing or wrong, and its remedy, as text."""
     rest, kept, pin = text[:-1], straps.kept, straps.port.checksum_pin
     wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} after {rest!r}"
     whole = command if is_command(sheet, command) else respelled(sheet, command)

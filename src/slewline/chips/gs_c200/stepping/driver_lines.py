@@ -23,7 +23,7 @@ class StepLines:
         self.ramp.deactivate()
 
     async def pulse_reset(self) -> None:
-        """Reset the driver: drive RESET low for 400 µs, even if K ends the program that waits for it."""
+        """Drive RESET to the driver low for 400 µs, and wait; K may end the waiting program, but not the pulse."""
         end = self.kernel.now + self.reset_ps
         self.reset.strobe(self.kernel.now, end)
         await until(self.kernel, end)
@@ -45,6 +45,6 @@ class UserLines:
         return sum((driver.net.level == 1) << n for n, driver in enumerate(self.outputs))
 
     def clear(self) -> None:
-        """Drive all outputs low."""
+        """Drive all user outputs low."""
         for driver in self.outputs:
             driver.drive(0)

@@ -1,10 +1,10 @@
-"""The plan player of a GS-C module: promises all pulses of a plan, samples just before each step, withdraws promises.
+"""The plan player of a GS-C module: it promises a plan's pulses, and withdraws them if an input changes.
 
     CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
-                b               b'             ENABLE, Z and the homing switches: levels from before b
+                b               b'             ENABLE, Z and homing switches: sampled just before b
     MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 µs before the first step; down with the last pulse
 
-A step that ENABLE delays is not lost: the profile counts steps, so it waits and then continues where it was.
+A step that ENABLE delays is not lost: the profile waits, and then continues with this step.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Motion:
         await self.through(profile.move(number, *self.counter.made), sign, text)
 
     async def through(self, plan: Plan, sign: int, text: str) -> None:
-        """Play a whole plan, and let the last interval pass."""
+        """Play a whole plan, and wait for the end of its last interval."""
         self.begin(text)
         end = await self.play(plan, sign)
         self.rest()
@@ -89,7 +89,7 @@ class Motion:
             watcher.kill()
 
     async def home(self, sign: int, text: str) -> None:
-        """Find the end of travel in the direction of `sign`, then the home position in the other, at one rate."""
+        """Find the end of travel in direction `sign`, then the home position in the opposite one, at one rate."""
         lines = self.lines
         self.begin(text)
         self.counter.axis.homing = sign
@@ -148,7 +148,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------------------ playing a plan
     async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
-        """Play a plan, and any replacement, until the last pulse is over; return the end of the last interval (ps).
+        """Play a plan, or its replacement after a stop, to the last pulse; return the end of the last interval, ps.
 
         Args:
             switch: an input that ends the motion if it is low just before a step.
@@ -184,7 +184,7 @@ class Motion:
         return cast("Playing", self.playing).train.end(plan.steps)  # its steps have been played
 
     def schedule(self, plan: Plan, step: int, sign: int) -> None:
-        """Promise a train that begins now, with step `step` of a plan."""
+        """Promise a pulse train that begins now, with step `step` of a plan."""
         counter = self.counter
         if self.fresh:
             counter.first_step(sign, self.number, self.limit)
@@ -195,9 +195,10 @@ class Motion:
         self.lines.clock.play(StrobeView(self.playing, self.width))
 
     async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
-        """Let the promise run until a decision; return the step of the plan that is about to begin.
+        """Wait until the next decision, while pulses are output; return the step that is then about to begin.
 
-        The decision is at the start of step `stop`, or earlier when an input changes, or at the end of the last pulse.
+        The decision is due at the start of step `stop`, or at the end of the last pulse if the plan ends there;
+        if an input changes earlier, the decision is at the start of the step that follows this change.
         """
         kernel, playing = self.kernel, cast("Playing", self.playing)
         train, lines = playing.train, self.lines
@@ -225,7 +226,7 @@ class Motion:
         return self.base + following
 
     async def hold(self, stoppable: bool) -> None:
-        """Wait before the next step while ENABLE is low, or until a stop ends the motion here."""
+        """Wait before the next step while ENABLE is low; if `stoppable`, only until a stop is requested."""
         chip, kernel, enable = self.chip, self.kernel, self.lines.enable
         chip.waits(f"{self.text} held by enable=0")
         if stoppable:

@@ -36,7 +36,7 @@ class PositionCounter:
         return self.axis.position
 
     def load(self, position: int, text: str) -> None:
-        """Set the counter, and mark this with the command `text`."""
+        """Set the counter, and mark this in the motion log with the command `text`."""
         self.axis.load(position)
         self.log.mark("command", text)
 
@@ -45,13 +45,13 @@ class PositionCounter:
         self.axis.load(0)
 
     def room(self, steps: int) -> int:
-        """Return the number of steps from here to the counter's end in the direction of `steps`; OPEN if it wraps."""
+        """Return the number of steps to the counter's end in the direction of `steps`; OPEN if the counter wraps."""
         if self.wraps:
             return OPEN
         return self.axis.positions[-1] - self.position if steps > 0 else self.position
 
     def full(self, direction: int, stopped: bool) -> bool:
-        """Return whether an endless motion has reached the end of the counter without being stopped there."""
+        """Return whether an endless motion is at the end of the counter and was not stopped by a command."""
         return self.room(direction) == 0 and not stopped
 
     # ------------------------------------------------------------------------------------------------------ a motion
@@ -59,10 +59,10 @@ class PositionCounter:
         """Begin a motion.
 
         Args:
-            text: the command that began it, as in the data sheet.
+            text: the command that began the motion, as in the data sheet.
             direction: 1 clockwise, -1 counter-clockwise.
             homing: the speed of a homing run, in units of 10 steps/s; 0 for other motions.
-            endless: the motion continues until an event ends it.
+            endless: True if the motion continues until an event ends it.
         """
         self.homing = homing > 0
         self.heading = direction if endless else 0

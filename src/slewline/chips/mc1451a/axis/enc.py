@@ -4,25 +4,26 @@
     B        ________|‾‾‾‾‾‾‾|_______|
     count    0   1   2   3   4   5   6        four counts per period
 
-A level is accepted once it has lasted for three chip clocks: a change at tick t becomes visible at tick t + 12.  A
-change of both channels that leaves the filters at the same tick is not a shaft movement, and is not counted.
+A level is accepted once it has lasted for three chip clocks: a change at tick t becomes visible at tick
+t + 12.  If changes of both channels leave the filters at the same tick, the shaft has not moved; they
+are not counted.
 
-The CP chip reads the counter at the start of a cycle.  All changes since the last reading are processed together, one
-by one if there are few, in arrays if there are many.  That takes most of the computing time of a cycle,
-however few changes there are.  Therefore the counter looks ahead: it processes the promises of A and B
-for the next cycles in one pass, with the same filters and the same decoder, and answers from this
-window.  The result holds unless a driver of A or B changes.
+The CP chip reads the counter at the start of a cycle.  All changes since the last reading are processed
+together, one by one if there are few, in arrays if there are many.  However few there are, this takes
+most of the computing time of a cycle.  Therefore the counter looks ahead: it processes the promises of A
+and B for the next cycles, a window, in one pass, with the same filters and decoder, and answers queries
+from this window.  The result holds unless a driver of A or B changes.
 
     promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
     windows    | 4    | 8          | 16            x              cycles: each twice as long as its predecessor
     queries    ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: a driver changes; the window is dropped, the
                                                                   changes so far are read, the next window is short
 
-At its end a window is adopted: filters and decoder take over its final state.  Until then it is a forecast; a query
-about the past (`history`) makes the counter read all changes up to the last query.
+At its end a window is adopted: filters and decoder take over its final state.  Until then it is a
+forecast; a query about the past (`history`) makes the counter read all changes up to the last query.
 
-Rules of this file: a window with a finding is refused, so that a finding is reported when its cause occurs, not before.
-No result of a window is stored before its end.
+Rules of this file: a window with a finding is refused, so that no finding is reported before its cause
+occurs.  No result of a window is stored before the window's end.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ Edges = tuple[Any, Any]  # instants and levels, as in a reading
 class Filter:
     """An input's filter: its output level, and the edges that it still delays, with their ticks and levels.
 
-    The level is the one before the tick of the last query; None before it is known.
+    `level` is the output level just before the tick of the last query; None while it is unknown.
     """
 
     __slots__ = ("clock", "late", "level")
@@ -85,7 +86,7 @@ class Filter:
         return found
 
     def _passed_many(self, tick: int, times: Any, levels: Any) -> Any:
-        """Return the same as `passed`, computed with arrays."""
+        """Return the result of `passed`, computed with arrays."""
         import numpy as np
 
         ticks, levels = self.clock.ticks_array(np.asarray(times, np.int64)), np.asarray(levels) == 1
@@ -124,7 +125,7 @@ class FilteredInput:
         return not self.filter.late[0] and self.reading.quiet
 
     def level_before(self, tick: int) -> int:
-        """Return the output level before a tick, which must not be earlier than the tick of the last query."""
+        """Return the filter's output level just before a tick, which must not be earlier than the last query's."""
         self.filter.passed(tick, self.edges_before(tick))
         return self.filter.level or 0
 
@@ -173,7 +174,7 @@ class QuadratureDecoder:
         return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
 
     def _count(self, a: Sequence[int], b: Sequence[int]) -> tuple[list[int], list[int]]:
-        """Process changes of A and B, one by one, with the result of `count`."""
+        """Process changes of A and B, at the given ticks, one by one; return the same as `count`."""
         differ = self._differed_before(a, b)
         of_a = set(a)
         both = of_a.intersection(b)
@@ -193,7 +194,7 @@ class QuadratureDecoder:
         return ticks, counts
 
     def _count_many(self, a: Any, b: Any) -> tuple[Any, Any]:
-        """Process changes of A and B, in arrays, with the result of `count`."""
+        """Process changes of A and B, at the given ticks, in arrays; return the same as `count`."""
         import numpy as np
 
         ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
@@ -227,7 +228,10 @@ class QuadratureDecoder:
 
 
 class CountWindow(NamedTuple):
-    """The promises of A and B up to a tick, already counted: ticks, the count starting at each, the final state."""
+    """The promised edges of A and B up to tick `stop`, already counted.
+
+    `counts` are the counts starting at each of `ticks`; `decoder` has the final state.
+    """
 
     stop: int
     before: int  # counts at the start of the window
@@ -242,7 +246,7 @@ class CountWindow(NamedTuple):
         return int(self.counts[i - 1]) if i else self.before
 
     def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the count just before each of many ticks: (n,) int64."""
+        """Return an array with the count just before each of n ticks: (n,) int64."""
         import numpy as np
 
         return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
@@ -328,7 +332,7 @@ class QuadratureCounter:
 
     # ------------------------------------------------------------------------------------------------------- look ahead
     def _look_ahead(self, tick: int) -> None:
-        """Process the promises after a tick, once all changes before it have been read."""
+        """Process the promises from a tick on as a new window; all changes before the tick must have been read."""
         if tick < self._refused:
             return
         stop = tick + min(self._reach, self.most) * sheet.CYCLE_TICKS

@@ -32,7 +32,7 @@ class Feedback:
         pulses.axis.on_forget.add(self.forget)
 
     def begin(self) -> None:
-        """Count from 0 after reset."""
+        """Start counting from 0, after a reset."""
         if self.encoder is not None:
             self.encoder.begin()
         self.counts = self.error8 = self.whole = 0  # of the encoder; error * 256; steps of the target included in it
@@ -40,7 +40,7 @@ class Feedback:
         self.offsets.note(self.kernel.now, 0)
 
     def read(self, n: int) -> None:
-        """Count up to the start of a cycle, and compare the position with the target."""
+        """Read the encoder's count at the start of cycle `n`, and compare the actual position with the target."""
         encoder = self.encoder
         if encoder is None:
             return
@@ -53,9 +53,10 @@ class Feedback:
         state.error = self.error8 >> 8
 
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
-        """Return the position errors that `read` will compute in the cycles after `n` within a window: (n,) int64.
+        """Return the position errors that `read` will compute in the cycles after `n`, within the window: int64.
 
-        `n` is the last cycle read.  The end of the run is due separately, so the run is assumed to continue past it.
+        `n` is the last cycle that was read.  The end of the present run is a due cycle in any case, so the run
+        is assumed to continue throughout the window.
         """
         import numpy as np
 
@@ -69,7 +70,7 @@ class Feedback:
         return found
 
     def declare(self, n: int, value: int) -> None:
-        """Set the actual position to `value` from now on, like the target; the position error becomes 0."""
+        """Set the actual position to `value`, the new target, from cycle `n` on; the position error becomes 0."""
         state = self.state
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
@@ -78,7 +79,7 @@ class Feedback:
             state.actual = value
 
     def forget(self, before: int) -> None:
-        """Discard the data before an instant, which no query needs any more."""
+        """Discard the data from before an instant (ps); no query needs them any more."""
         self.offsets.forget(before)
         if self.encoder is not None:
             self.encoder.history.forget(self.clock.ticks_until(before))

@@ -1,4 +1,4 @@
-"""The electronic gear of one axis: another machine's encoder displaces the axis by the gear ratio."""
+"""The electronic gear of one axis: the axis follows another machine's encoder, according to the gear ratio."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .switches import LimitSwitches
 
 
 class ElectronicGear:
-    """The gear, which follows encoder counts.
+    """The gear, which makes the axis follow the counts of its encoder input.
 
-    A stop, a limit switch or the motor can suspend it until an update (`suspended`).
+    A stop, a limit switch, or switching the motor off suspends the gear until an update (`suspended`).
     """
 
     def __init__(
@@ -31,36 +31,36 @@ class ElectronicGear:
         self.at_rest = chip.drivers[f"atrest{state.number}"]
 
     def begin(self) -> None:
-        """Begin without a displacement to follow, after reset."""
+        """Begin after a reset, with no displacement left to follow."""
         self.followed = self.backlog = 0  # counts so far, deferred displacement
         self.suspended = False
 
     @property
     def is_lagging(self) -> bool:
-        """True if some displacement is left to follow."""
+        """True while the axis still has to follow some counts, or a deferred displacement."""
         return bool(self.backlog or self.followed != self.feedback.counts)
 
     def enter(self, cause: str) -> None:
-        """Change to the gear mode, starting from the present counts."""
+        """Enter the gear mode by the command `cause`; the axis follows the counts after the present one."""
         self.followed, self.backlog = self.feedback.counts, 0
         self.suspended = self.state.awaits_update or self.switches.flagged
         self.set_out(cause)
 
     def update(self, cause: str) -> None:
-        """Follow again after an update, from the present counts, unless a limit switch or the motor prevents it."""
+        """Resume following from the present counts at an update, unless a limit switch or the motor prevents it."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.followed = self.feedback.counts
         self.set_out(cause)
 
     def set_out(self, cause: str) -> None:
-        """Begin to follow; if the gear is suspended, end the motion immediately."""
+        """Log the beginning of a motion; if the gear is suspended, log its immediate end too."""
         begins(self.chip, self.state, cause, 0, self.generator.pulse_range)
         if self.suspended:
             self.generator.log.end("limit" if self.switches.flagged else "cut")
 
     def follow(self, n: int) -> None:
-        """Displace the axis in a cycle; the part of the displacement beyond the pulse range is deferred."""
+        """Displace the axis in cycle `n` by the new counts times the ratio; defer the part beyond the pulse range."""
         state, pulses, counts = self.state, self.pulses, self.feedback.counts
         new, self.followed = counts - self.followed, counts
         if self.suspended or self.feedback.encoder is None:

@@ -1,6 +1,7 @@
 """The profile generator of one axis: its aim, and the next run towards that aim.
 
-The aim survives all interruptions: a destination (point, curve), a velocity (contour) or rest (stop).  The
+A run is a series of cycles whose displacements follow one law.  The aim is a destination ("point",
+"curve"), a velocity ("contour") or rest ("stop"); it remains the same when a run is interrupted.  The
 electronic gear has no aim, and makes one run per cycle (gear.py).
 """
 
@@ -20,7 +21,7 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
 class ProfileGenerator:
-    """The motion of an axis.  `aim` is empty at rest; if `fresh`, a new decision is needed, even during a run."""
+    """The generator.  `aim` is empty at rest; if `fresh`, a new run must be planned, even during a run."""
 
     def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
@@ -39,17 +40,17 @@ class ProfileGenerator:
 
     @property
     def pulse_range(self) -> int:
-        """The maximum speed that the selected pulse range allows."""
+        """The maximum speed that the selected pulse range allows, in 1/65536 step per cycle."""
         return self.ranges[self.state.high_speed]
 
     @property
     def top(self) -> int:
-        """The maximum velocity, limited by the pulse range."""
+        """The active maximum velocity, limited by the pulse range, in 1/65536 step per cycle."""
         return min(self.state.active.velocity, self.pulse_range)
 
     @property
     def fastest(self) -> int:
-        """The maximum displacement in any cycle of the run."""
+        """An upper limit of the displacements in the present run, in 1/65536 step per cycle; 0 without a run."""
         if self.pulses.law is None:
             return 0
         if self.aim == "curve":
@@ -57,7 +58,7 @@ class ProfileGenerator:
         return max(self.limits.velocity, abs(self.state.velocity))
 
     def clamp(self) -> None:
-        """Report a velocity beyond the pulse range, once per update."""
+        """Report a finding if the maximum velocity exceeds the pulse range, at most once per update."""
         velocity = self.state.active.velocity
         if velocity > self.pulse_range and not self.clamped:
             self.clamped = True
@@ -66,7 +67,10 @@ class ProfileGenerator:
 
     # ---------------------------------------------------------------------------------------------------- begin and end
     def set_out(self, distance: int) -> None:
-        """Begin a motion from rest, in the present profile mode."""
+        """Begin a motion in the present profile mode, or set the aim of the motion in progress again.
+
+        `distance`, the signed distance to the destination, is used for an S-curve only.
+        """
         state = self.state
         state.in_motion = True
         self.aim = AIMS[self.mode]
@@ -79,7 +83,7 @@ class ProfileGenerator:
             self.done = 0
 
     def slow_down(self, n: int) -> None:
-        """Decelerate: make rest the aim."""
+        """Begin a smooth stop in cycle `n`: make rest the aim or, in an S-curve, shorten the phases."""
         if self.aim != "curve":
             self.aim, self.fresh = "stop", True
             return
@@ -89,13 +93,13 @@ class ProfileGenerator:
             self.phases, self.fresh = stopped, True
 
     def cut(self, n: int) -> None:
-        """End the run at the start of a cycle; another run will continue the motion from there."""
+        """End the run at the start of cycle `n`; the next run will continue the motion from there."""
         if self.aim == "curve" and self.pulses.law is not None:
             self.done += n - self.pulses.since
         self.pulses.cut(n)
 
     def halt(self, n: int, complete: bool = True) -> None:
-        """Stop immediately, at the axis position in a cycle; if `complete`, report the motion as complete."""
+        """Stop dead at the start of cycle `n`; if `complete` and not in gear mode, set the motion-complete event."""
         self.pulses.cut(n)
         if complete and self.mode != GEAR:
             self.complete()
@@ -115,12 +119,12 @@ class ProfileGenerator:
         self.aim = ""
 
     def wrapped(self) -> None:
-        """Compute the distance to a destination again, because the target has passed an end of its range."""
+        """Request a new plan for a trapezoidal move, because the target has passed an end of its range."""
         self.fresh |= self.aim == "point"
 
     # ------------------------------------------------------------------------------------------------------------- runs
     def go_on(self, n: int) -> None:
-        """Begin the next run at a cycle; if there is no run, the motion is over."""
+        """Begin the next run with cycle `n`; if there is no next run, end the motion."""
         self.fresh = False
         planned = self.plan(n)
         if planned is None:
@@ -129,7 +133,7 @@ class ProfileGenerator:
             self.schedule(n, *planned)
 
     def plan(self, n: int) -> tuple[Law, CycleRun] | None:
-        """Return the next run; None when the motion is over."""
+        """Return the law and the cycles of the next run, to begin with cycle `n`; None if the motion is over."""
         state, pulses = self.state, self.pulses
         if self.aim == "curve":
             if pulses.law is not None:
@@ -158,7 +162,7 @@ class ProfileGenerator:
         return Linear(run.speed, run.change), run
 
     def contour(self, velocity: int) -> CycleRun:
-        """Return the next run of velocity contouring."""
+        """Return the next run of velocity contouring; `velocity`, signed, is that of the previous cycle."""
         acceleration = self.state.active.acceleration
         if acceleration * velocity < 0:  # it reverses; below s immediately, even if s is above V
             self.limits = MoveLimits(self.limits.velocity, self.limits.acceleration, self.start_velocity)
@@ -168,12 +172,12 @@ class ProfileGenerator:
         return contour(self.limits, abs(velocity))
 
     def schedule(self, n: int, law: Law, run: CycleRun) -> None:
-        """Check a run, and begin it at a cycle."""
+        """Check a run, and begin it with cycle `n`."""
         self.verify(n, law, run)
         self.pulses.schedule(n, law, run, self.phases if isinstance(law, SCurve) else None)
 
     def verify(self, n: int, law: Law, run: CycleRun) -> None:
-        """Check a run once, before its pulses are promised.
+        """Check a run before its pulses are promised.
 
         Raises:
             PlanError: the law of motion contains a mistake; the host is never the cause.

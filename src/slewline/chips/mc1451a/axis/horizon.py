@@ -1,4 +1,4 @@
-"""The next cycle in which an axis must be processed, assuming no input change and no command."""
+"""The next cycle in which an axis must be processed, if no input changes and no command arrives before it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NEVER = 1 << 80
 
 
 class Horizon:
-    """The next due cycle of one axis."""
+    """The forecast of one axis's next due cycle: the next one that must be processed."""
 
     def __init__(
         self,
@@ -32,7 +32,7 @@ class Horizon:
         self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # no more edges leave the filter
 
     def after(self, n: int) -> int:
-        """Return the next cycle that needs a decision; cycle `n` has been processed."""
+        """Return the first cycle after `n`, the last one processed, that needs a decision; NEVER if none does."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         if state.update or state.was_off:
             return n + 1
@@ -45,9 +45,11 @@ class Horizon:
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
-        """Return the cycle at which a run passes a distance from zero, in its own direction; NEVER if it does not.
+        """Return the first cycle at whose start the present run has reached a position.
 
-        The distance is increased by `turns` times the range of the target.
+        `distance` is the position in 1/65536 step, counted from zero in the direction of the run; `turns` times
+        the range of the target is added to it.  The result is NEVER if the run does not reach the position, or
+        began there or beyond.
         """
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0
@@ -60,7 +62,7 @@ class Horizon:
         return pulses.since + bisect_left(range(pulses.cycles + 1), missing, key=law.travel)
 
     def breakpoint_due(self, n: int) -> int:
-        """Return the first cycle after `n` in which the breakpoint may be met; NEVER if there is none."""
+        """Return the first cycle after `n` in which the breakpoint may be met; NEVER if no such cycle is foreseen."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         value = signed(state.comparison, 32)
         match state.breakpoint:
@@ -79,7 +81,10 @@ class Horizon:
         return NEVER
 
     def error_due(self, n: int) -> int:
-        """Return the first cycle after `n` in which the position error may pass its limit, in either direction."""
+        """Return the first cycle after `n` in which the position error may exceed its limit, or return within it.
+
+        The result is NEVER if no such cycle is foreseen.
+        """
         state, feedback, encoder = self.state, self.feedback, self.feedback.encoder
         if encoder is None or not state.step_ratio:
             return NEVER

@@ -1,15 +1,16 @@
 """A lazy reader of a wire, which reads past edges on demand from the promises of the wire's drivers.
 
-A chip that samples an input only occasionally need not process every edge.  A query reads the edges since the last
-query from the promises of the net, and just before a driver replaces its promise or its level, the reader reads the
-edges so far.  So an edge costs no event, whatever drives the net, and no edge is lost:
+A promise contains a driver's future edges.  A chip that samples an input only occasionally need not
+process every edge: a query reads the edges since the last query from the promises, and just before a
+driver replaces its promise or its level, the reader reads the edges up to then.  So an edge costs no
+event, whatever drives the net, and no edge is lost:
 
     drive       promise of a train       |  level 0    |  wave
     wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
     read                   ^ query       ^ replaced    ^ replaced   ^ query
 
-Rules of this file: edges after the last committed instant are not read, only forecast (`coming`); a pulse within one
-instant is not seen.
+Rules of this file: edges after the last committed instant are not read, only forecast (`coming`); a
+level that begins and ends at the same instant is not seen.
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ from ....core.wires.pin import Terminal
 
 
 class PinEdges:
-    """The edges of the wire on a pin after this instant; changes at this instant itself only set the first level.
+    """The edges of the wire on a pin after the last `begin`; changes at that instant only set the first level.
 
-    `on_change` is called when a driver of the wire changes; the new edges can be read in the next round.
+    `on_change` is called when a driver of the wire changes its level or its promise; the new edges can be
+    read in the kernel's next round.
     """
 
     def __init__(self, pin: Terminal) -> None:
@@ -36,7 +38,7 @@ class PinEdges:
         pin.net.sample(self._before_change)
 
     def begin(self) -> None:
-        """Discard all edges up to this instant."""
+        """Discard all edges up to and including the present instant."""
         self._read = self.pin.net.kernel.now  # up to and including this instant
         self._changed: int | None = self._read  # a drive that began at this instant has not been read
         self._first = True
@@ -45,10 +47,10 @@ class PinEdges:
         self._edges: list[tuple[Any, Any]] = []
 
     def edges_until(self, ps: int) -> tuple[Any, Any]:
-        """Return the edges since the last query, up to an instant (ps) that is at most the last committed one.
+        """Return the edges since the last query, up to an instant (ps) not after the last committed instant.
 
         Returns:
-            Times in ps and the levels after them: two lists, or two arrays if they come from a promise.
+            Edge times (ps), and the level after each edge: two lists, or two arrays if a promise gave arrays.
         """
         self._catch_up(ps)
         edges, self._edges = self._edges, []
@@ -64,8 +66,8 @@ class PinEdges:
         """Return the edges promised after the last query, up to a future instant (ps).
 
         Returns:
-            Times in ps and the levels after them, and the last level; None if the levels of the drivers are not known
-                before the end of this instant.
+            The times of the edges (ps), the level after each, and the level at the end; None while the first
+                level, a driver's last change, or past edges are still to be read.
         """
         if self._first or self._changed is not None or self._edges:
             return None
@@ -73,7 +75,7 @@ class PinEdges:
         return times, levels, levels[-1] if len(levels) else self._level
 
     def skip(self, ps: int, level: Level) -> None:
-        """Treat the edges up to an instant (ps) as read: they occurred as promised, with this level at the end."""
+        """Treat the edges up to an instant (ps) as read: they occurred as promised, and the level is now `level`."""
         self._read, self._level = ps, level
 
     @property
@@ -94,7 +96,7 @@ class PinEdges:
             self.on_change()
 
     def _catch_up(self, ps: int) -> None:
-        """Read the edges of the present promise up to an instant."""
+        """Read the promised edges up to an instant (ps), and keep them for the next query."""
         net, since = self.pin.net, self._changed
         if since is not None and since <= ps:
             self._changed = None
@@ -109,7 +111,7 @@ class PinEdges:
             self._read = ps
 
     def _real(self, times: Any, levels: Any) -> tuple[Any, Any]:
-        """Return those edges of a list that change the level."""
+        """Return the edges in two lists, except edges that leave the level the same; return arrays unchanged."""
         if isinstance(times, list):
             real = [*map(ne, levels, [self._level, *levels])]
             if not all(real):

@@ -1,8 +1,8 @@
 """An axis's run in progress: its effect on the registers, and the pulses that it promises.
 
-A displacement, once chosen, often follows a law for thousands of cycles: a run.  Its pulses are promised as a whole,
-and its position is computed on request.  When a run is cut, its remainder (part of a step, PULSE high or low) is the
-start of the next run.
+The displacements of the cycles often follow one law for thousands of cycles: a run.  The pulses of a run
+are promised as a whole, and its position is computed on request.  When a run is cut, its remainder (part
+of a step, PULSE high or low) is the start of the next run.
 
     target    x0 ____----^^^^          x    PULSE rises where the target passes half a step; where
               |   run        | cut          it passes a whole step, PULSE falls: this is the step
@@ -30,10 +30,11 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 
 
 class TargetLaw(NamedTuple):
-    """The target's law from cycle `first` on; `x0` is the target in cycle `since`.  At rest, `law` is None.
+    """The law that the target follows from cycle `first` on; `law` is None at rest.
 
-    The law of an S-curve comes from its phases; under any other law, the speed changes by at most
-    `acceleration` per cycle, except in jumps.
+    `law` counts its cycles and distances from cycle `since`, in which the target is `x0`.  `curve` holds the
+    phases of an S-curve; under any other law the speed changes by at most `acceleration` per cycle, except
+    in jumps.
     """
 
     first: int
@@ -49,7 +50,7 @@ class Pulses:
     """One axis's run, and its promised pulses.
 
     `law` is the law of the run's displacements, None at rest; `sign` is the run's direction.  `acceleration`
-    is the maximum change of speed in a cycle under that law, for later queries.
+    is the maximum change of speed from one cycle to the next under that law, kept for later queries.
     """
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
@@ -77,9 +78,9 @@ class Pulses:
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Set the target and the speed to those at the start of a cycle; after the run's end, set its last speed.
+        """Set the target at the start of cycle `n`, and the speed in that cycle; after the run, its last speed.
 
-        Returns whether the target has passed an end of its range.
+        Return whether the target has passed an end of its range.
         """
         state, law = self.state, self.law
         if law is None:
@@ -100,7 +101,7 @@ class Pulses:
         return True
 
     def cut(self, n: int) -> None:
-        """End the run at the start of a cycle, and keep its final state."""
+        """End the run at the start of cycle `n`, and keep its final state as the start of the next run."""
         if self.law is None:
             return
         y = self.sign * self.lead + self.law.travel(n - self.since)
@@ -114,7 +115,7 @@ class Pulses:
         self._withdraw()
 
     def _withdraw(self) -> None:
-        """End the promised pulses at this instant."""
+        """Withdraw the promised pulses that come after this instant."""
         if self.playing is not None:
             self.playing.until = self.kernel.now + 1
             self.pulse.renew()
@@ -129,21 +130,21 @@ class Pulses:
             self.past.append(entry)
 
     def forget(self, before: int) -> None:
-        """Discard the cycles before an instant, which no query needs any more."""
+        """Discard the laws of the cycles before an instant (ps); no query needs them any more."""
         cycle = self.cycle_clock.cycle_at(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def end(self) -> None:
-        """Handle a reset: load any position declared at this instant, then end the promised pulses at this instant."""
+        """Handle a reset: load any position declared at this instant, then withdraw the pulses after this instant."""
         self.law = None
         self._do()
         self._withdraw()
 
     def schedule(self, n: int, law: Law, run: CycleRun, curve: Phases | None = None) -> None:
-        """Begin a run with cycle n; its pulses follow after all other work of this instant.
+        """Begin a run with cycle `n`; its pulses are promised after all other work of this instant.
 
         Args:
-            curve: the phases, if the law describes an S-curve.
+            curve: the phases of an S-curve; None for any other law.
         """
         sign = self.sign
         self.cut(n)
@@ -155,9 +156,9 @@ class Pulses:
             self.soon(lambda: self.play(law))
 
     def soon(self, what: Callable[[], object]) -> None:
-        """Call a function in the next round, when the old pulses of this instant are over.
+        """Call a function in the next round of this instant, after the last edges of the previous run's pulses.
 
-        Several functions are called in order.
+        Several functions are called in the order of the requests.
         """
         if not self.waiting:
             self.kernel.call_at(self.kernel.now, self._do)
@@ -180,7 +181,7 @@ class Pulses:
         self.pulse.play(SquareView(self.playing, self.high))
 
     def declare(self, n: int, value: int) -> None:
-        """Set the target to a whole number of steps, beginning now; the pulses of cycle n continue."""
+        """Set the target to `value` whole steps, from now on; the pulses of cycle `n`, now in progress, continue."""
         state, law = self.state, self.law
         state.target = value * ONE
         self.turn = self.rounds = 0
@@ -195,7 +196,7 @@ class Pulses:
         self.soon(lambda: self._load(n, value))
 
     def _load(self, n: int, value: int) -> None:
-        """Set the emitted position to a value, plus the steps emitted since cycle n began."""
+        """Set the emitted position to `value`, plus the steps emitted since cycle `n` began."""
         if self.playing is not None:
             begun = self.playing.count(self.kernel.now) - self.playing.count(self.cycle_clock.ps(n))
             value += self.sign * begun

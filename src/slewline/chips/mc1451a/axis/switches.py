@@ -1,4 +1,4 @@
-"""The limit switches of one axis: their states, and the switch that stops the axis."""
+"""The limit switches of one axis: their states, and whether one of them stops the axis."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 
 
 class LimitSwitches:
-    """Both switches, each identified by its event bit.  `levels` are the levels sampled by the present cycle."""
+    """Both limit switches, each identified by its event bit.  `levels` are those sampled by the present cycle."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.registers, self.state = registers, state
@@ -25,19 +25,20 @@ class LimitSwitches:
         self.armed = {limit: True for limit in self.nets}  # has been inactive since it tripped
 
     def active(self, limit: int) -> bool:
-        """Return whether a switch is both enabled and active."""
+        """Return whether a switch is active, with limit switches enabled."""
         registers = self.registers
         return registers.limits_on and bool(self.levels[limit] ^ registers.limit_sense >> self.bits[limit] & 1)
 
     @property
     def flagged(self) -> bool:
-        """True if a switch's event keeps the axis from moving."""
+        """True if a switch's event bit is set, which keeps the axis from moving; False if switches are disabled."""
         return self.registers.limits_on and bool(self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def tripped(self) -> int:
-        """Return the event bit of a switch that has become active and stops the axis; 0 for none.
+        """If a switch has become active and so stops the axis, set and return its event bit; otherwise return 0.
 
-        A switch cannot trip while the axis is in over-travel at the other switch.
+        A switch cannot trip while the other switch's event bit is set, or while the other has tripped and is
+        active.
         """
         if not self.registers.limits_on:
             self.armed = {POSITIVE_LIMIT: True, NEGATIVE_LIMIT: True}

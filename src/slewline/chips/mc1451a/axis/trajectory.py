@@ -5,17 +5,17 @@
                  | 3 choose the displacement up to T_n+1        |      position    x(T_n)  ____----  x(T_n+1)
                  | 4 pulses    5 encoder   6 breakpoint         |      moves evenly from T_n to T_n+1
 
-A displacement, once chosen, often follows a law for thousands of cycles: a run.  While a run lasts and
-no input changes, there is no decision to make, so no cycle is processed; `due` is the next cycle that
-must be processed.  `sync` sets the registers in between.  The twin processes every cycle; its results must
-be the same.
+The displacements of the cycles often follow one law for thousands of cycles: a run.  While a run lasts
+and no input changes, there is no decision to make, so no cycle is processed; `due` is the next cycle
+that must be processed.  `sync` sets the registers in between.  The slow twin (twin/) processes every
+cycle; its results must be the same.
 
 Each object knows only those above it in this picture:
 
     LimitSwitches   Pulses      the active switches; the run, and its promised pulses
       Feedback                  the position from the encoder
         ProfileGenerator        the axis's aim, and the next run towards it
-          Gear                  one run per cycle, following the encoder
+          ElectronicGear        one run per cycle, following the encoder
             Updates  Horizon    the values written by commands; the next cycle that is due
       Trajectory                creates them, and calls them in the order of a cycle
 
@@ -81,7 +81,7 @@ class Trajectory:
         self.due = self.horizon.after(n)
 
     def arrive(self, n: int) -> None:
-        """Move the axis to the start of cycle n, and end its run if the run is over."""
+        """Set the registers for the start of cycle n; if the run is over, end it; if it has landed, end the motion."""
         if n:
             self.feedback.read(n - 1)  # level in the previous cycle, if it was read then
         pulses = self.pulses
@@ -97,7 +97,7 @@ class Trajectory:
                     self.generator.complete()
 
     def look_at_limits(self, n: int) -> None:
-        """Stop the axis if a switch becomes active."""
+        """Stop the axis immediately if a limit switch trips."""
         limit = self.switches.tripped()
         if limit:
             mark_deviation(self.chip, self.state, "limit", LIMIT_NAMES[limit])
@@ -120,7 +120,7 @@ class Trajectory:
             self.at_rest.drive(rest)
 
     def look_at_encoder(self, n: int) -> None:
-        """Read the encoder, and report a stall: a position error beyond its limit."""
+        """Read the encoder; report a stall (position error above its limit); with auto stop, switch off the motor."""
         state, feedback = self.state, self.feedback
         if feedback.encoder is None:
             return
@@ -147,7 +147,7 @@ class Trajectory:
                 state.take(command)
 
     def met(self, n: int) -> bool:
-        """Return whether the condition of the breakpoint is met."""
+        """Return whether the condition of the breakpoint is met in cycle n."""
         state, value = self.state, signed(self.state.comparison, 32)
         match state.breakpoint:
             case "time":

@@ -28,7 +28,7 @@ FIXED = {mode: tuple(REGISTERS[name] for name in names) for mode, (_, names) in 
 
 
 class Updates:
-    """The values written by commands, as read in a cycle; this object begins and ends the motions of an axis."""
+    """The handler of the values written by commands: it reads them in a cycle, and begins and ends motions."""
 
     def __init__(
         self,
@@ -43,11 +43,11 @@ class Updates:
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
 
     def begin(self) -> None:
-        """Begin without any command, after reset."""
+        """Begin after a reset: no omission has been reported."""
         self.omitted: list[str] = []  # registers named in the finding, without which the axis does not start
 
     def settings(self, n: int) -> None:
-        """Apply the immediate settings: profile mode, motor, pulse range."""
+        """Apply the settings that need no update: profile mode, motor on or off, pulse range."""
         state, generator = self.state, self.generator
         if state.was_off or not state.motor_on:
             state.was_off = False
@@ -64,7 +64,7 @@ class Updates:
             generator.fresh |= state.in_motion and generator.aim != "curve"
 
     def enter(self, n: int, mode: int) -> None:
-        """Change to another profile mode."""
+        """Change to another profile mode; any motion stops, unless it continues as velocity contouring."""
         state, generator, before = self.state, self.generator, self.generator.mode
         if state.in_motion:
             mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[mode])
@@ -108,7 +108,7 @@ class Updates:
             self.start(taken.cause)
 
     def synchronise(self, n: int) -> None:
-        """Set the target to the actual position, without a pulse and with the same speed."""
+        """Set the target to the actual position, without a pulse and at unchanged speed, if there is an encoder."""
         if self.feedback.encoder is not None:
             self.feedback.read(n)
             mark_deviation(self.chip, self.state, "command", "SYNCH_PRFL")
@@ -117,7 +117,7 @@ class Updates:
             self.generator.fresh = self.state.in_motion
 
     def declare(self, n: int, position: int) -> None:
-        """Set target and actual position to a value, from now on, and the error to 0; cycle n's pulses continue."""
+        """Set target and actual position to `position`, and the error to 0, from now on; cycle n's pulses continue."""
         self.generator.fresh |= self.pulses.law is not None
         self.pulses.declare(n, position)
         self.feedback.declare(n, position)
@@ -125,7 +125,7 @@ class Updates:
     def copy(self, new: Profile) -> None:
         """Copy the buffer to the active registers; changing a register that is fixed in motion is a command error.
 
-        Even after that error the destination is copied.  Refused values wait in the buffer for an update at
+        After this error only the destination is copied.  Refused values wait in the buffer for an update at
         rest, without a second error (manual, command errors).
         """
         state = self.state
@@ -141,7 +141,7 @@ class Updates:
             state.active = new
 
     def slow_down(self, n: int) -> None:
-        """Begin a smooth stop."""
+        """Begin a smooth stop; if the axis is at rest, set the motion-complete event."""
         if not self.state.in_motion:
             self.generator.complete()
             return
@@ -178,7 +178,7 @@ class Updates:
         generator.set_out(distance)
 
     def powerless(self, acceleration: int) -> bool:
-        """Return whether the registers allow no motion at all."""
+        """Return whether the active registers cannot make the axis leave rest, because acceleration or jerk is 0."""
         if self.generator.mode == S_CURVE:
             return not (acceleration and self.state.active.jerk)
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)

@@ -1,8 +1,8 @@
 r"""The check of every run before its pulses are promised: the conditions that a run of cycles must meet.
 
-    speed        ______  limit                          joins:    from the previous cycle to the first one, the speed
-          before/      \                                           changes by no more than the law allows
-           ----/        \____                          keeps:    no cycle exceeds the limit (or a higher speed before)
+    speed        ______  limit                          joins:    from the cycle before the run to its first, the
+          before/      \                                           speed changes by no more than the law allows
+           ----/        \____                          keeps:    no cycle exceeds the limit, or `before` if higher
                           landing: exactly there        lands:    the last run of a move ends at the destination
 
 A fault is a mistake in a law of motion; the host and the user are never its cause.
@@ -19,7 +19,7 @@ from ..profiles.s_curves import PLACES, SCurve
 
 
 def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:
-    """Return the fault of a run with a constant change of speed; "" for none.
+    """Return a text that states the fault of a run with a constant change of speed; "" for none.
 
     Args:
         before: the speed of the previous cycle, 1/65536 step per cycle, in the direction of the run.
@@ -41,7 +41,7 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
 
 def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
-    """Return the fault of the rest of an S-curve; "" for none.
+    """Return a text that states the fault of a run along the rest of an S-curve; "" for none.
 
     `curve` is the whole S-curve; the other arguments are those of `fault_of_run`.
     """

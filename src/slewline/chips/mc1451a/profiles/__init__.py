@@ -1,1 +1,1 @@
-"""The laws of motion in cycles, the ideal motions that these approximate, the record of an axis's cycles."""
+"""The laws of motion in cycles; the ideal motions that these laws approximate; an axis's recorded cycles."""

@@ -1,20 +1,20 @@
 """Cycle trains: a position that moves evenly within each controller cycle, and the resulting steps.
 
-A chip that computes its trajectory once per cycle computes the displacement of the position in each cycle.  Steps occur
-where the position passes whole numbers; PULSE rises half a step earlier:
+A chip that computes its trajectory once per cycle computes the displacement of the position in each
+cycle.  Steps occur where the position passes whole numbers; PULSE rises half a step earlier:
 
     position                                       . 3        cycle i: from tick 8192 i, displacement d(i)
                                         .    '
-                               .   '                          step k begins on the first tick with
-                        .  '                                      position >= k + 1        PULSE falls
-                    . '        2                                  position >= k + 1/2      PULSE rises
+                               .   '                          on the first tick with position
+                        .  '                                      >= k + 1      step k begins, PULSE falls
+                    . '        2                                  >= k + 1/2    PULSE rises
             .   '                                             (counting steps from 0, as all trains do)
     .  '        1
     |      cycle 0     |      cycle 1     |      cycle 2
 
-One train has one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`), or an
-S-curve (s_curves.py).  The train itself is queried rather than expanded, like any other.  All positions are integers,
-in 1/65536 step, and every answer is exact.
+One train has one law for the displacements d(i), in one direction: constant or changing evenly
+(`Linear`), or an S-curve (s_curves.py).  Like any other train, it is queried rather than expanded.  All
+positions are integers, in 1/65536 step, and every answer is exact.
 """
 
 from __future__ import annotations
@@ -45,10 +45,11 @@ NEAREST_BITS = 0x4338 << 48
 # ------------------------------------------------------------------------------------------------------------- answers
 @dataclass(frozen=True)
 class Cycles:
-    """An axis's targets cycle by cycle, at `rate` cycles per second; all arrays are (n,) int64, phases int8.
+    """An axis's targets cycle by cycle, `per_second` cycles per second; arrays are (n,) int64, `phases` int8.
 
-    The cycle numbers, their start times in ps, the targets there in 1/65536 step, target velocities in 1/65536 step per
-    cycle, and phases of S-curves, 1 to 7 (0: none).
+    `numbers` are the cycles' numbers; `times_ps` their start times; `targets` the targets at these times,
+    1/65536 step; `velocities` the target velocities, 1/65536 step per cycle; `phases` the phases of
+    S-curves, 1 to 7 (0: none).
     """
 
     per_second: float
@@ -78,7 +79,7 @@ class Cycles:
 
 # --------------------------------------------------------------------------------------------------------------- laws
 class Law(Protocol):
-    """The travel at the start of each cycle: from 0, never decreasing, growing by at most 512 steps per cycle."""
+    """The distance covered before each cycle: 0 at first, never decreasing, at most 512 steps more per cycle."""
 
     @property
     def steady(self) -> int:
@@ -92,16 +93,16 @@ class Law(Protocol):
         """Return the distance covered before cycle i, in 1/65536 step."""
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the distances covered before many cycles, in any order, in 1/65536 step: int64, shaped like `i`."""
+        """Return the distances covered before cycles `i`, in any order, in 1/65536 step: int64, shaped like `i`."""
 
     def velocity(self, i: int) -> int:
         """Return the velocity in cycle i, in 1/65536 step per cycle.
 
-        It excludes the rounding of a curve within a cycle, so it changes evenly.
+        It is free of the rounding of an S-curve's displacements, so it changes evenly.
         """
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the velocities in many cycles, in any order, in 1/65536 step per cycle: int64, in the shape of `i`."""
+        """Return the velocities in the cycles `i`, in any order, in 1/65536 step per cycle: int64, shaped like `i`."""
 
 
 class Linear:
@@ -134,9 +135,9 @@ class CycleTrain(Train):
     Args:
         origin: the tick at which cycle 0 begins.
         cycles: the number of cycles; OPEN for a constant speed without end.
-        lead: the distance of the position beyond the last step when cycle 0 begins, in the direction of movement: less
-            than a step, positive or negative.
-        unit: the unit that is counted; half a step for the edges of PULSE.
+        lead: the distance of the position beyond the last step when cycle 0 begins, in the direction of
+            movement: less than a step, positive or negative.
+        unit: the distance that counts as one step (1/65536 step); half a step for the edges of PULSE.
     """
 
     __slots__ = ("_near", "cycle", "cycles", "law", "lead", "unit")
@@ -156,11 +157,11 @@ class CycleTrain(Train):
 
     @property
     def halves(self) -> CycleTrain:
-        """The movement in half steps: PULSE rises at even half steps and falls at odd ones, counting from 0."""
+        """The same movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
-        """Return the positions at the starts of cycles i ... j-1: (n,) int64, in 1/65536 step, counted like `lead`."""
+        """Return the positions at the starts of cycles i ... j-1: (n,) int64, 1/65536 step, zero as for `lead`."""
         import numpy as np
 
         return self.lead + self.law.travels(np.arange(i, j))
@@ -185,7 +186,7 @@ class CycleTrain(Train):
         return self.clock.ps_list([origin - -(k * unit - lead) * cycle // speed for k in numbers])
 
     def step_at(self, tick: int) -> int:
-        """Return the number of steps that have begun by a tick, that tick included."""
+        """Return the number of steps that have begun by a tick, including a step that begins on this tick."""
         i, part = divmod(tick - self.origin, self.cycle)
         if i < 0:
             return 0
@@ -195,7 +196,7 @@ class CycleTrain(Train):
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of steps begun by each of many ticks since `origin`, in any order: (n,) int64."""
+        """Return how many steps have begun by each tick, counted from `origin`, in any order: (n,) int64."""
         import numpy as np
 
         i, part = np.divmod(ticks, self.cycle)
@@ -206,10 +207,11 @@ class CycleTrain(Train):
         return np.where(ticks < 0, 0, np.maximum(n, 0))
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities from tick `since` to before tick `to`, both since `origin`.
+        """Return the velocities from tick `since` up to but excluding tick `to`, both counted from `origin`.
 
         Returns:
-            Ticks since `origin`, (n,) int64, ascending, beginning with `since`; steps/s from each to the next, float64.
+            Ticks counted from `origin`, (n,) int64, ascending, the first being `since`; the velocity from each
+                tick to the next, steps/s, float64.
         """
         import numpy as np
 
@@ -234,7 +236,7 @@ class CycleTrain(Train):
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
-        """Return the first cycle whose end is at least a given distance (above 0) from the start."""
+        """Return the first cycle by whose end at least a given distance (above 0) has been covered."""
         law = self.law
         if law.steady:
             return (distance - 1) // law.steady
@@ -266,12 +268,14 @@ class CycleTrain(Train):
         return out
 
     def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Fill in the start ticks from step `first`, part by part; each part counts ticks from its own origin.
+        """Fill `out` with the start ticks of the steps from step `first` on, and yield it in parts.
 
-        Step number m of a part, counted from 1, begins on tick ceil(m * scale + rest), where both are fractions n/d, d
-        being the displacement of its cycle.  With 1/2 - 1/2d added, it can instead be rounded to the nearest integer,
-        from which it is then at most 1/2 - 1/2d away.  As floats, m * scale and rest are at most 2^45/d each, apart
-        from whole ticks up to 2^23.  So their rounding error is less than 2^-6/d + 2^-28, and 1/2d is more.
+        With each part comes its origin, from which its ticks count.  Step number m of a part, counted from 1,
+        begins on tick ceil(m * scale + rest), where scale and rest are fractions n/d, d being the displacement
+        of the step's cycle.  If 1/2 - 1/2d is added to the sum, rounding to the nearest integer gives the same
+        tick, and the sum is at most 1/2 - 1/2d from that integer.  As floats, m * scale and rest are at most
+        2^45/d each, apart from whole ticks up to 2^23.  So their rounding error is less than 2^-6/d + 2^-28,
+        which is less than the remaining 1/2d.
 
         Everything is done in place, because allocating memory for another array takes longer than filling it.
         """
@@ -292,14 +296,14 @@ class CycleTrain(Train):
             yield since, part
 
     def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
-        """Yield parts at constant speed: number of steps, origin, scale and rest."""
+        """Yield the parts at constant speed: number of steps, origin, scale and rest (for all steps), None."""
         speed = self.law.steady
         for a in range(first, last, BLOCK):
             since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
             yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 0.5, None
 
     def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, Any]]:
-        """Yield parts in which every cycle has its own speed: scale and rest of each, and its steps."""
+        """Yield the parts at varying speed: number of steps, origin; each cycle's scale, rest and number of steps."""
         import numpy as np
 
         end = self._cycle(last * self.unit - self.lead) + 1
@@ -320,7 +324,7 @@ class CycleTrain(Train):
 
 @cache
 def _counting() -> NDArray[np.float64]:
-    """Return 1, 2, 3 ... for a part of an expansion."""
+    """Return the numbers 1, 2, 3 ... of the steps in a part of an expansion, up to the largest part."""
     import numpy as np
 
     return np.arange(1, BLOCK + 1, dtype=np.float64)
@@ -329,7 +333,7 @@ def _counting() -> NDArray[np.float64]:
 class SquareView(TrainView):
     """PULSE of a played cycle train: it is high in the second half of each step.
 
-    If `high`, the movement begins with PULSE high, from an unfinished half step, until the first step.
+    If `high`, PULSE is high from the beginning, left so by the movement before, until the first step.
     """
 
     __slots__ = ("halves", "high")
@@ -341,7 +345,7 @@ class SquareView(TrainView):
 
     @property
     def rises(self) -> Events:
-        """The rising edges of PULSE: every second half step."""
+        """The rising edges of PULSE, one at every other half step."""
         return SquareRises(self)
 
     def level(self, ps: int) -> int:
@@ -378,7 +382,7 @@ class SquareRises(Events):
         return max((self.halves.count(self.view.of.within(ps)) + 1) // 2 - self.high, 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of rising edge k (ps); None if the train has fewer, or is cut off before it."""
+        """Return the instant (ps) of rising edge k; None if the train has fewer edges or is cut off before edge k."""
         return before(self.halves.time(2 * (k + self.high) - 1), self.view.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
@@ -386,5 +390,5 @@ class SquareRises(Events):
         return self.halves.times(2 * (first + self.high) - 1, 2 * (last + self.high) - 1)[::2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some rising edges (ps), all of which occur, in ascending order."""
+        """Return the instants (ps) of the rising edges with the given numbers, all of which occur; ascending."""
         return self.halves.few([2 * (k + self.high) - 1 for k in numbers])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ChipsetAxis(AxisOfChip):
-    """An axis of a chipset, whose cycles can be queried.  `motion` is None if the twin processes the cycles."""
+    """An axis of a chipset, whose cycles can be queried; `motion` is None with the twin, which keeps no cycles."""
 
     def __init__(self, chip: Chip, number: int, motion: Motion | None) -> None:
         super().__init__(chip, number)
@@ -33,7 +33,7 @@ class ChipsetAxis(AxisOfChip):
         """Return the cycles since the last reset that begin at start <= t <= stop; all of them by default.
 
         Raises:
-            UsageError: the chipset works step by step, and so keeps no record.
+            UsageError: the chipset was created with stepwise=True, and so keeps no record.
             NotRecorded: the record does not reach that far back (`Bench(keep=)`).
         """
         motion = self.motion
@@ -49,7 +49,7 @@ class ChipsetAxis(AxisOfChip):
         return cycles_of(pulses, first, cycle_clock.cycle_at(end) + 1)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return velocity and position, and the derived quantities if cycles are kept.
+        """Return velocity and position and, if cycles are kept, the derived quantities.
 
         The derived quantities are the acceleration, the jerk if there was an S-curve, and the actual position if
         the axis's encoder has turned.
@@ -62,7 +62,7 @@ class ChipsetAxis(AxisOfChip):
         return found
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of S-curves between two instants: start and end in ps, and "1" to "7"."""
+        """Return the S-curve phases between two instants: start (ps), end (ps), "1" to "7"; [] without a record."""
         forces = self._forces()
         return phases(forces, *self._window(start, stop)) if forces is not None else []
 
@@ -71,7 +71,7 @@ class ChipsetAxis(AxisOfChip):
 
 
 def encoder_of(motion: Motion, number: int) -> tuple[Quantity, ...]:
-    """Return the actual position of an axis, from the filtered counts; () if the encoder has never turned."""
+    """Return an axis's actual position, from the filtered counts; () if no encoder has ever turned."""
     import numpy as np
 
     motion.catch_up()

@@ -45,7 +45,7 @@ class RegistersAtStart(NamedTuple):
         return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters for a plot: the active rates, and the other registers that the profile mode uses."""
+        """Return the parameters for a plot: velocities in steps/s and the other registers used by the profile mode."""
         if self.mode == GEAR:
             return MotionParameters({}, {"RATIO": self.ratio})
         rates = {f"VEL = {self.velocity}": self.velocity / ONE * self.per_s}
@@ -76,7 +76,7 @@ class RegistersAtStart(NamedTuple):
 
 
 def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
-    """Record that an axis's motion begins now, with the active registers."""
+    """Record that the command `cause` begins a motion of an axis now, with the active registers."""
     active, log = state.active, chip.axes[state.number - 1].log
     made = RegistersAtStart(
         chip.crystal_hz,
@@ -105,13 +105,13 @@ def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) ->
 
 # ------------------------------------------------------------------------------------ profiles, in steps and seconds
 def turned(pieces: Iterable[IdealPiece], direction: float) -> list[IdealPiece]:
-    """Return the pieces, with all signs reversed if `direction` is negative."""
+    """Return the pieces of an ideal motion, in the opposite direction if `direction` is negative."""
     sign = -1 if direction < 0 else 1
     return [IdealPiece(t, sign * v, sign * a, sign * j) for t, v, a, j in pieces]
 
 
 def change(before: float, after: float, acceleration: float) -> list[IdealPiece]:
-    """Return the piece in which the velocity changes at constant acceleration; [] if it does not change."""
+    """Return the piece from velocity `before` to `after` at constant acceleration, in a list; [] if equal."""
     if before == after:
         return []
     rate = acceleration if after > before else -acceleration
@@ -119,9 +119,9 @@ def change(before: float, after: float, acceleration: float) -> list[IdealPiece]
 
 
 def trapezoid(distance: float, speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return a point-to-point move with linear ramps, starting at the present speed; distance and speed are signed.
+    """Return the pieces of a point-to-point move with linear ramps; `distance` and `speed`, now, are signed.
 
-    If the axis is too fast for its destination, or moves away from it, the axis first decelerates to rest.
+    If the axis is too fast to stop at its destination, or moves away from it, it first decelerates to rest.
     """
     direction = speed or distance
     d, v, s = (-distance, -speed, start) if direction < 0 else (distance, speed, start)
@@ -145,7 +145,10 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
 
 
 def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return the ramp to the maximum velocity, in the direction of `acceleration`, then that velocity forever."""
+    """Return the pieces of velocity contouring: the ramp to the maximum velocity, then that velocity forever.
+
+    The sign of `acceleration` is the direction of the maximum velocity.
+    """
     if not acceleration:
         return [IdealPiece(FOREVER, speed)]
     a = abs(acceleration)
@@ -159,7 +162,7 @@ def contour(speed: float, top: float, acceleration: float, start: float) -> list
 
 
 def curve(phases: Phases, per_s: float) -> list[IdealPiece]:
-    """Return the seven phases of an S-curve, including those of zero duration."""
+    """Return the seven phases of an S-curve as pieces of an ideal motion, including those of zero duration."""
     jerk = phases.jerk / ONE**2 * per_s**3
     pieces, v, a = [], 0.0, 0.0
     for length, bend in zip(phases.lengths, (1, 0, -1, 0, -1, 0, 1), strict=True):

@@ -32,7 +32,7 @@ SIX = 6 << 16 + 2 * PLACES  # six positions, with 16 + 3 * PLACES binary places 
 
 
 class CycleRun(NamedTuple):
-    """Cycles with displacements of speed, speed + change, speed + 2 change ...; if `landing`, they end a move."""
+    """Cycles with displacements speed, speed + change, speed + 2 change ...; `landing` if the last ends a move."""
 
     cycles: int
     speed: int
@@ -49,13 +49,13 @@ class MoveLimits:
     start: int
 
     def braking(self, speed: int) -> int:
-        """Return B: the distance of a cycle at a speed and of the deceleration after it, including a cycle at s."""
+        """Return B: the distance of a cycle at `speed` and of the deceleration after it, ending with a cycle at s."""
         a, s = self.acceleration, self.start
         cycles = -(-(speed - s) // a) if speed > s else 0
         return cycles * speed - a * cycles * (cycles - 1) // 2 + s
 
     def greatest(self, remaining: int) -> int:
-        """Return the highest speed, at least s, whose B fits into a distance; -1 if none does."""
+        """Return the highest speed, at least s, whose B fits into the remaining distance; -1 if none does."""
         a, s = self.acceleration, self.start
         if remaining < s:
             return -1
@@ -66,7 +66,7 @@ class MoveLimits:
         return max(s + cycles * a, (remaining - s + a * cycles * (cycles + 1) // 2) // (cycles + 1))
 
     def step(self, remaining: int, speed: int) -> tuple[int, bool]:
-        """Return the displacement of the next cycle, and whether that cycle is the landing.
+        """Return the displacement of the next cycle, and whether that cycle reaches the destination (the landing).
 
         Args:
             remaining: the distance to the destination; zero or negative if the axis has reached or passed it.
@@ -83,12 +83,12 @@ class MoveLimits:
         return self.slower(speed), False
 
     def slower(self, speed: int) -> int:
-        """Return the next speed in a deceleration, first to s, then to zero."""
+        """Return the speed that follows `speed` in a deceleration: it falls to s first, then to zero."""
         return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
 
 
 def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
-    """Return the next run of a point-to-point move with linear ramps."""
+    """Return the next run of a point-to-point move with linear ramps; `speed` is that of the previous cycle."""
     first, landing = limits.step(remaining, speed)
     if landing:
         return CycleRun(1, first, landing=True)
@@ -100,7 +100,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
         return CycleRun(1, first)
 
     def same(i: int) -> bool:
-        """Return whether the run still follows the rule after cycle i."""
+        """Return whether the cycle after cycle i of the run still follows the rule with the same change of speed."""
         before = first + i * change
         left = remaining - first * (i + 1) - change * (i * (i + 1) // 2)
         if before + change <= 0 or left <= 0 < remaining:
@@ -141,7 +141,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """Return the next run of a deceleration to `floor` (for 0: to s first); speed 0 means that it is over."""
+    """Return the next run of a deceleration to `floor` (for 0: to s first); at rest already, a run at speed 0."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -170,11 +170,11 @@ def contour(limits: MoveLimits, speed: int) -> CycleRun:
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
 class Phases(NamedTuple):
-    """An S-curve, defined by the times of its phases, which may end within a cycle.
+    """An S-curve, defined by the durations of its phases, which may end within a cycle.
 
-    Times are in 2^-PLACES cycle.  Up to the end of phase 2, positions are counted from the start, in phases
-    3 to 5 from the line on which the axis coasts, and in phases 6 and 7 back from the destination.  So the
-    error from rounding the times, less than 2^-30 of 1/65536 step, does not accumulate.
+    Times are in 2^-PLACES cycle.  Up to the end of phase 2, positions are counted from the start; in phases
+    3 to 5, from the straight line that phase 4 follows; in phases 6 and 7, back from the destination.  So
+    the error from rounding the times, less than 2^-30 of 1/65536 step, does not accumulate.
     """
 
     jerked: int  # phases 1, 3, 5, 7
@@ -187,24 +187,24 @@ class Phases(NamedTuple):
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """The times of phases 1 to 7, in 2^-PLACES cycle."""
+        """The durations of phases 1 to 7, in 2^-PLACES cycle."""
         t1, t2, t4 = self.jerked, self.steady, self.coasting
         return t1, t2, t1, t4, t1, t2, t1
 
     @property
     def cycles(self) -> int:
-        """The number of cycles of the move."""
+        """The number of cycles of the move, rounded up."""
         return ceil(sum(self.lengths), UNIT)
 
     @property
     def peak(self) -> int:
-        """The velocity between phases 3 and 5, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
+        """The velocity in phase 4, the highest, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
         fast = self.jerked + self.steady
         reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
 
     def stopped(self, done: int) -> Phases:
-        """Return the rest of the move if a smooth stop begins after `done` cycles.
+        """Return the whole S-curve, as it becomes if a smooth stop begins after `done` cycles.
 
         The deceleration mirrors the acceleration: phases that have begun are shortened to the part done so far.
         """
@@ -221,7 +221,7 @@ class Phases(NamedTuple):
     def pieces(self) -> list[JerkPiece]:
         """Return the curve in pieces: the cycles within one phase, and each single cycle that spans several phases.
 
-        A cycle that spans several phases belongs to the first of them that has jerk.
+        A cycle that spans several phases counts as part of the first of these phases that has jerk.
         """
         found, ends, begin = [], [], 0
         for phase, length in enumerate(self.lengths, 1):
@@ -243,7 +243,7 @@ class Phases(NamedTuple):
         return [*pieces, stays]
 
     def _piece(self, phase: int, cycle: int) -> JerkPiece:
-        """Return the cycles of a phase, starting with the given cycle.
+        """Return the piece of the cycles within a phase, the first of which is `cycle`.
 
         The piece's numbers, including the positions, are rounded up during acceleration and down after it, so
         that no cycle's displacement exceeds that of a cycle at the maximum velocity.
@@ -255,9 +255,10 @@ class Phases(NamedTuple):
         return JerkPiece(cycle, phase, position, speed, change, j << PLACES - 16)
 
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Return six times the position, twice the velocity, the acceleration, and the jerk at a time in a phase.
+        """Return six times the position, twice the velocity, the acceleration and the jerk at time `t`, in a phase.
 
-        They have 16 binary places, plus PLACES for each power of a cycle, so they are exact.
+        The jerk has 16 binary places; acceleration, velocity and position have PLACES more each, in this order.
+        So all four are exact.
         """
         t1, j = self.jerked, self.jerk
         if phase <= 2:
@@ -276,7 +277,7 @@ class Phases(NamedTuple):
         return line - bent, 2 * peak - j * t * t, -j * t, -j
 
     def _risen(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Return the values of `_state` for phase 1 or 2."""
+        """Return the values of `_state` at time `t`, which is in phase 1 or 2."""
         t1, steep, j = self.jerked, self.acceleration << 16 + PLACES, self.jerk
         if phase == 1:
             return j * t**3, j * t * t, j * t, j
@@ -287,7 +288,7 @@ def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phase
     """Return the phases of a move: the times of the continuous profile, each rounded up to 2^-PLACES cycle.
 
     Args:
-        distance: 1/65536 step, positive, as are velocity and acceleration.
+        distance: 1/65536 step; velocity and acceleration: this unit per cycle, per cycle^2; all positive.
         jerk: 2^-32 step per cycle^3, positive.
     """
     d, v, a, j = distance << 16, velocity << 16, acceleration << 16, jerk

@@ -1,10 +1,10 @@
-r"""The acceleration and jerk of an axis, computed on request from the laws of the runs that are kept.
+r"""The acceleration and jerk of an axis, computed on request from the laws of motion kept for past cycles.
 
 acceleration     ____                 trapezoid: the change of velocity in each cycle; a jump (start velocity, an
-          ______|    |____      __    abrupt stop, the electronic gear) has no acceleration, and is not drawn
+          ______|    |____      __    abrupt stop, the electronic gear) counts as no acceleration, and is not drawn
                           |____|
-                  2                   S-curve: that of the continuous curve; the jerk is constant within
-              1 /---\ 3   4   7       a phase, whose ends may be within a cycle
+                  2                   S-curve: the acceleration of the continuous curve; the jerk is constant
+              1 /---\ 3   4   7       within a phase, which may begin and end within a cycle
           ____/      \____    /--
                           5\_/6
 """
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class JerkSegment(NamedTuple):
-    """A span of constant jerk, with the acceleration at its start (steps/s^2) and its S-curve phase (0: none)."""
+    """A time span of constant jerk: its start, the acceleration then (steps/s^2), the jerk, the phase (or 0)."""
 
     begin_ps: int
     acceleration: float
@@ -49,7 +49,7 @@ class Forces:
         self.per_s = self.cycle_clock.per_s
 
     def ps(self, cycle: int, parts: int = 0) -> int:
-        """Return the start of a cycle plus `parts` parts (2^-PLACES cycle each), in ps."""
+        """Return the instant (ps) that is `parts` * 2^-PLACES cycle after the start of a cycle."""
         cycle_clock = self.cycle_clock
         if not parts:
             return cycle_clock.ps(cycle)
@@ -57,7 +57,7 @@ class Forces:
         return (ticks * PS_PER_S // cycle_clock.clock.hz) >> PLACES
 
     def cycles(self, start: int, stop: int) -> NDArray[np.int64]:
-        """Return the start times of the cycles from the one that contains `start` up to `stop`: (n,) int64 ps."""
+        """Return the starts of all cycles from the cycle at `start` to the cycle at `stop` (ps): (n,) int64 ps."""
         import numpy as np
 
         cycle_clock = self.cycle_clock
@@ -65,7 +65,7 @@ class Forces:
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
-        """Return the segment at `start` and all segments that begin by `stop` (ps), in ascending order."""
+        """Return the segments that cover `start` to `stop` (ps), in ascending order; earlier ones may precede them."""
         self.pulses.axis.check_kept(start)
         self.motion.catch_up()
         past = self.pulses.past
@@ -86,9 +86,10 @@ class Forces:
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
-        """Yield a run's segments of constant acceleration; that of the first is the change from the previous speed.
+        """Yield a run's segments of constant acceleration; the first cycle is a separate segment if it differs.
 
-        If that change exceeds the law's acceleration, it is a jump, which counts as 0.
+        The acceleration of the first cycle is the change from the velocity before the run.  If that change
+        exceeds the law's acceleration, it is a jump, which counts as 0.
         """
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
@@ -106,7 +107,7 @@ class Forces:
     def _of_curve(
         self, entry: TargetLaw, phases: Phases, law: SCurve, following: TargetLaw | None
     ) -> Iterator[JerkSegment]:
-        """Yield the phases of an S-curve up to the end of the run."""
+        """Yield the segments of a run on an S-curve, one per phase, then one at rest if the curve ends in the run."""
         zero = entry.since - law.first  # the cycle in which the curve begins
         begun, over = entry.first - zero, None if following is None else following.first - zero
         parts = 0
@@ -122,7 +123,7 @@ class Forces:
 
 
 def velocity(entry: TargetLaw, cycle: int) -> int:
-    """Return the displacement of a cycle, signed."""
+    """Return the signed displacement in a cycle, in 1/65536 step; 0 at rest."""
     return entry.sign * entry.law.velocity(cycle - entry.since) if entry.law is not None else 0
 
 
@@ -139,7 +140,7 @@ class Acceleration(Quantity):
         return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values of the quantity at instants, (n,) int64 ps: (n,) float64."""
+        """Return the values of the quantity at many instants, given as (n,) int64 ps: (n,) float64."""
         import numpy as np
 
         times = np.asarray(times_ps, np.int64)
@@ -157,7 +158,7 @@ class Acceleration(Quantity):
         return stretch.jerk
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return the outline of the quantity between two instants (ps)."""
+        """Return the outline between two instants (ps), with a point wherever the value jumps or the slope changes."""
         import numpy as np
 
         points = [(start, float(self.values_at(np.array([start]))[0]))]
@@ -179,7 +180,7 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the outline between two instants (ps); where the value changes linearly, it has a point per cycle."""
+        """Return the outline between two instants (ps), with one point per cycle where the value changes linearly."""
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)
@@ -208,7 +209,7 @@ class Jerk(Acceleration):
 
 
 def phases(forces: Forces, start: int, stop: int) -> list[tuple[int, int, str]]:
-    """Return the phases of S-curves between two instants, cut to that range: start and end in ps, and "1" to "7"."""
+    """Return the S-curve phases between two instants (ps), cut to that range: (start ps, end ps, "1" ... "7")."""
     found: list[tuple[int, int, str]] = []
     stretches = forces.stretches(start, stop)
     for stretch, following in zip(stretches, [*stretches[1:], JerkSegment(stop, 0.0, 0.0)], strict=True):

@@ -1,4 +1,4 @@
-"""S-curves, cycle by cycle: pieces in which the displacement changes with constant jerk, added up exactly.
+"""S-curves, cycle by cycle: pieces of constant jerk, in which the displacements are summed exactly.
 
     displacement     3 . 4 . 5           a cycle within one phase of the curve belongs to the piece of that phase;
                    .           .         a cycle in which a phase ends is a piece by itself
@@ -23,10 +23,10 @@ HALF_WORD = 1 << 63
 
 
 class JerkPiece(NamedTuple):
-    """Cycles of an S-curve with constant jerk; `position` is the position at the start of the first one.
+    """Successive cycles of an S-curve, with constant jerk; `position` is where the first of them begins.
 
-    From cycle to cycle position += speed, then speed += change, then change += jerk.  All four numbers have
-    PLACES binary places.
+    From cycle to cycle position += speed, then speed += change, then change += jerk.  These four numbers are
+    in 1/65536 step, with PLACES binary places.
     """
 
     cycle: int  # the first one
@@ -37,22 +37,22 @@ class JerkPiece(NamedTuple):
     jerk: int
 
     def covered(self, k: int) -> int:
-        """Return the position when cycle k of the curve begins."""
+        """Return the position at the start of cycle k of the curve, with PLACES binary places."""
         m = k - self.cycle
         pairs = m * (m - 1) // 2
         return self.position + m * self.speed + pairs * self.change + pairs * (m - 2) // 3 * self.jerk
 
     def displaced(self, k: int) -> int:
-        """Return the displacement of cycle k of the curve."""
+        """Return the displacement in cycle k of the curve, with PLACES binary places."""
         m = k - self.cycle
         return self.speed + m * self.change + m * (m - 1) // 2 * self.jerk
 
 
 class SCurve:
-    """The cycles of an S-curve, starting with its cycle `first`; the last piece is the curve's end, at rest.
+    """An S-curve from its cycle `first` on; its last piece is the state of rest after its end.
 
-    Positions, at most 2^47, and velocities are each rounded down independently.  A piece with jerk has fewer
-    than 2^21 cycles.
+    Positions (at most 2^47) and velocities are rounded down independently of each other.  A piece with jerk
+    has fewer than 2^21 cycles.
     """
 
     __slots__ = ("_tables", "cycles", "first", "pieces", "start")
@@ -65,43 +65,43 @@ class SCurve:
         self.start = self._piece(first).covered(first) >> PLACES
 
     def _piece(self, k: int) -> JerkPiece:
-        """Return the piece that contains a cycle of the curve."""
+        """Return the piece that contains cycle k of the curve."""
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
-        """Return the distance covered before cycle i, in 1/65536 step, rounded down."""
+        """Return the distance covered in i cycles from `first` on, in 1/65536 step, from positions rounded down."""
         k = self.first + i
         return (self._piece(k).covered(k) >> PLACES) - self.start
 
     def velocity(self, i: int) -> int:
-        """Return the velocity in cycle i, in 1/65536 step per cycle, rounded down."""
+        """Return the velocity in cycle i, counted from `first`, in 1/65536 step per cycle, rounded down."""
         k = self.first + i
         return self._piece(k).displaced(k) >> PLACES
 
     def phase(self, i: int) -> int:
-        """Return the phase, 1 to 7, of cycle i."""
+        """Return the phase, 1 to 7, of cycle i, counted from `first`."""
         return self._piece(self.first + i).phase
 
     def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the distances covered before many cycles, in any order, in 1/65536 step: int64, shaped like `i`."""
+        """Return `travel` for many cycles, in any order, in 1/65536 step: int64, in the shape of `i`."""
         return self._sums(i, 0) - self.start
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the velocities in many cycles, in any order, in 1/65536 step per cycle: int64, in the shape of `i`."""
+        """Return `velocity` for many cycles, in any order, in 1/65536 step per cycle: int64, in the shape of `i`."""
         return self._sums(i, 1)
 
     def phases(self, i: NDArray[np.int64]) -> NDArray[np.int8]:
-        """Return the phases, 1 to 7, of many cycles in any order, in the shape of `i`."""
+        """Return `phase` for many cycles, in any order: 1 to 7, in the shape of `i`."""
         import numpy as np
 
         which = np.searchsorted(self.cycles, i + self.first, side="right") - 1
         return np.array([piece.phase for piece in self.pieces], np.int8).take(which)
 
     def _sums(self, i: NDArray[np.int64], of: int) -> NDArray[np.int64]:
-        """Return the positions (`of` 0) or displacements (`of` 1) of many cycles, in 1/65536 step.
+        """Return the positions (`of` 0) or displacements (`of` 1) of many cycles, in 1/65536 step, rounded down.
 
         Each is computed twice: as a float, with an error below 1, and as an integer with PLACES binary places
-        whose upper bits are lost, so that the integer is right modulo 64.
+        whose upper bits are lost, so that it is right modulo 64.  The result is exact, as it combines the two.
         """
         import numpy as np
 

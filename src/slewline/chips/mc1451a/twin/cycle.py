@@ -1,4 +1,4 @@
-"""The step train of an axis in the slow twin: the steps of one cycle, each at its own tick."""
+"""The step train of an axis in the slow twin: the steps of one cycle, each at its own tick of the clock."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class OneCycle(Train):
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return `step_at` for many ticks, counted from the start of the cycle: (n,) int64."""
+        """Return the number of steps that have begun at each tick, counted from the start of the cycle: (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
@@ -53,5 +53,5 @@ class OneCycle(Train):
         return 1
 
     def rests(self, until: int) -> int:
-        """Return the number of ticks of the cycle that have passed before an instant (ps)."""
+        """Return the tick, counted from the start of the cycle, at which the train ends if cut off at `until` (ps)."""
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)

@@ -81,7 +81,7 @@ class TwinAxis:
         self.error = self.gone = 0
 
     def cycle(self, number: int, tick: int) -> None:
-        """Make all decisions of cycle `number` at its start, which is `tick`."""
+        """Make all decisions for cycle `number`, which begins at `tick`."""
         self.arrive()
         self.see_settings()
         if self.state.update is not None:
@@ -99,7 +99,7 @@ class TwinAxis:
             self.state.events |= bit
 
     def defer(self, what: Callable[[], object]) -> None:
-        """Call a function later within this instant, when a step due at this instant counts as made."""
+        """Call a function later within this instant, when a step due at this instant already counts as made."""
         if not self.deferred:
             self.chip.kernel.call_at(self.chip.kernel.now, self.apply_deferred)
         self.deferred.append(what)
@@ -116,7 +116,7 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------ 0: arrive
     def arrive(self) -> None:
-        """Set the target to the end of the last cycle's displacement."""
+        """Add the last cycle's displacement to the target; if this completes the motion, end the motion."""
         state = self.state
         self.lead += self.displacement - self.direction * ONE * len(self.steps)
         self.steps = []
@@ -157,7 +157,8 @@ class TwinAxis:
     def change_mode(self) -> None:
         """Change the profile mode.
 
-        Velocity contouring continues a motion; a gear follows from the present encoder counts.
+        A motion ends, unless the mode changes to velocity contouring from a mode other than the gear.  A gear
+        follows the encoder from its present count.
         """
         state = self.state
         if state.in_motion:
@@ -216,7 +217,7 @@ class TwinAxis:
         self.defer(self.load)
 
     def load(self) -> None:
-        """Load the declared position, if any, into the axis."""
+        """Load the position declared by `relocate`, if any, into the axis."""
         if self.declared is not None:
             self.axis.load(self.declared)
             self.declared = None
@@ -242,13 +243,13 @@ class TwinAxis:
                 setattr(active, name, getattr(new, name))
 
     def gear_begins(self, cause: str) -> None:
-        """Switch on the gear; if the gear is suspended, end the motion immediately."""
+        """Record that a motion with the gear begins; if the gear is suspended, record that the motion ends, too."""
         begins(self.chip, self.state, cause, 0, self.pulse_range())
         if self.suspended:
             self.axis.log.end("limit" if self.switches.flagged else "cut")
 
     def engage(self) -> None:
-        """Let a suspended gear follow from the present encoder counts, if motor and limit switches allow it."""
+        """Resume a suspended gear from the present encoder count, if the motor and the limit switches allow it."""
         if self.suspended and not self.state.awaits_update and not self.switches.flagged:
             self.suspended = False
             self.counts_used = self.count
@@ -266,7 +267,7 @@ class TwinAxis:
             self.stopping = True
 
     def set_out(self, cause: str) -> None:
-        """Start a motion from rest, if there is one to make and no limit prevents it."""
+        """Start a motion from rest, unless there is none to make or a limit switch prevents it."""
         state, active = self.state, self.state.active
         velocity = self.greatest_velocity()
         distance = active.position * ONE - state.target
@@ -299,7 +300,7 @@ class TwinAxis:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
     def does_not_start(self, zero: set[str]) -> None:
-        """Report that no motion starts because the registers `zero` are 0; once, until these registers change."""
+        """Report that no motion starts because the registers `zero` are 0, unless the last report was the same."""
         if zero != self.why:
             self.finding("no-start", f"no motion starts while {', '.join(sorted(zero))} is 0")
         self.why = zero
@@ -309,11 +310,11 @@ class TwinAxis:
         return min(self.state.active.velocity, self.pulse_range())
 
     def pulse_range(self) -> int:
-        """Return the maximum displacement in a cycle."""
+        """Return the maximum displacement in a cycle, in 1/65536 step."""
         return ONE * (sheet.HIGH_RANGE if self.high_speed else sheet.STANDARD_RANGE)
 
     def clamp(self) -> None:
-        """Report that the maximum velocity is above the pulse range; report this once per update."""
+        """Report a maximum velocity above the pulse range, once per update."""
         if self.state.active.velocity > self.pulse_range() and not self.clamped:
             self.finding("clamped", "the velocity is above the pulse range")
             self.clamped = True
@@ -370,7 +371,7 @@ class TwinAxis:
         return direction * contour(speed, most, acceleration, min(self.start, most))
 
     def ended(self, speed: int) -> int:
-        """Return the speed; if it is 0, complete the motion."""
+        """Return `speed`; if it is 0, complete the motion."""
         if speed == 0:
             self.rest(complete=True)
         return speed
@@ -378,8 +379,8 @@ class TwinAxis:
     def geared(self) -> int:
         """Return the velocity of the gear, limited by the pulse range.
 
-        It is the encoder movement since the last cycle times the ratio, plus the movement owed from earlier
-        cycles.
+        Before this limit, it is the encoder movement since the last cycle times the ratio, plus the movement
+        owed from earlier cycles.
         """
         active = self.state.active
         moved, self.counts_used = self.count - self.counts_used, self.count
@@ -396,7 +397,7 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------ 4: pulses
     def make_pulses(self, tick: int) -> None:
-        """Promise the edges of PULSE in this cycle: it follows the target from half step to half step."""
+        """Promise the edges of PULSE in this cycle: PULSE changes at every half step of the target."""
         velocity, drivers, number = self.displacement, self.chip.drivers, self.state.number
         self.steps = []
         curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
@@ -481,7 +482,7 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------- 7: show
     def show(self) -> None:
-        """Drive AtRest; in gear mode it is low while steps are made."""
+        """Drive AtRest; in gear mode AtRest is low in every cycle with steps."""
         rest = not self.steps if self.mode == GEAR else not self.state.in_motion
         self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
 

@@ -46,7 +46,7 @@ class TwinFilter:
         self.raw, self.since = int(net.level or 0), tick
 
     def pass_time(self, tick: int) -> None:
-        """Accept a level that has lasted long enough by a tick."""
+        """Accept the present level of the input if it has lasted long enough by a tick."""
         if self.raw != self.level and self.since + sheet.FILTER_TICKS <= tick:
             self.level = self.raw
             self.edges[self.since + sheet.FILTER_TICKS] = self.level
@@ -84,7 +84,7 @@ class TwinEncoder:
         return sum(self.count(at, (a.get(at, self.state[0]), b.get(at, self.state[1]))) for at in sorted({*a, *b}))
 
     def count(self, tick: int, state: tuple[int, int]) -> int:
-        """Return the count for a change to `state`: 1 or -1; 0 if A and B have changed together."""
+        """Return the count for a change to `state` (A, B) at a tick: 1 or -1; 0 if A and B have changed together."""
         lasted, self.since = tick - self.since, tick
         if lasted < DWELL and not self.fast:
             self.chip.finding("encoder-fast", f"axis {self.number}: encoder faster than 1.25 Mcounts/s")
@@ -117,7 +117,7 @@ class Switches:
         return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
-        """Yield the direction of a switch that becomes active; while one has tripped, the other is not sampled."""
+        """Yield the direction of each switch that becomes active; while one is tripped, the other is ignored."""
         for direction in (1, -1):
             self.armed[direction] |= not self.active(direction)
         for direction in (1, -1):

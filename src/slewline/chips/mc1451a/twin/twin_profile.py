@@ -1,4 +1,4 @@
-"""The slow twin's laws of motion, one cycle at a time: plain integers, straight from the rules.
+"""The slow twin's laws of motion, one cycle at a time, in plain integers and fractions.
 
 Distances are in 2^-16 step, and speeds in that unit per cycle.
 """
@@ -12,12 +12,12 @@ from math import ceil, floor
 
 
 def sign(number: int) -> int:
-    """Return 1, or -1 for a negative number."""
+    """Return -1 for a negative number, otherwise 1."""
     return -1 if number < 0 else 1
 
 
 def least(holds: Callable[[int], bool]) -> int:
-    """Return the smallest number from 0 up for which `holds` is true; it must be true for all larger ones."""
+    """Return the smallest number n >= 0 for which `holds` is true; it must also be true for all above n."""
     high = 1
     while not holds(high):
         high *= 2
@@ -29,7 +29,7 @@ def least(holds: Callable[[int], bool]) -> int:
 
 
 def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
-    """Return whether the distance `room` is enough for a cycle at a speed and a deceleration to `start`."""
+    """Return whether the distance `room` is enough for a cycle at `speed` and a deceleration down to `start`."""
     if speed <= start:
         return start <= room
     if acceleration == 0:
@@ -39,7 +39,7 @@ def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
 
 
 def braked(speed: int, acceleration: int, start: int) -> int:
-    """Return the speed of the next cycle in a deceleration; 0 after a cycle at the start velocity."""
+    """Return the speed of the cycle after one at `speed` in a deceleration; 0 if `speed` is at most `start`."""
     return 0 if speed <= start else max(speed - acceleration, start)
 
 
@@ -59,7 +59,7 @@ def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -
 
 
 def contour(speed: int, most: int, acceleration: int, start: int) -> int:
-    """Return the next speed on the way to the maximum velocity; without acceleration the speed is constant."""
+    """Return the next cycle's speed on the way to the maximum velocity; without acceleration it is unchanged."""
     if acceleration == 0:
         return speed
     if speed > most:
@@ -76,16 +76,17 @@ def fine(number: Fraction) -> Fraction:
 
 
 def finest(holds: Callable[[Fraction], bool]) -> Fraction:
-    """Return the smallest multiple of 1/FINE for which `holds` is true; it must be true for all larger ones."""
+    """Return the smallest multiple n >= 0 of 1/FINE for which `holds` is true; it must be true for all above n."""
     return Fraction(least(lambda parts: holds(Fraction(parts, FINE))), FINE)
 
 
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
     """Return the durations of an S-curve's phases 1, 2 and 4, in cycles, rounded up to a multiple of 1/FINE.
 
-    In the continuous curve, phase 1 lasts A/J, and phases 1 and 2 together last V/A; if A is not reached,
-    phase 1 lasts sqrt(V/J), and phase 2 is omitted.  Phase 4 covers the rest of D at V; if V is not reached,
-    phase 4 is omitted, and D limits the velocity.
+    The curve has the distance `d`, and at most the velocity `v`, the acceleration `a` and the jerk `j`.  In
+    the continuous curve, phase 1 lasts a/j, and phases 1 and 2 together last v/a; if `a` is not reached,
+    phase 1 lasts sqrt(v/j), and phase 2 is omitted.  Phase 4 covers the rest of `d` at `v`; if `v` is not
+    reached, phase 4 is omitted, and `d` limits the velocity.
     """
     if v * j >= a * a:
         t1, gaining = fine(a / j), fine(Fraction(v, a))
@@ -104,9 +105,9 @@ class TwinSCurve:
     """An S-curve in progress; the jerk in its seven phases is +J, 0, -J, 0, -J, 0, +J.
 
     A cycle moves the axis from its position to the curve's position at the end of the cycle.  Four registers
-    with 58 binary places contain the position and its first, second and third difference; in every cycle,
-    each difference is added to the register before it.  All are loaded at the first cycle that begins in a
-    new phase.
+    with 58 binary places contain the position and its first, second and third differences; in every cycle,
+    each difference is added to the register before it.  All four are loaded again at the first cycle that
+    begins in a new phase.
     """
 
     def __init__(self, distance: int, velocity: int, acceleration: int, jerk: int) -> None:
