@@ -123,12 +123,13 @@ class FileGate:
         named = LINK_NAME.fullmatch(own)
         if named is None or RUN.fullmatch(named["stem"]):
             raise SlewlineError(
-                f"found {name!r}, a name that a tool may run or read; allowed letters, digits, - and _, with or "
-                "without .pty, .tty, .port, .serial, and no Makefile or the like; or allow any name (--anywhere)"
+                f"found {name!r}, the name of a file that a tool may run or read; allowed letters, digits, - and _, "
+                "with or without .pty, .tty, .port or .serial, but no Makefile or the like; or allow any name "
+                "(--anywhere)"
             )
         if refused := next((each for each in below if each.startswith(".") or each.lower() in RUN_IN), None):
             raise SlewlineError(
-                f"found {name!r}, in a folder {refused!r}, whose files are executed; name a link in another folder, "
+                f"found {name!r}: files in a folder named {refused!r} may be executed; name a link in another folder, "
                 "or allow links anywhere (--anywhere)"
             )
         return LinkPlace(self.folder, tuple(below), own)
@@ -142,7 +143,7 @@ class FileGate:
         device = self._text(name)
         if not self.anywhere and not SERIAL.fullmatch(device if os.name == "nt" else os.path.realpath(device)):
             raise SlewlineError(
-                f"found {name!r}, which is not a serial port; allowed names such as /dev/ttyUSB0, COM3; "
+                f"found {name!r}, which is not a serial port; allowed names such as /dev/ttyUSB0 or COM3; "
                 "or allow any device (--anywhere)"
             )
         return device

@@ -148,9 +148,9 @@ def test_readings_have_the_measured_values(model, measured):
 @pytest.mark.parametrize(
     ("over", "says"),
     [
-        ({"x.pulse": "pulse"}, "over: 'x.pulse': found 'pulse', expected a trace"),
+        ({"x.pulse": "pulse"}, "over: 'x.pulse': found 'pulse'; expected a trace"),
         ([1], r"over=\[1\]: expected pins and traces"),
-        ({"x.db": "slew"}, "over: 'x.db' is a bus, 'slew' is one pin"),
+        ({"x.db": "slew"}, "over: 'x.db' is a bus, but the trace 'slew' is one pin"),
     ],
 )
 def test_incompatible_runs_cannot_be_overlaid(model, measured, over, says):

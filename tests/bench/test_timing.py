@@ -407,7 +407,7 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
         (14, "expected a list"),
         ([14], "expected two edges"),
         ([("pulse drops", "run falls")], "expected a pin, a change"),
-        ([("db falls", "run falls")], "allowed for a bus: changes"),
+        ([("db falls", "run falls")], "db is a bus; allowed changes"),
     ],
 )
 def test_unmeasurable_times_are_reported(between, says):

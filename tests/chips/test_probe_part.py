@@ -268,7 +268,7 @@ def test_each_channel_is_served_by_its_own_line():
     bus, line = server.line(x, framing=True), server.line(x, over="serial")
     assert (type(bus), type(line)) == (FramedLine, ServedLine)
     assert sorted(server.lines) == ["x", "x_serial"]
-    with pytest.raises(UsageError, match="has a serial line of its own; leave out the framing"):
+    with pytest.raises(UsageError, match="already has a serial line, which needs no framing; leave out framing"):
         server.line(x, framing=True, over="serial")
     line.take(b"P 8\r")
     bus.take(b"P 9\rM\r")

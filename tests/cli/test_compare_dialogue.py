@@ -172,7 +172,7 @@ def test_commands_that_move_are_not_played(call, dialogue, serve):  # noqa: F811
     assert "E may step the motor; no command was sent; allow motion with --move" in found.err
     assert not Path("now").exists()
     found = call("compare", name, "--port", served.where, "--report", "now", "--move")
-    assert "Po would replace its program; no command was sent; save it with slewline pull" in found.err
+    assert "Po would replace the module's program; no command was sent; save that program" in found.err
     found = call(
         "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "60 s"
     )

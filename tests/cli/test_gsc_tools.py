@@ -77,7 +77,7 @@ def test_missing_features_of_the_parts_are_refused(call, program, write):
     ran = call("asm", write("p.cy525", "G"), "--checksum")
     assert (ran.status, ran.err) == (
         2,
-        "slewline: --checksum: lines for the CY525 have no checksum; leave it out\n",
+        "slewline: --checksum: the CY525 has no checksums; leave out --checksum\n",
     )
     ran = call("dis", write("p.hex", "41 01"), "--chip", "gs-c200", "--stream")
     assert ran.status == 2 and "has no binary mode" in ran.err

@@ -58,10 +58,10 @@ MISTAKES = [  # the line, the end of the answer
     ),
     ("run p.cy525 --csv s.csv", "No such option '--csv': --steps F.csv"),
     ("run p.cy525 --jason x", "No such option '--jason'. Did you mean '--json'?"),
-    ("run p.cy525 --vcd out.fst", "give a name that ends in .vcd; vcd2fst FILE.vcd FILE.fst makes an FST file of it"),
+    ("run p.cy525 --vcd out.fst", "give a name that ends in .vcd; vcd2fst FILE.vcd FILE.fst converts it to FST"),
     (
         "run p.cy525 --vcd out.sr",
-        "in .vcd; sigrok-cli -I vcd -i FILE.vcd -o FILE.sr makes a session of PulseView of it",
+        "in .vcd; sigrok-cli -I vcd -i FILE.vcd -o FILE.sr converts it to a session of PulseView",
     ),
     ("run p.cy525 --steps out.xlsx", "out.xlsx: give a name that ends in .csv or .npz"),
     ("run p.cy525 --plot a.gif", "a.gif: give a name that ends in .svg, .png or .pdf"),
@@ -110,7 +110,7 @@ MISTAKES = [  # the line, the end of the answer
         "Hz is a unit of frequency; allowed a number (steps/s2), or text with a unit: steps/s2",
     ),
     ("run p.cy525 --vcd o.vcd --pins step,direction", "motion_complete, wait, io_select; did you mean pulse?"),
-    ("panel --no-browser --attach http://127.0.0.1:4002", "or a port of this machine, 4001 (port 0: any free one)"),
+    ("panel --no-browser --attach http://127.0.0.1:4002", "this machine, such as 4001 (0: any free port)"),
     ("panel cy525 gs-c200s --no-browser", "Got unexpected extra argument (gs-c200s)"),
     ("serve cy525 --tcp 0 --token a-long-token", "give --control HOST:PORT, too, or leave out --token"),
     (
@@ -237,7 +237,7 @@ MISTAKES = [  # the line, the end of the answer
     ("compare none.vcd none.vcd", "none.vcd: cannot be read: No such file or directory"),
     ("serve", "give either a chip, such as gs-c200s, or --bench FILE"),
     ("serve cy525", "no port given; give one of --tcp, --pty, --rfc2217, --serial"),
-    ("serve cy525 --tcp x", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
+    ("serve cy525 --tcp x", "such as 127.0.0.1:4001, this machine, such as 4001 (0: any free port)"),
     ("serve gs-c200s --tcp 127.0.0.1:99999", "port 99999 is above 65535; expected HOST:PORT"),
     ("serve b.toml --tcp 0", "'b.toml' is a bench file, not CHIP; write:  slewline serve --bench b.toml --tcp 0"),
     ("lint .", "slewline: .: is a directory; name the files in it"),
@@ -270,10 +270,10 @@ MISTAKES = [  # the line, the end of the answer
     ("compare whole.vcd cut.vcd", "it was cut off; torn=True, or --torn, reads what is before the cut"),
     ("compare none.vcd.csv whole.vcd", "write:  slewline compare whole.vcd none.vcd.csv"),
     ("compare whole.vcd bare.vcd", "give the unit of its times: timescale='1 ns', or --timescale '1 ns'"),
-    ("serve cy525 --tcp 99999", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
+    ("serve cy525 --tcp 99999", "such as 127.0.0.1:4001, this machine, such as 4001 (0: any free port)"),
     (
         "serve cy525 --tcp 0.0.0.0:4001",
-        "address '0.0.0.0:4001': other machines could reach it; add --allow-remote if they may",
+        "address '0.0.0.0:4001': other machines could reach it; add --allow-remote to permit this",
     ),
     ("serve cy525 --port 4001", "No such option '--port': --tcp 4001, --serial DEV or --pty LINK"),
     (

@@ -106,9 +106,9 @@ def test_a_motor_that_cannot_be_is_refused(call, folder, given, says):
     [
         (
             ("ramp", "mc1451a", "SET_VEL=600 rpm"),
-            "a chip counts steps, and the motor's steps per revolution are not known here",
+            "the motor's steps per revolution are not known here; convert the rate to steps/s",
         ),
-        (("ramp", "gs-c200s", "T=600 rpm"), "rate '600 rpm': a chip counts steps"),
+        (("ramp", "gs-c200s", "T=600 rpm"), "rate '600 rpm': the motor's steps per revolution"),
         (("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "5 Nm"), "--pull-out '5 Nm'; Nm is a unit of torque"),
         (
             ("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "900 steps/s", "--torque", "3 rpm"),

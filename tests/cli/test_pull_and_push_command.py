@@ -66,7 +66,7 @@ CANNOT_BE = [
         "this line echoes, as an adapter",
     ),
     (("backup",), 2, "slewline pull PORT -o FILE"),
-    (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
+    (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no command for this"),
     (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "has no program"),
     (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may step the motor"),
 ]

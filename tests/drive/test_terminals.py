@@ -76,7 +76,7 @@ def test_requests_beyond_every_board_are_refused():
         ({"enable_off": "always"}, "enable_off 'always'; allowed rest, halt, never"),
         ({"enable_hold": "269 s"}, "enable_hold '269 s'; allowed 0 s to 268 s"),
         ({"filter": 16}, "filter 16; expected 0 to 15"),
-        ({"outputs": {"D2": "fault", "D3": "fault"}}, "fault has another output already"),
+        ({"outputs": {"D2": "fault", "D3": "fault"}}, "D3: fault is assigned to output D2 already; leave one out"),
     ):
         with pytest.raises(UsageError, match=told):
             drive_of(bench, x, TwinLine(), **options)

@@ -58,12 +58,12 @@ def test_a_part_that_is_silent_while_it_moves_has_a_record_as_well(run):
     async def play(record):
         await record.put("VAL", 4000)
         assert record.chip.position == record.get("RBV") == 4000
-        with pytest.raises(UsageError, match="no homing with a selectable direction"):
+        with pytest.raises(UsageError, match="no homing command with a selectable direction"):
             await record.put("HOMF", 1)
         put = asyncio.create_task(record.put("VAL", 0))
         while not record.get("MOVN"):
             await asyncio.sleep(0)
-        with pytest.raises(UsageError, match="accepts no command while it moves"):
+        with pytest.raises(UsageError, match="accepts no command while the motor moves"):
             await record.put("STOP", 1)
         await put
         assert record.get("RBV") == 0
@@ -215,8 +215,8 @@ def test_refusals_are_reported(run):
         with pytest.raises(UsageError):
             await record.fields["JAR"].write(-1.0)
         for key, value, says in (
-            ("TWV", float("inf"), "expected a number"),
-            ("VAL", float("nan"), "expected a number"),
+            ("TWV", float("inf"), "expected a finite number"),
+            ("VAL", float("nan"), "expected a finite number"),
             ("DIR", 2, "allowed "),
             ("DIR", "Up", "allowed "),
         ):
@@ -234,14 +234,14 @@ def test_a_zero_resolution_and_an_endless_unit_are_refused():
     with pytest.raises(UsageError, match="expected units per step"):
         MotorRecord("m1", lambda: None, 0)
     for units in ("x" * 16, "\u03bcm"):
-        with pytest.raises(UsageError, match="allowed up to 15 characters of Latin-1"):
+        with pytest.raises(UsageError, match="allowed up to 15 Latin-1 characters"):
             MotorRecord("m1", lambda: None, units=units)
 
 
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("", "record name '': is empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, the name alone"),
+        ("", "record name '': is empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, without a field"),
         ("lab:m1.VAL", "record name 'lab:m1.VAL': names the field 'VAL'; allowed 1 to 55 letters"),
         ("lab:m1.VAL", "without a field; write lab:m1"),
         ("lab:m1.", "ends in a dot; allowed 1 to 55 letters"),

@@ -85,7 +85,7 @@ def test_a_motor_is_stopped_by_a_ramp(motor_at, kind):
 
 def test_a_part_that_takes_no_command_while_it_moves_cannot_be_stopped(motor_at):
     motor = motor_at(*KINDS["cy545"])
-    with pytest.raises(UsageError, match="accepts no command while it moves"):
+    with pytest.raises(UsageError, match="accepts no command while the motor moves"):
         motor.stop()
 
 
@@ -114,7 +114,7 @@ def test_a_position_is_set_without_motion(motor_at):
 
 def test_a_part_that_needs_an_input_for_it_does_not_home(motor_at):
     motor = motor_at(*KINDS["cy545"])
-    with pytest.raises(UsageError, match="no homing with a selectable direction"):
+    with pytest.raises(UsageError, match="no homing command with a selectable direction"):
         motor.home(1)
 
 

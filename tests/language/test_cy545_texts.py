@@ -51,7 +51,7 @@ def test_every_form_is_kept_character_for_character():
 
 
 def test_values_of_switches_have_no_binary_form():
-    with pytest.raises(UsageError, match="# is text only"):
+    with pytest.raises(UsageError, match=r"# \(read from switches\) exists only in text"):
         to_binary(assemble("E\nR #\n0\nQ\n", SHEET))
 
 

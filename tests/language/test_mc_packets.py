@@ -361,7 +361,7 @@ def test_a_rate_that_no_register_holds():
 def test_the_step_ratio_is_a_whole_number_or_none():
     ratio = arg("SET_STEP_RATIO")
     assert [rates.step_ratio(ratio, *turn) for turn in ((4000, 12_800), (2000, 400), (400, 400))] == [80, 1280, 256]
-    with pytest.raises(UsageError, match=r"4096 counts for 12800 steps: the ratio, 81\.92, must be a whole number"):
+    with pytest.raises(UsageError, match=r"12800 steps: 256 \* counts / steps is 81\.92; allowed whole"):
         rates.step_ratio(ratio, 4096, 12_800)
     with pytest.raises(UsageError, match=r"allowed 0\.\.127\.99609"):
         rates.step_ratio(ratio, 128, 1)

@@ -220,7 +220,7 @@ class EdgeDamping(Part):
             if now < self.braked_ps:
                 self.finding(
                     "damping-cut",
-                    "a motion begins before the previous braking has ended; use longer pauses or a shorter t2",
+                    "a motion begins before the previous one is fully braked; use longer pauses or a shorter t2",
                 )
             return
         pulses = [self.t1_ps, *[self.t2_ps] * (self.t2_ps > 0)]

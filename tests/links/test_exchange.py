@@ -288,7 +288,7 @@ def test_a_bench_that_does_not_fit_is_refused_and_nothing_changes(tmp_path: Path
     rig = Rig(tmp_path, "gs-c200s")
     bench = rig.server.bench
     rig.run(GSC[:6], 60)
-    with pytest.raises(UsageError, match="at 0 ps; expected the present time, 60 ms"):
+    with pytest.raises(UsageError, match="at 0 ps; expected the present time of the served bench, 60 ms"):
         rig.past.go_on(slewline.Bench())
     other = slewline.Bench()
     other.run_to("60 ms")

@@ -123,7 +123,7 @@ def test_a_host_that_writes_without_end_is_refused(framed):
     framed.line.feed(b"N 5\n" * BACKLOG)
     assert not framed.got
     framed.line.feed(b"N 6\n?3\n")
-    refused = f"%s: not sent, because {BACKLOG} lines are waiting; wait until '?' is answered with 'ready'\r\n"
+    refused = f"%s: not sent, because {BACKLOG} lines are waiting; wait until the reply to '?' is 'ready'\r\n"
     assert framed.got.decode() == f"! {refused}! {refused}" % ("N 6", "?3")
     assert len(framed.line.computer.queue) == 2 * BACKLOG
     framed.bench.run("5 ms")

@@ -482,7 +482,7 @@ def test_a_bench_file_serves_chipsets_next_to_modules(serve, client, folder):
         (["--pty", "x"], "mc1451a: has no serial line for --pty; use --tcp"),
         (["--rfc2217", "127.0.0.1:0"], "mc1451a: has no serial line for --rfc2217; use --tcp"),
         (["--serial", "/dev/null"], "mc1451a: has no serial line for --serial; use --tcp"),
-        (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a: has registers of its own; leave out the framing"),
+        (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a: is served as registers, which need no framing"),
         (["--tcp", "127.0.0.1:0", "--state", "d"], "--state stores EEPROMs, but a mc1451a has none; leave out --state"),
         (["--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
@@ -498,7 +498,7 @@ def test_wrong_use_is_reported(capfd, folder, arguments, says):
 def test_chipsets_do_not_share_a_port(make):
     server, _ = make()
     y = server.bench.add("mc1451a", name="y")
-    with pytest.raises(slewline.UsageError, match="x has a bus; give it a port of its own"):
+    with pytest.raises(slewline.UsageError, match="x has a bus, so it cannot share a port; give x a port of its own"):
         server.line(server.bench["x"], y)
     server.close()
 

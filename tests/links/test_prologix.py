@@ -388,7 +388,7 @@ def twice(bench):
 @pytest.mark.parametrize(
     ("parts", "furnish", "says"),
     [
-        (["cy525", "cy525"], twice, "x0 and x1: both have address 9; give each a different one"),
+        (["cy525", "cy525"], twice, "x0 and x1: both have address 9; give each its own address"),
         (["cy525"], lambda bench: bench.part("gpib_listener", "ear", to="x0"), "ear has no address, and cannot answer"),
         (["gs-c200s"], lambda bench: None, "x0 has no port for a GPIB interface; leave out prologix"),
         (["cy545"], lambda bench: None, "x0 has no port for a GPIB interface"),

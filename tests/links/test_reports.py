@@ -88,7 +88,7 @@ def test_two_causes_of_a_code_do_not_hide_each_other(stand):
 
 def test_repeated_texts_are_shown_as_far_as_they_agree_and_cut_between_words(stand):
     reports, minutes, told = stand
-    case = "a line begins with {!r}, which is not the address of a module here: no module answers; begin it with 2"
+    case = "a line begins with {!r}, which is not the address of a module here: no module answers; begin the line with"
     said(reports, case.format("V"), case.format("*"))
     minutes.pass_()
     assert told[1:] == [
@@ -114,7 +114,7 @@ def test_a_flood_of_causes_is_counted_after_the_first_ones(stand):
     said(reports, "of its own", code="E1")
     assert len(told) == CAUSES + 1
     minutes.pass_()
-    assert told[CAUSES + 1 :] == [f"x: E4: {20 - CAUSES} more of other causes"]
+    assert told[CAUSES + 1 :] == [f"x: E4: {20 - CAUSES} more with other causes"]
 
 
 # -------------------------------------------------------------------------------------------------- behind the clock

@@ -417,7 +417,7 @@ def test_a_bench_file_serves_several_chips_at_the_same_time(serve, client, folde
         (('chips = ["z"]', 'chips = ["x"]'), "[[serve]] 2: x has a host or a port already"),
         (('pty = "z"', ""), "[[serve]] 2: found 0 ports; give one of tcp, pty, rfc2217, serial"),
         (('pty = "z"', 'pty = "z"\ntcp = "127.0.0.1:0"'), "[[serve]] 2: found 2 ports"),
-        (('pty = "z"', 'pty = "z"\nframing = true'), "[[serve]] 2: z: has a serial line of its own"),
+        (('pty = "z"', 'pty = "z"\nframing = true'), "[[serve]] 2: z: already has a serial line"),
         (('pty = "z"', "pty = 7"), "[[serve]] 2, pty: found 7; allowed text"),
         (('pty = "z"', 'socket = "z"'), "unknown key; allowed chips, tcp, pty"),
         pytest.param(
@@ -458,7 +458,7 @@ def test_a_bench_file_without_serve_is_reported(capfd, folder):
         (["gs-c200s", "--tcp", "nowhere"], "expected HOST:PORT"),
         pytest.param(["gs-c200s", "--pty", ""], "a pty needs a link", marks=pytest.mark.posix),
         (["gs-c200s", "--serial", "/dev/nowhere"], "/dev/nowhere"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--framing"], "leave out the framing"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--framing"], "leave out framing"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs"], "such as 'chs=0'"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "xyz=0"], "no pin 'xyz'"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz=0"], "no option 'xyz'"),

@@ -228,7 +228,7 @@ def test_modules_of_different_speed_share_no_line():
 def test_a_chip_on_a_bus_shares_no_line():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))
-    with pytest.raises(UsageError, match="c has a bus; give it a port of its own"):
+    with pytest.raises(UsageError, match="c has a bus, so it cannot share a port; give c a port of its own"):
         server.line(bench.add("gs-c200s", name="x"), bench.add("cy525", name="c"))
     server.close()
 
@@ -291,7 +291,7 @@ def test_this_machine_always_may(text):
 
 def test_an_occupied_port_is_reported(lockstep):
     server, line = lockstep()
-    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UsageError, match="choose another one"):
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UsageError, match="choose another address"):
         server.tcp(line, f"127.0.0.1:{taken.getsockname()[1]}")
     server.close()
 

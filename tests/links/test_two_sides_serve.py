@@ -285,8 +285,8 @@ def test_cts_stops_the_characters_of_a_host_that_requests_it(serve, tmp_path, ki
         (("mc1451a", "--registers", NOWHERE), "a mc1451a is served with --tcp, --pty"),
         (("cy545b", "--tcp", NOWHERE, "--pty", "x"), "a chip has one port"),
         (("cy545b",), "no port given; give one of --tcp, --pty, --rfc2217, --serial, or --registers for its bus"),
-        (("cy545b", "--tcp", NOWHERE, "--framing"), "leave out the framing"),
-        (("cy545b", "--registers", NOWHERE, "--framing"), "leave out the framing"),
+        (("cy545b", "--tcp", NOWHERE, "--framing"), "leave out framing"),
+        (("cy545b", "--registers", NOWHERE, "--framing"), "leave out framing"),
     ],
 )
 def test_refusals_of_the_command(capsys, arguments, text):

@@ -152,8 +152,8 @@ def test_an_argument_of_a_part_has_the_kind_of_its_parameter(stand):
         ([True], "act: args[0]: true; expected a whole number; allowed"),
         (["3"], "act: args[0]: '3'; expected a whole number"),
         ([None], "act: args[0]: null; expected text or a number or true or false"),
-        ([], "act: args: a list of 0; slip takes counts"),
-        ([1, 2], "act: args: a list of 2; slip takes counts"),
+        ([], "act: args: a list of length 0; allowed for slip: counts"),
+        ([1, 2], "act: args: a list of length 2; allowed for slip: counts"),
         ([10**30], "allowed -9223372036854775808 to"),
     ):
         assert says in sent(ask, json.dumps(act | {"args": args}))["error"]

@@ -198,7 +198,7 @@ def test_a_program_is_saved_as_far_as_a_run_of_it_goes(cy525, capfd, case):
     told = capfd.readouterr().err
     assert says in told
     assert says in Path("out.cy525").read_text()
-    assert ("its bytes are in" in told) == ("label" in case)  # asm takes no label that is nowhere
+    assert ("the bytes of the program are in" in told) == ("label" in case)  # asm takes no label that is nowhere
     cy525.assert_steps(0)
 
 

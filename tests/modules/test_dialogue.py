@@ -107,11 +107,11 @@ HALF = '{"at_us":0,"from":"host"'
 BAD = {
     "empty": ("", "begins with b''; expected"),
     "other": ("GIF89a\n", "begins with b'GIF89a'; expected"),
-    "version": ('{"slewline":"dialogue 2","part":"x"}\n', "is a 'dialogue 2'; this version reads dialogue 1"),
+    "version": ('{"slewline":"dialogue 2","part":"x"}\n', "is a 'dialogue 2'; version of slewline reads dialogue 1"),
     "kind": ('{"slewline":"memory 1"}\n', "is a 'memory 1'"),
     "no part": ('{"slewline":"dialogue 1"}\n', "names no part"),
     "line": ('{"slewline":"dialogue 1","part":"x"}\n\n{}\n', "line 2: b'' is not an entry"),
-    "list": ('{"slewline":"dialogue 1","part":"x"}\n[]\n', r"line 2: b'\[\]' is not an entry \(not an object\)"),
+    "list": ('{"slewline":"dialogue 1","part":"x"}\n[]\n', r"line 2: b'\[\]' is not an entry \(expected an object\)"),
     "who": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF.replace("host", "me") + "}\n", "'from' 'me'|from: 'me'"),
     "text": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + "}\n", "not an entry"),
     "letters": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + ',"text":"\\u0100"}\n', "not an entry"),

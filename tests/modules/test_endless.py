@@ -243,4 +243,4 @@ def test_a_slow_search_reports_its_received_characters():
             address=3,
             report=said.append,
         )
-    assert [line.endswith(" received so far; other rates are tried") for line in said] == [True]
+    assert [line.endswith("; other rates are being tried") for line in said] == [True]

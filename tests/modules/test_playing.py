@@ -39,7 +39,7 @@ def test_stored_commands_do_not_move(module):
 def test_the_program_of_a_module_is_not_replaced(module, line):
     one = module("gs-c200s?chs=0")
     with pytest.raises(
-        ReplacementRefused, match=f"{line} would replace its program.*no command was sent.*slewline pull"
+        ReplacementRefused, match=f"{line} would replace the module's program.*no command was sent.*slewline pull"
     ):
         play(exchanges(one, "gs-c200s", ["F", line]), one)
     assert one.transcript.sent == b""

@@ -124,7 +124,7 @@ def test_erased_memory_holds_no_program_and_that_is_reported_before_it_takes_a_m
     said = []
     contents = read_contents(found("cy545"), 65000, said.append)
     assert (contents.program, contents.stored) == ((), b"")
-    assert "erased from 65000 on; the module is listing the rest, which takes at most 1 s" in said[0]
+    assert "erased from 65000 on; the module is listing the rest of it, which takes at most 1 s" in said[0]
 
 
 def test_an_unknown_instruction_ends_a_program_and_is_noted(found, tmp_path):
@@ -199,7 +199,7 @@ def test_an_eeprom_that_holds_nothing_valid_leaves_ram_alone(found, tmp_path):
     x, said = filled(found, "gs-c200s", "chs=0"), []
     chip_of(x).store.write(b"\xff")
     pull(x, tmp_path / "weld", recall=True, report=said.append)
-    assert "X was answered with E6: the EEPROM failed; there is no other program to save" in said[-1]
+    assert "X was answered with E6: the EEPROM failed; no program was saved from the EEPROM" in said[-1]
     assert holds(x, wanted("gs-c200s"))
 
 
@@ -408,7 +408,7 @@ def test_a_program_that_begins_with_a_step_needs_room_for_a_question(found, tmp_
     (tmp_path / "image").write_bytes(b"R 5\r0\r".ljust(65528, b"\xff") + b"R 1\rR 2\r")
     x = found(f"cy545?memory={tmp_path}/image")
     before = stored(x)
-    with pytest.raises(Unfinished, match=r"begins with G, which would step the motor .*no room for a query at 65528"):
+    with pytest.raises(Unfinished, match=r"begins with G, which would step the motor .*no room at 65528 for a query"):
         push(x, wanted("cy545", ["G"]), tmp_path / "weld")
     assert stored(x) == before
 
@@ -437,7 +437,7 @@ def test_a_command_outside_the_program_that_may_step_is_refused_before_anything_
     [
         (
             "Po\nS10\nPx\n@wait 5 ms\n",
-            "weld, line 4: @wait 5 ms is for slewline run; allowed: commands of the GS-C200S",
+            "weld, line 4: @wait 5 ms is only for slewline run; allowed: commands of the GS-C200S",
         ),
         ("f+5\n", "has no program; write Po before"),
         ("Po\n+50,\n", "50, does not fit"),

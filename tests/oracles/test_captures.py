@@ -89,7 +89,7 @@ def test_a_session_with_voltages_next_to_the_wires(program, tmp_path):
     assert found.names == slewline.read_waveforms(session).names
     agree(ours, found, 1)
     with pytest.raises(
-        WaveformError, match=r"alone\.sr: a session with only voltages \(CH1\); export CSV in PulseView"
+        WaveformError, match=r"alone\.sr: a session with only voltages \(CH1\), no logic levels; export"
     ):
         slewline.read_waveforms(with_voltages(session, tmp_path / "alone.sr", wires=False))
 
@@ -104,5 +104,5 @@ def test_a_session_that_is_damaged(program, tmp_path):
 def test_a_session_without_the_program(tmp_path, monkeypatch):
     (tmp_path / "a.sr").write_bytes(b"PK\x03\x04")
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    with pytest.raises(UsageError, match="sigrok-cli, which converts it, is not installed; install it, or export"):
+    with pytest.raises(UsageError, match="needs sigrok-cli, which is not installed; install sigrok-cli, or export"):
         slewline.read_waveforms(tmp_path / "a.sr")

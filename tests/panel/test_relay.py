@@ -111,7 +111,7 @@ def test_a_signal_ends_it_silently(served, number):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--attach", "127.0.0.1:0"], "a control port needs a port number other than 0"),
+        (["--attach", "127.0.0.1:0"], "port 0 is not the number of a control port; allowed 1 to 65535"),
         (["--attach", "nonsense"], "expected HOST:PORT"),
         (["--attach", "127.0.0.1:1", "--listen", "0.0.0.0:0"], "other machines could reach it; add --allow-remote"),
     ],

@@ -346,7 +346,8 @@ def test_too_many_requests_that_wait_are_refused(panel):
         page.recv(PATIENCE)
         for number in range(WAITS + 1):
             page.send(json.dumps({"id": number, "do": "until", "pin": "x.abort", "level": 0}))
-        assert json.loads(page.recv(PATIENCE)) == {"error": f"{WAITS} requests are waiting already", "id": WAITS}
+        error = f"{WAITS} requests are already waiting; wait until one ends"
+        assert json.loads(page.recv(PATIENCE)) == {"error": error, "id": WAITS}
         assert ask(page, do="status")["chips"]  # which waits for none of them
 
 

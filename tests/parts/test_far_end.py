@@ -105,7 +105,7 @@ def test_addresses_of_the_modules_on_a_line_are_reported_for_a_line_with_another
     bench.run("100 ms")
     told = [found.text for found in host.findings]
     assert [text[:24] for text in told] == ["a line begins with '5', ", "a line begins with 'F', "]
-    assert all("begin it with 2 (right), 4 (left)" in text for text in told)
+    assert all("begin the line with 2 (right), 4 (left)" in text for text in told)
 
 
 def test_a_read_without_answer_reports_that_nothing_can_come():

@@ -309,7 +309,7 @@ class Unstarted(Part):
 def test_a_rule_names_the_part_and_its_pins_if_an_input_is_unknown(bench):
     with pytest.raises(UnknownName, match=r"^p has no pin 'inn'; its pins: in, out; did you mean in\?$"):
         Unstarted(bench.kernel, "p", pin="inn")
-    with pytest.raises(UnknownName, match=r"^p: clock 'out' is not an input of the rule: in$"):
+    with pytest.raises(UnknownName, match=r"^p: clock 'out' is not an input of the rule; allowed: in$"):
         Clocked(Unstarted(bench.kernel, "p"), ("in",), clock="out", advance=print, step=print, follow=print)
 
 

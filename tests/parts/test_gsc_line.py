@@ -244,7 +244,7 @@ def test_a_journal_repeats_the_faults(tmp_path):
         (("to_moon", "lost"), r"line: direction 'to_moon'; allowed to_module, to_host"),
         (("to_host", "late"), r"fault 'late'; allowed lost, garbled, parity, framing"),
         (("to_host", "lost", 0), r"count 0; allowed 1 or more"),
-        (("to_host", "lost", 1, 0), r"chance 0; allowed above 0, up to 1"),
+        (("to_host", "lost", 1, 0), r"chance 0; allowed above 0 and up to 1"),
         (("to_host", "lost", 1, 1, 0, -1), r"after -1; allowed 0 or more"),
     ],
 )

@@ -341,5 +341,5 @@ def test_a_host_takes_the_letter_that_points_at_a_group_from_the_sheet():
     bench = slewline.Bench()
     host = bench.host(bench.add(Other, number=300))
     assert host.verify(3)[:2] == host.ask("Y 3")[:2] == bytes([1, 44])
-    with pytest.raises(slewline.UsageError, match=r"'V 3' has no answer; use ask\(\) for 'Y 0', 'Y 1'"):
+    with pytest.raises(slewline.UsageError, match=r"'V 3' has no answer; ask\(\) is for 'Y 0', 'Y 1'"):
         host.ask("V 3")

@@ -454,7 +454,7 @@ def test_two_chipsets_share_a_data_bus():
         (lambda host: host.command("SET_POS", "5 steps/s"), slewline.UsageError, "SET_POS '5 steps/s': expected a n"),
         (lambda host: host.command("UPDATE", "5 steps/s"), slewline.UsageError, "UPDATE '5 steps/s'"),
         (lambda host: host.query("UPDATE"), slewline.UsageError, "host: UPDATE returns nothing"),
-        (lambda host: host.axis(5), slewline.UsageError, "host: axis 5; x (mc1451a) has 1..4"),
+        (lambda host: host.axis(5), slewline.UsageError, "host: axis 5; allowed 1..4 for x (mc1451a)"),
         (lambda host: host.command("SET_POS", 1, axis=7), slewline.UsageError, "host: axis 7"),
         (lambda host: host.wait("moving"), UnknownName, "'moving'"),
         (lambda host: host.packet(0x100), slewline.UsageError, "256; allowed 0..255"),

@@ -98,12 +98,12 @@ def test_a_write_into_the_mirror_lands_in_the_part() -> None:
 
 
 def test_an_image_that_does_not_fit_is_refused() -> None:
-    with pytest.raises(UsageError, match="p: 3000 bytes from address 0 on do not fit; the part has 2048"):
+    with pytest.raises(UsageError, match="p: 3000 bytes at address 0 do not fit; the part has 2048 bytes"):
         BusMaster("ram", size=2048, image=bytes(3000))
     with pytest.raises(UsageError, match=r"p: size 1000; allowed 2048, 4096, 8192, 16384, 32768, 65536, None"):
         BusMaster("ram", size=1000)
     ram = BusMaster("ram").part
-    with pytest.raises(UsageError, match="p: 2 bytes from address 65535 on do not fit; the part has 65536"):
+    with pytest.raises(UsageError, match="p: 2 bytes at address 65535 do not fit; the part has 65536 bytes"):
         ram.load(b"ab", 65535)
     with pytest.raises(UsageError, match="p: 1 bytes from address -1 on"):
         ram.load(b"a", -1)
@@ -218,7 +218,7 @@ def test_a_memory_comes_back_from_its_store_and_the_image_is_for_an_empty_one() 
 
 def test_a_store_of_another_size_is_refused() -> None:
     assert BusMaster("eeprom", store=Memory(bytes(32768))).part.size == 32768
-    with pytest.raises(UsageError, match="p: the store holds 5 bytes, the part has 65536; use another store"):
+    with pytest.raises(UsageError, match="p: the store holds 5 bytes, the part 65536; use a store of the same size"):
         BusMaster("eeprom", store=Memory(b"hello"))
 
 
@@ -229,7 +229,7 @@ def test_a_store_that_refuses_is_reported_and_gets_everything_with_the_next_flus
     bus.write(1, 0x41)
     bus.pass_time("1 s")
     assert [found.code for found in bus.part.findings] == ["not-kept"]
-    assert "1 bytes of the memory are not saved: the disk is full" in bus.part.findings[0].text
+    assert "1 bytes of the memory could not be saved: the disk is full" in bus.part.findings[0].text
     store.refuses = False
     bus.write(9, 0x42)
     bus.pass_time("1 s")

@@ -80,7 +80,7 @@ def test_in_binary_an_answer_is_bytes(over):
 @pytest.mark.parametrize("command", ["R 5", "G", "? Z", "", "? PP", "? M", 5])
 def test_commands_without_answer_are_refused_before_they_are_sent(over, command):
     desk = Desk(over)
-    with pytest.raises(UsageError, match=r"has no answer; use ask\(\) for \? P"):
+    with pytest.raises(UsageError, match=r"has no answer; ask\(\) is for \? P"):
         desk.host.ask(command)
     assert desk.host.idle and desk.host.ask("? R") == "R=00100"
 

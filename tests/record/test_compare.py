@@ -157,7 +157,7 @@ def test_wrong_use():
     model = pulses(3)
     with pytest.raises(UsageError, match="measured: 6 times and 5 levels; expected as many"):
         slewline.compare_edges(model, (model[0], model[1][1:]))
-    with pytest.raises(UsageError, match="model: 6 times and 6 levels; expected as many levels as times, ascending"):
+    with pytest.raises(UsageError, match="model: 6 times and 6 levels; expected ascending times, and a level for each"):
         slewline.compare_edges((model[0][::-1], model[1]), model)
     for options in ({"shift": "soon"}, {"shift": 0.5}, {"tolerance": "-1 us"}):
         with pytest.raises(TimeError):

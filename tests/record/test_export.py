@@ -153,7 +153,7 @@ def test_link_stays_a_link(tmp_path):
 def test_own_name_must_not_be_a_link(tmp_path):
     (tmp_path / "real").write_text("old")
     (tmp_path / "link").symlink_to("real")
-    with pytest.raises(UsageError, match=r"link: is a symbolic link, which is not followed here; name the file itself"):
+    with pytest.raises(UsageError, match=r"link: is a symbolic link, which is not followed here; remove the link"):
         WholeFile(tmp_path / "link", own=True)
     assert (tmp_path / "real").read_text() == "old"
 
@@ -223,7 +223,7 @@ def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_reported(tmp_path, m
     file.close()
     assert stat.S_IMODE(os.stat(path).st_mode) == (0o6640 if permitted else 0o640)
     says = [str(each.message) for each in recwarn]
-    assert says == ([] if permitted else [f"{path}: its owner and group are now yours, not the previous ones"])
+    assert says == ([] if permitted else [f"{path}: could not keep its owner and group; it now has yours"])
     assert not permitted or owners[file.part.name] == (4001, 4002)
 
 

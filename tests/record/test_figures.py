@@ -427,7 +427,7 @@ def test_the_callers_axes_are_drawn_into():
     figure(contents(track(), track("y")), ax=alone)
     assert alone.get_legend() is not None
     assert alone.get_ylabel() == "Velocity, steps/s"
-    with pytest.raises(UsageError, match="ax: 3 axes; this picture needs 1 or 2: Velocity, steps/s; Position, steps"):
+    with pytest.raises(UsageError, match="ax: 3 axes; this picture needs 1, or 2 for its panels: Velocity, steps/s"):
         figure(contents(track()), ax=Figure().subplots(3))
 
 
@@ -456,7 +456,7 @@ def test_errors_are_clear_and_leave_nothing(tmp_path, monkeypatch):
         with pytest.raises(UsageError, match="nothing to draw"):
             figure(wrong)
     for width in ("wide", 2, True, None):
-        with pytest.raises(UsageError, match='allowed "page", "phone", or inches from 3 to 40'):
+        with pytest.raises(UsageError, match='allowed "page", "phone", or 3 to 40 inches'):
             figure(contents(track()), width=width)
     load = builtins.__import__
 

@@ -83,7 +83,7 @@ def test_an_invalid_edge_is_refused(text):
 
 
 def test_a_bus_does_not_fall():
-    with pytest.raises(UsageError, match="allowed for a bus: changes, appears, vanishes"):
+    with pytest.raises(UsageError, match="is a bus; allowed changes, appears, vanishes"):
         Edge.read("x.db falls").find(signal((1, 0), bus=True), 0, include=True)
 
 

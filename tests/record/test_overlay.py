@@ -101,7 +101,7 @@ def test_pins_without_edges_and_pins_without_overlay():
 
 
 def test_a_bus_is_not_overlaid_on_a_pin():
-    with pytest.raises(UsageError, match=r"over: 'x.db' is a bus, 'slew' is one pin"):
+    with pytest.raises(UsageError, match=r"over: 'x.db' is a bus, but the trace 'slew' is one pin"):
         fitting("x.db", True, trace(name="slew"))
 
 

@@ -673,7 +673,7 @@ def test_steps_begin_with_known_levels(parse):
     text = "$timescale 1 us $end $var wire 1 ! p $end $var wire 1 % d $end $enddefinitions $end\n"
     text += "#0 x%\n#1\n0!\n#2\n1!\n#3\n0!\n0%\n#4 z! #5 0! #6 1!\n#7\n0!\n1%\n"
     found = parse(text)
-    with pytest.raises(UsageError, match="p is floating or unknown from 4 µs, so a step may be lost"):
+    with pytest.raises(UsageError, match="p is floating or unknown from 4 µs, so a step may be missed"):
         found.steps("p")
     assert found.steps("p", idle=1).times_ps.tolist() == [1_000_000, 3_000_000, 5_000_000, 7_000_000]
     assert found.steps("p", idle=0).times_ps.tolist() == [1_000_000, 3_000_000, 7_000_000]
@@ -683,7 +683,7 @@ def test_steps_begin_with_known_levels(parse):
     assert known.steps("p", "d", idle=0).directions.tolist() == [1, -1, 1]  # an edge of both at once: the new direction
     with pytest.raises(UsageError, match="idle=2: allowed 0, 1 or None"):
         found.steps("p", idle=2)
-    with pytest.raises(UsageError, match="edge='up', forward=1: allowed falling or rising"):
+    with pytest.raises(UsageError, match="edge='up', forward=1: allowed edge falling or rising"):
         found.steps("p", edge="up")
     with pytest.raises(UsageError, match="db has 8 bits; name one of them"):
         parse(SMALL).steps("db")

@@ -127,7 +127,7 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         good + "1e9,0\n": "a time beyond 2\\^62 ps",
         "Time,A\n2026-11-28T10:00:00,0\n": "no row of numbers in its first 2 lines; export times as seconds, not",
         "Time,A\n": "no row of numbers in its first 1 lines; expected columns of numbers",
-        "A,B\n0,1\n1,1\n": "has no column of times, and states no sample rate; export times too",
+        "A,B\n0,1\n1,1\n": "has no column of times, and states no sample rate; export the times too",
         good + "0," + "1" * (1 << 21): "a line of more than",
         "Time [s]" + ",A" * 2000 + "\n" + "0" + ",1" * 2000: "2001 columns; allowed up to 1024",
         "X,A,Start,Increment\n0,V,0,1e-999999999\n0,1,,\n1,0,,\n": "has no column of times",
@@ -135,7 +135,7 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         "a,b\nsample rate" + " " * 500_000 + "x\nA,B\n0,1\n": "has no column of times",
         "a,b\nA[" + " " * 500_000 + ",x\n0,1\n": "has no column of times, and",
         "Time(s),A,B\n0,0,1\n1,2e-08,1,1\n": "line 3: '1,2e-08,1,1': 4 cells, and the first row has 3; with a decimal",
-        "Time(s),A\n0,5,1\n1,0,0\n": "line 2: 1 numbers without a name; with a decimal comma, cells are separated",
+        "Time(s),A\n0,5,1\n1,0,0\n": "line 2: 1 numbers without a column name; if numbers have decimal commas",
         "0.5,1\n0.4,0\n0.6,1\n0.7,1\n": "has no column of times",  # nothing rises, or whole numbers do, too few
         "0,1.5\n1,0.2\n2,3.3\n3,3.3\n": "has no column of times",
         "0.5,1\n0.6,0\n": "has no column of times",
@@ -230,7 +230,8 @@ def test_an_invalid_table_is_read_as_vcd(tmp_path):
         table(tmp_path, b"<SALEAE>" + bytes(40))
     with zipfile.ZipFile(tmp_path / "a.xlsx", "w") as archive:
         archive.writestr("xl/workbook.xml", "<workbook/>")
-    with pytest.raises(WaveformError, match="a ZIP archive, but not a session of sigrok; save a spreadsheet as CSV"):
+    says = "a ZIP archive, but not a session of sigrok; if it is a spreadsheet, save it as CSV"
+    with pytest.raises(WaveformError, match=says):
         slewline.read_waveforms(tmp_path / "a.xlsx")
     for ending, says in ((".dsl", "export VCD or CSV in DSView"), (".sal", "export CSV in Logic 2")):
         (tmp_path / f"a{ending}").write_bytes(b"PK\x03\x04")

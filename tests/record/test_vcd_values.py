@@ -196,6 +196,6 @@ def test_wires_of_a_bus_are_counted_each_by_itself(rig, tmp_path):
 
 def test_two_variables_of_one_name_are_refused(rig, tmp_path):
     moving(rig)
-    with pytest.raises(UsageError, match="'slew' is the name of a variable in the file and cannot be a variable too"):
+    with pytest.raises(UsageError, match="'slew' is already the name of a variable in the file; rename one of them"):
         write_vcd(tmp_path / "a.vcd", rig.nets, rig.recorder, 0, 9, values=[CurveSource("x.slew", Staircase((1, 1.0)))])
     assert list(tmp_path.iterdir()) == []

@@ -128,8 +128,8 @@ IN_THESE = ["bin/tool", ".git/hooks/pre-commit", "hooks/x", "below/bin/x", "BIN/
 @rows(
     ["name", "says"],
     [(name, "outside the folder") for name in OUTSIDE]
-    + [(name, "a name that a tool may run") for name in RUN]
-    + [(name, "whose files are executed") for name in IN_THESE]
+    + [(name, "the name of a file that a tool may run") for name in RUN]
+    + [(name, "may be executed; name a link in another folder") for name in IN_THESE]
     + [(7, "allowed text"), (["x"], "allowed text")],
 )
 def test_a_link_has_a_harmless_name_in_the_folder(tmp_path, name, says):
@@ -151,7 +151,7 @@ def test_a_link_in_the_folder_or_below_is_made_there(folder):
 @pytest.mark.posix
 @pytest.mark.parametrize("name", ["out/x", "round/x", "round/deeper/x", "out/mine/x", "nowhere/x"])
 def test_no_link_in_the_path_to_a_link_is_followed(folder, name):
-    with pytest.raises(UsageError, match="name a link in a writable directory that is not itself a link"):
+    with pytest.raises(UsageError, match="put the link in a writable directory, and not in one that is itself a link"):
         DeviceLink(place(folder, name), "/dev/pts/99999")
     assert not [path for path in folder.parent.rglob("*") if path.name == "x"]
 

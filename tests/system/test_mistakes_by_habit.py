@@ -175,7 +175,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.live("R 5")',
         "UsageError",
-        "live commands need a running program, and x runs none; send() sends a command, run_program() starts",
+        "live commands need a running program, and x runs none; start the program with run_program(), or use send()",
     ),
     ("h.verify(True)", "UsageError", "host: verify(True, None); allowed groups 0 to 3, and 0 or more bytes"),
     ("h.verify(1.0)", "UsageError", "host: verify(1.0, None); allowed groups 0 to 3, and 0 or more bytes"),
@@ -225,8 +225,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) sets it, host.change_line(...) changes it"),
     ('gh.parity = "odd"', "NoSuchAttribute", "host.change_line(...) changes the format of a serial line"),
     ("h.timeout = 1", "NoSuchAttribute", 'host.ask(..., timeout="5 s") takes one'),
-    ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion after H and G"),
-    ("h.read_position()", "Timeout", "it is available while the motor steps; at rest verify(0) reads it"),
+    ("h.change_rate(60)", "Timeout", "the part accepts a rate while the motor slews in an endless motion"),
+    ("h.read_position()", "Timeout", "the position is available while the motor steps; at rest, verify(0) reads it"),
     ("h.verify()", "UsageError", "its arguments: group, number, timeout, live; groups are 0 to 3"),
     ("mh.verify(0)", "NoSuchAttribute", "host has no 'verify'; write host.query(\"GET_POS\")"),
     ('mh.live("GET_POS")', "NoSuchAttribute", "a chipset takes commands at any time: host.command(...)"),
@@ -359,7 +359,7 @@ def test_custom_benches_and_chips_have_attributes_of_their_own():
 def test_waveforms_have_no_items(tmp_path):
     world, name = World(), str(tmp_path / "a.vcd")
     world["x"], world["b"].save_vcd(name)
-    with pytest.raises(errors.UsageError, match=r"waveforms have no items; write waveforms.edges\('x.pulse'\)"):
+    with pytest.raises(errors.UsageError, match=r"waveforms cannot be indexed; write waveforms.edges\('x.pulse'\)"):
         slewline.read_vcd(name)["x.pulse"]
 
 

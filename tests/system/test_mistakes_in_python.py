@@ -380,7 +380,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "from 2 s to 1 s: the window ends before it begins; give start, then stop",
     ),
     ('b.quantity("x.speed")', "UnknownName", "no quantity 'x.speed'; there are: x.velocity, x.position"),
-    ("b.figure(ax=3)", "UsageError", "ax: np.int64(3); expected axes of matplotlib, such as those of plt.subplots()"),
+    ("b.figure(ax=3)", "UsageError", "ax: np.int64(3); expected matplotlib axes, such as those of plt.subplots()"),
     (
         'b.figure(cursors=["99 s"])',
         "UsageError",
@@ -409,14 +409,14 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "ms; call bench.run() first, or give start and stop in the past",
     ),
-    ('b.figure(width="wide")', "UsageError", 'width=\'wide\'; allowed "page", "phone", or inches from 3 to 40'),
+    ('b.figure(width="wide")', "UsageError", 'width=\'wide\'; allowed "page", "phone", or 3 to 40 inches'),
     ('b.plot("a.gif")', "UsageError", "a.gif: give a name that ends in .svg, .png or .pdf"),
     ('b.plot("a")', "UsageError", "a: give a name that ends in .svg, .png or .pdf"),
     ('b.plot("no/such/a.svg")', "UsageError", "no/such/a.svg: there is no directory 'no/such'"),
     (
         'b.save_vcd("out.fst")',
         "UsageError",
-        "give a name that ends in .vcd; vcd2fst FILE.vcd FILE.fst makes an FST file of it",
+        "give a name that ends in .vcd; vcd2fst FILE.vcd FILE.fst converts it to FST",
     ),
     (
         'b.save_vcd("out.vcd", timescale="3 ns")',
@@ -456,7 +456,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.ask("A 0")',
         "UsageError",
-        "host: 'A 0' has no answer; use ask() for 'V 0', 'V 1', 'V 2', 'V 3', send() for other commands",
+        "host: 'A 0' has no answer; ask() is for 'V 0', 'V 1', 'V 2', 'V 3'; use send() for other commands",
     ),
     ("h.verify(77)", "UsageError", "host: verify(77, None); allowed groups 0 to 3, and 0 or more bytes"),
     ('h.to("y")', "UnknownName", "host has no chip 'y'; it serves x"),
@@ -468,8 +468,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ("mh.axis(1).GET_POS", "NoSuchAttribute", "host.axis(1) has no 'GET_POS'; write host.axis(1).query(\"GET_POS\")"),
     ("mh.axis(1).position", "NoSuchAttribute", "host.axis(1) has no 'position'; the chip has it: x.axis(1).position"),
-    ("mh.axis(5)", "UsageError", "host: axis 5; mc1451a (mc1451a) has 1..4"),
-    ('mh.axis("x")', "UsageError", "host: axis 'x'; mc1451a (mc1451a) has 1..4"),
+    ("mh.axis(5)", "UsageError", "host: axis 5; allowed 1..4 for mc1451a (mc1451a)"),
+    ('mh.axis("x")', "UsageError", "host: axis 'x'; allowed 1..4 for mc1451a (mc1451a)"),
     ('mh.command("SET_POSITION", 3)', "UnknownName", "SET_POSITION is not a command of the MC1451A; write SET_POS"),
     ('mh.command("SET_POS")', "UsageError", "SET_POS takes position, not 0 values"),
     (

@@ -255,7 +255,7 @@ MISTAKES = (
     row("no checksum", url, b"V1\r", part="gs-c200s", words=f"V1 arrived without one|{CHECKED}"),
     row("no checksum, a blank after the address", bench, "4 V1\r", chs=1, sel0=0, words=r"V1 arrived without one, with blanks or in a different case: send b'4V1;\r'|strap chs=0"),
     row("no checksum, small letters", bench, "v1\r", chs=1, words=r"v1 arrived without one, with blanks or in a different case: send b'V1\x17\r'|strap chs=0"),
-    row("the address at the end, broadcast", bench, "V14\r", "*V1\r", sel0=0, words="a line begins with 'V'|a line begins with '*'|begin it with 4 (gs_c200s)"),
+    row("the address at the end, broadcast", bench, "V14\r", "*V1\r", sel0=0, words="a line begins with 'V'|a line begins with '*'|begin the line with 4 (gs_c200s)"),
     row("a wrong checksum", bench, "V1x\r", chs=1, words=rf"checksum 'x' (0x78), expected 0x17 after b'V1'|{CHECKED}"),
     row("a checksum where there is none", bench, "V1\x17\r", words=r"'V1\x17' does not fit V<what>|'\x17' is the checksum of V1: leave it out, or strap chs=1"),
     row("a checksum where there is none", tcp, b"A3t\r", words="'A3t' does not fit A<output>|'t' is the checksum of A3: leave it out, or strap chs=1"),
@@ -281,8 +281,8 @@ MISTAKES = (
     row("a line that is too long", bench, "+100,+200,+300\r", words="gs_c200s  E1: |more than 11 characters|end each command with a carriage return"),
     row("a program while one runs", bench, "Po\rD9\rE\r", "Po\r", words="busy: Po is answered with B and ignored while a program runs|wait until F is answered with R, or end it with K or Z"),
     # who is spoken to
-    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is not the address of a module here|no module answers|begin it with 4 (gs_c200s)|change the address straps"),
-    row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),
+    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is not the address of a module here|no module answers|begin the line with 4 (gs_c200s)|change the address straps"),
+    row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin the line with 4 (gs_c200s)"),
     row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is not a command|write V1: leave out the address"),
     # who answers
     row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 accepts no command while one runs|wait for its end, or end it with RESET"),

@@ -165,7 +165,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
 
 @pytest.mark.parametrize("what", [None, "200", 200.0], ids=repr)
 def test_objects_that_steps_cannot_be_compared_with(gs_c200s, what):
-    with pytest.raises(UsageError, match="expected a number, instants, or the steps of another run"):
+    with pytest.raises(UsageError, match="expected a number of steps, instants, or the steps of another run"):
         gs_c200s.assert_steps(what)
     with pytest.raises(UsageError, match=r"assert_steps\(<gs-c200s on url: .*such as other\.chip\.steps\(\)"):
         gs_c200s.assert_steps(gs_c200s)
@@ -334,14 +334,14 @@ def test_faults_that_cannot_be(gs_c200s):
     gs_c200s.advance("1 s")
     with pytest.raises(UsageError, match=r"power cut: 500 ms is in the past; the time is 1.001 s"):
         gs_c200s.faults.power_cut(at="500 ms")
-    with pytest.raises(UsageError, match="lost byte: to 'chip'; allowed module, host"):
+    with pytest.raises(UsageError, match="lost byte: to='chip'; allowed module, host"):
         gs_c200s.faults.lost_byte(to="chip")
     with pytest.raises(UnknownName):
         gs_c200s.faults.stuck_switch("limit", 0)
 
 
 def test_a_face_that_is_not_there():
-    with pytest.raises(UsageError, match="on 'usb'; allowed url, host, tcp, pty, rfc2217"):
+    with pytest.raises(UsageError, match="on='usb'; allowed url, host, tcp, pty, rfc2217"):
         running("gs-c200s", on="usb")
 
 
@@ -349,7 +349,7 @@ def test_the_report_names_a_server_that_has_ended(slewline_module):
     module = slewline_module("gs-c200s", on="tcp")
     module.rig.server.stop()
     module.rig.thread.join()
-    assert module.report() == f"{module.url}: the server has ended"
+    assert module.report() == f"{module.url}: the server of the module has ended unexpectedly"
 
 
 def test_a_long_transcript_is_cut(gs_c200s):

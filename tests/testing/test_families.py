@@ -102,7 +102,8 @@ def test_on_tcp_a_bus_is_reached_through_a_uart_and_a_chipset_by_its_registers(c
     cy525.assert_steps(30)
     with ChipsetHost(*mc1451a.url.rpartition("//")[2].split(":")) as host:
         assert host.query("GET_VRSN") == 0x5C11
-    with pytest.raises(UsageError, match=r'cy525 on tcp: only the program on the port can command it; use on="host"'):
+    says = r'cy525 on tcp: only the program on the port can command it; for ask\(\), use on="host"'
+    with pytest.raises(UsageError, match=says):
         cy525.ask("?")
 
 

@@ -27,7 +27,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.pin('slew')", "has no pin 'slew'; its pins: sel0"),
     ("gs_c200s", "gs_c200s.pin('ui1').drive('low')", "level 'low'; allowed 0, 1"),
     ("gs_c200s", "gs_c200s.pin('ui1').level = 0", "write pin.drive(0)"),
-    ("gs_c200s", "gs_c200s.assert_steps('200')", "expected a number, instants, or the steps of another run"),
+    ("gs_c200s", "gs_c200s.assert_steps('200')", "expected a number of steps, instants, or the steps of another run"),
     ("gs_c200s", "gs_c200s.assert_steps(0, since=0.5)", "a float would be rounded"),
     ("gs_c200s", "gs_c200s.assert_steps(0, axis=2)", "has no axis 2; its only axis is 1"),
     ("gs_c200s", "gs_c200s.assert_steps(0, direction='cw')", "allowed +1 (clockwise), -1, or None for either"),
@@ -36,10 +36,10 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.assert_edges('mov', [('10 ms', 'high')])", "then the level from that instant on"),
     ("cy525", "cy525.host.send('A 0'); cy525.assert_steps(3)", "0 steps found, expected 3; host: sending to cy525"),
     ("cy525", "cy525.url", "cy525 (cy525) has no url, because no program can reach it"),
-    ("cy525", "cy525.ask('A 0')", "'A 0' has no answer; use ask() for 'V 0'"),
+    ("cy525", "cy525.ask('A 0')", "'A 0' has no answer; ask() is for 'V 0'"),
     ("cy525", "cy525.host.query('V 0')", "host has no 'query'; write host.ask(...)"),
     ("slewline_module", "slewline_module('gs-c20')", "did you mean gs-c200?"),
-    ("slewline_module", "slewline_module('gs-c200s', on='usb')", "on 'usb'; allowed url, host, tcp, pty, rfc2217"),
+    ("slewline_module", "slewline_module('gs-c200s', on='usb')", "on='usb'; allowed url, host, tcp, pty, rfc2217"),
     ("slewline_module", "slewline_module('gs-c200s', baud=9600)", "no option 'baud'"),
     (
         "slewline_module",
@@ -48,14 +48,14 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ),
     ("gs_c200s", "gs_c200s.faults.drop_byte()", "faults has no 'drop_byte'; write faults.lost_byte()"),
     ("slewline_ports", "slewline_ports({'COM3': 'gs-c200s'})['COM4']", "no port 'COM4'; there are: COM3"),
-    ("slewline_ports", "slewline_ports(['COM3'])", 'expected modules by port, such as {"COM3": "gs-c200s"}'),
-    ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "allowed: a part with a serial line, on url"),
+    ("slewline_ports", "slewline_ports(['COM3'])", 'expected modules, keyed by port, such as {"COM3": "gs-c200s"}'),
+    ("slewline_ports", "slewline_ports({'COM3': 'cy525'})", "allowed only parts with a serial line, with on='url'"),
 ]
 FIXED = [  # what a marker says, the end of the answer: the fixture itself fails
-    ('on="usb"', "on 'usb'; allowed url, host, tcp, pty, rfc2217"),
+    ('on="usb"', "on='usb'; allowed url, host, tcp, pty, rfc2217"),
     ('straps={"ch": 0}', "did you mean chs?"),
     ("eeprom_tme=3", "did you mean eeprom_time?"),
-    ('{"chs": 0}', "takes keyword arguments only: @pytest.mark.slewline(straps={...})"),
+    ('{"chs": 0}', "allowed only keyword arguments, such as @pytest.mark.slewline(straps={...})"),
 ]
 
 

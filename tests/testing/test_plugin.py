@@ -110,7 +110,7 @@ def test_failures_are_reported(run):
     result = run(BAD + "def test_that_passes(gs_c200s):\n    gs_c200s.ask('F')\n", "-rA")
     result.assert_outcomes(passed=1, failed=1, errors=1)
     result.stdout.fnmatch_lines(REPORT)
-    result.stdout.fnmatch_lines(["E*UsageError: on 'usb'; allowed url, host, tcp, pty, rfc2217"])
+    result.stdout.fnmatch_lines(["E*UsageError: on='usb'; allowed url, host, tcp, pty, rfc2217"])
     assert result.stdout.str().count("- slewline: ") == 1
 
 

@@ -138,7 +138,8 @@ def test_time_sleeps_for_all_of_them(slewline_ports):
 
 @pytest.mark.parametrize(("part", "face"), [("cy525", "host"), ("gs-c200s", "tcp"), ("mc1451a", "host")])
 def test_a_module_without_a_line_in_this_process_is_refused(slewline_ports, slewline_module, part, face):
-    with pytest.raises(UsageError, match=rf"^COM3: {part} on {face}; allowed: a part with a serial line, on url$"):
+    says = rf"^COM3: {part} on {face}; allowed only parts with a serial line, with on='url'$"
+    with pytest.raises(UsageError, match=says):
         slewline_ports({"COM3": slewline_module(part, on=face)})
 
 
@@ -211,7 +212,7 @@ def test_a_program_finds_its_adapter_in_the_list_of_ports(slewline_ports):
     ("usb", "says"),
     [
         ({"COM7": {}}, "usb: no port 'COM7'; there are: COM3"),
-        ({"COM3": {"serial": "A5"}}, "usb of COM3: 'serial'; allowed vid, pid, serial_number"),
+        ({"COM3": {"serial": "A5"}}, "usb of COM3: no key 'serial'; allowed vid, pid, serial_number"),
         ({"COM3": {"vid": "0403"}}, "usb of COM3: vid '0403'; allowed 0 to 0xFFFF"),
         ({"COM3": {"pid": 1 << 16}}, "usb of COM3: pid 65536; allowed 0 to 0xFFFF"),
         ({"COM3": {"product": 5}}, "usb of COM3: product 5; allowed text"),

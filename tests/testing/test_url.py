@@ -109,7 +109,7 @@ def test_a_port_with_a_type():
         assert ask(port, "F") == b"RR\r"
         port.sleep(0.1)
         assert (port.chip.position, port.baudrate, type(port)) == (0, 9600, protocol_slewline.Serial)
-    with pytest.raises(UsageError, match=r"'socket://localhost:1': expected slewline://PART; other ports"):
+    with pytest.raises(UsageError, match=r"'socket://localhost:1': expected slewline://PART; open other ports"):
         slewline.testing.open_url("socket://localhost:1")
 
 
@@ -142,16 +142,17 @@ def test_two_hosts_cannot_have_one_module(opened):
 def test_a_name_stands_for_one_module(opened):
     opened("slewline://gs-c200s?name=left&chs=0").close()
     for url in ("slewline://gs-c200?name=left", "slewline://gs-c200s?name=left&chs=1"):
-        with pytest.raises(UsageError, match=r"'left' is slewline://gs-c200s\?name=left&chs=0 already") as wrong:
+        says = r"'left' is already the name of slewline://gs-c200s\?name=left&chs=0;"
+        with pytest.raises(UsageError, match=says) as wrong:
             opened(url)
-        assert "give this one another name" in str(wrong.value)
+        assert "give the new module another name" in str(wrong.value)
 
 
 def test_the_url_that_is_advised_is_one_that_opens(opened):
     opened("slewline://gs-c200s?name=left&chs=0").close()
     with pytest.raises(UsageError) as refused:
         opened("slewline://gs-c200?name=left")
-    assert opened(str(refused.value).rpartition(", or ")[2]).chip.sheet.part == "gs-c200s"
+    assert opened(str(refused.value).rpartition("one: ")[2]).chip.sheet.part == "gs-c200s"
 
 
 @pytest.mark.parametrize(
@@ -359,7 +360,7 @@ def test_a_read_without_timeout_reports_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
     with pytest.raises(
-        Timeout, match=r"read\(4\) without timeout received 3 bytes, .* can arrive \(gs_c200s: waiting for a command"
+        Timeout, match=r"read\(4\) without a timeout received 3 bytes, .* can arrive \(gs_c200s: waiting for a command"
     ):
         port.read(4)
     assert port.read(3) == b"RR\r"
@@ -561,7 +562,7 @@ NOT_OPENED = [
     ("slewline://gs-c200s/extra?chs=0", {}, "unexpected 'extra'; expected slewline://gs-c200s"),
     ("slewline://gs-c200s#x", {}, "unexpected 'x'; expected slewline://gs-c200s"),
     ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
-    ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
+    ("slewline://cy525", {}, r"cy525: has no serial line; command it through bench\.host"),
     ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
     ("slewline://gs-c200s?chs=2", {}, "strap chs=2; a strap sets an input to 0 or 1"),
     ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),

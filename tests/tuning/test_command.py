@@ -87,11 +87,17 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
 @pytest.mark.parametrize(("arguments", "says"), [
     (("--grid", "Q=3"), "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
-    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 points; allowed up to 1000000; use fewer values, such as /12"),
+    (
+        ("--grid", "F=0..127 R=0..127 S=1..255"),
+        "4177920 points; allowed up to 1000000; use fewer values, such as 12 of a range: /12",
+    ),
     (("--perturb", "lod 20%"), "perturbation 'lod'; known: load, inertia"),
     (("--stepping", "quarter"), "steps 'quarter'; allowed full, wave, half, and micro with a number, such as micro 8"),
     (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 or more"),
-    (("--steps", "70000"), "none of 6 grid points gives a valid move; the first: cy525: a move of 70000 steps;"),
+    (
+        ("--steps", "70000"),
+        "none of the 6 grid points gives a valid move; error at the first: cy525: a move of 70000 steps;",
+    ),
     (("--jobs", "0"), "jobs 0; allowed 1..256 processes"),
     (("--jobs", "1", "--dask", "tcp://x:1"), "--jobs and --dask: give one of the two"),
     (("--store", "nowhere/log.jsonl"), "nowhere/log.jsonl: no directory 'nowhere'; create it, or name another"),
@@ -103,11 +109,11 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--load", "inertia -1"), "load: inertia"),
     (("--load", "inertia 68"), "inertia '68'; 68 has no unit; allowed 0 or more kg m2, or text with a unit: kg m2, "),
     (("--load", "inertia 68 g cm2 friction 5 mNm"), "a comma is missing before 'friction'"),
-    (("--load", "inertia 68 g cm2; friction 5 mNm"), "commas separate figures, not semicolons"),
+    (("--load", "inertia 68 g cm2; friction 5 mNm"), "separate figures with commas, not semicolons"),
     (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 or more m, or text with a unit: m, cm, mm"),
     (("--grid", "F=range(3,10) R=8 S=199"), "F 'range(3,10)': write 3..9"),
     (("--grid", "F=3-10 R=8 S=199"), "cy525: F '3-10': write 3..10 for a range"),
-    (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; blanks separate parameters, such as F=4,6 R=8"),
+    (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; separate parameters by blanks, as in F=4,6 R=8"),
 ])  # fmt: skip
 def test_mistakes(call: Any, arguments: tuple[str, ...], says: str) -> None:
     status, out, err = call("cy525", *QUICK, *arguments)

@@ -55,7 +55,7 @@ def test_workers_with_another_version_are_refused(cluster: Cluster, monkeypatch:
         pass
     says = str(caught.value)
     assert says.startswith(f"Dask cluster {cluster.address!r}: the worker tcp://127.0.0.1:"), says
-    assert f" has slewline {__version__}, this computer 9.9; install 9.9 on its workers, and start them again" in says
+    assert f" has slewline {__version__}, this computer has 9.9; install 9.9 on the workers, and restart them" in says
 
 
 def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,7 +87,7 @@ def test_a_cluster_that_dies_costs_no_run_of_the_log(tmp_path: Path) -> None:
     finally:
         cluster.close()
     says = str(caught.value)
-    assert f"Dask cluster {cluster.address!r} is gone; expected the address of a running scheduler" in says
+    assert f"Dask cluster {cluster.address!r} is gone; start a scheduler and a worker again" in says
     assert "tune.jsonl has all verdicts so far: run the same command again to continue" in says
     assert monotonic() - killed[0] < 20
     kept = path.read_bytes().count(b"\n") - 1

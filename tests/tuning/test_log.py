@@ -265,13 +265,13 @@ def test_two_sweeps_together_are_refused(path: Path) -> None:
         assert process.stdout.readline() == "begun\n"
         data = path.read_bytes()
         for _ in range(2):  # what was refused lets go of the file
-            with pytest.raises(UsageError, match=r"tune.jsonl: another sweep writes to it; wait until it is finished"):
+            with pytest.raises(UsageError, match=r"tune.jsonl: another sweep is writing to it; wait until it"):
                 sweep(path)
         ended = subprocess.run(
             [sys.executable, "-c", SWEEP, str(path)],
             env=environment | {"STAND_IN_COUNTS": os.devnull}, cwd=ROOT, capture_output=True, text=True, check=False,
         )  # fmt: skip
-        assert "another sweep writes to it" in ended.stderr and ended.returncode
+        assert "another sweep is writing to it" in ended.stderr and ended.returncode
         assert path.read_bytes() == data
     finally:
         process.stdin.close()

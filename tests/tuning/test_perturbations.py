@@ -59,7 +59,7 @@ def test_rows_may_be_given() -> None:
 @pytest.mark.parametrize(("text", "error", "says"), [
     ("load", UsageError, "perturbation 'load'; expected a quantity and a percentage, such as"),
     ("laod 20%", UnknownName, "known: load, inertia, supply, current, friction, drag; did you mean load?"),
-    ("supply -100%", UsageError, "allowed less than 100 % downwards"),
+    ("supply -100%", UsageError, "allowed reductions of less than 100 %"),
     ("load 20%,", UsageError, "perturbation ''; expected a quantity and a percentage, such as"),
 ])  # fmt: skip
 def test_mistakes(text: str, error: type[Exception], says: str) -> None:

@@ -302,7 +302,8 @@ def test_where_nothing_holds_the_killer_of_the_slowest_is_named() -> None:
 
 def test_a_part_that_refuses_every_move_is_reported() -> None:
     with pytest.raises(
-        UsageError, match=r"none of 2 grid points gives a valid move; the first: .*a move of 99999999 steps; allowed"
+        UsageError,
+        match=r"none of the 2 grid points gives a valid move; error at the first: .*a move of 99999999 steps; allowed",
     ):
         search(task("cy525", "F=3 R=10,20 S=100", steps=99999999))
 

@@ -49,7 +49,7 @@ def asm(
 
     sheet, text = sheet_for(file, chip), read_program(file, source=True)
     if checksum and not sheet.plain:
-        raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have no checksum; leave it out")
+        raise UsageError(f"--checksum: the {sheet.part.upper()} has no checksums; leave out --checksum")
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)

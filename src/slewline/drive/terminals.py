@@ -123,7 +123,8 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
                 f"{hint(pin, allowed)}"
             )
         if pin in LAMPS and pin in found.values():
-            raise UsageError(f"output {name}: {pin} has another output already")
+            other = printed[next(number for number, own in found.items() if own == pin)]
+            raise UsageError(f"output {name}: {pin} is assigned to output {other} already; leave one out")
         found[printed.index(name.upper())] = pin
     return found
 

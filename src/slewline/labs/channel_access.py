@@ -37,7 +37,8 @@ def port_of_server() -> int | None:
         if text := os.environ.get(name, ""):
             if not (text.isascii() and text.isdecimal() and 0 < int(text) < 1 << 16):
                 raise UsageError(
-                    f"{name} {text!r} in the environment; allowed: a port, 1 to 65535; set it, or unset it"
+                    f"{name} {text!r} in the environment; allowed port numbers, 1 to 65535; set the variable to one, "
+                    "or unset it"
                 )
             named = int(text)
     return named

@@ -35,7 +35,9 @@ class Effects:
     def at_rest(self, name: str) -> None:
         """Raise UsageError, with the field's name, while a motion is requested or in progress."""
         if not self.motions.idle:
-            raise UsageError(f"{name}: a motion is in progress, or waits for SPMG; allowed at rest only; stop it first")
+            raise UsageError(
+                f"{name}: a motion is in progress, or waits for SPMG; allowed only at rest; put 1 to STOP first"
+            )
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:
@@ -143,7 +145,8 @@ class Effects:
             if state.button in ("JOGF", "JOGR"):
                 self.at_rest(name)
         if value < 0 or (value == 0 and name not in ("VBAS", "SBAS")):
-            raise UsageError(f"{name} {value:g}; allowed above 0")
+            least = "0 or more" if name in ("VBAS", "SBAS") else "values above 0"
+            raise UsageError(f"{name} {value:g}; allowed {least}")
         gain = law["VELO"] - law["VBAS"]
         accs = gain / law["ACCL"] if law["ACCL"] else 0.0
         if name in REVOLUTIONS:
@@ -219,7 +222,7 @@ class Effects:
         """Home the motor in the direction of the field, HOMF or HOMR; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
-            raise UsageError(f"{name} {value}; allowed only 1; STOP ends a homing")
+            raise UsageError(f"{name} {value}; allowed only 1; to stop a homing run, put 1 to STOP")
         self._no_setting(name)
         if motor.homing is None:
             motor.home(1)  # the message states why it cannot
@@ -253,7 +256,7 @@ class Effects:
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:
-            raise UsageError(f"{name}: SET is Set, a state in which no motor moves; set it to Use first")
+            raise UsageError(f"{name}: the field SET is Set, so the motor may not move; change SET to Use first")
 
     async def update(self, name: str, value: int) -> None:
         """Query the module's position, while the motor is at rest."""

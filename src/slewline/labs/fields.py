@@ -66,7 +66,7 @@ class NumberField(Field):
         """Return the value in a put, which must be a finite number."""
         number = super().plain(value)
         if not math.isfinite(number):
-            raise UsageError(f"{self.row.name} {number}; expected a number")
+            raise UsageError(f"{self.row.name} {number}; expected a finite number")
         return number
 
 

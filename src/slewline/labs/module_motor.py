@@ -58,7 +58,7 @@ class ModuleMotor:
         self.values, _ = read(calculator, values, self.crystal_hz, search=False)
         self.goto = next(iter(self.sheet.acting("goto")), None)
         if self.goto is None:
-            raise UsageError(f"{self.sheet.part}: has no command that moves to a position; use a part with one")
+            raise UsageError(f"{self.sheet.part}: has no command that moves to a position; use a part that has one")
         self.homing = next((row for row in self.sheet.acting("home") if row.args[0].sign == "alone"), None)
         self.presetting = next(iter(self.sheet.acting("preset")), None)
         stops = {row.at_once: row for row in self.sheet.commands if row.at_once}
@@ -174,8 +174,8 @@ class ModuleMotor:
         """
         if self.homing is None:
             raise UsageError(
-                f"{self.sheet.part}: has no homing with a selectable direction; send its own command with slewline "
-                "terminal"
+                f"{self.sheet.part}: has no homing command with a selectable direction; send the homing command of the "
+                "part, if any, with slewline terminal"
             )
         self._program(self.ramp if ramp is None else ramp)
         for _ in range(LOOKS):  # a program without a motion is soon over; any other makes the module refuse to home
@@ -192,7 +192,9 @@ class ModuleMotor:
             ModuleFailure: the module does not execute the command.
         """
         if self.presetting is None:
-            raise UsageError(f"{self.sheet.part}: has no command that sets its position; change OFF instead")
+            raise UsageError(
+                f"{self.sheet.part}: has no command that sets the position; change the offset (OFF) instead"
+            )
         allowed = self.presetting.args[0]
         if not allowed.low <= position <= allowed.high:
             raise UsageError(
@@ -209,7 +211,10 @@ class ModuleMotor:
             ModuleFailure: the module does not execute the command.
         """
         if self.stopping is None:
-            raise UsageError(f"{self.sheet.part}: accepts no command while it moves; stop it through its pins")
+            raise UsageError(
+                f"{self.sheet.part}: accepts no command while the motor moves; stop the motor through the pins "
+                "of the part"
+            )
         self.module.ask(self.stopping.form)
 
     def at_rest(self) -> bool:

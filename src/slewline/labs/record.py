@@ -60,7 +60,7 @@ def check_name(name: str) -> None:
         return
     raise UsageError(
         f"record name {name[:70]!r}: {found}; allowed 1 to {LONGEST_NAME} letters, digits and _ - + : ; < > [ ] {{ }}, "
-        f"the name alone, without a field; {remedy}"
+        f"without a field; {remedy}"
     )
 
 
@@ -90,7 +90,7 @@ class MotorRecord:
         if not math.isfinite(resolution) or resolution == 0:
             raise UsageError(f"resolution {resolution!r}; expected units per step, such as 0.005 or -0.005, but not 0")
         if len(units) > LONGEST["EGU"] or max(map(ord, units), default=0) > 0xFF:
-            raise UsageError(f"units {units!r}; allowed up to {LONGEST['EGU']} characters of Latin-1")
+            raise UsageError(f"units {units!r}; allowed up to {LONGEST['EGU']} Latin-1 characters")
         self.name, self.find, self.say = name, find, say
         self.motor = motor = find()
         self.state = RecordState(resolution, motor.limits, motor.position, motor.ramp, motor.fastest)
@@ -127,7 +127,9 @@ class MotorRecord:
                 self._same(row, value)
             else:
                 if row.put in SPEAKING and self.state.lost:
-                    raise UsageError(f"the module does not answer; the search is repeated every {RETRY_S:.0f} s")
+                    raise UsageError(
+                        f"the module does not answer; wait: slewline looks for the module every {RETRY_S:.0f} s"
+                    )
                 await getattr(self.effects, row.put)(row.name, value)
         except UsageError as error:
             self.say(f"{self.name}.{row.name} {value}: refused: {error}")
@@ -142,7 +144,7 @@ class MotorRecord:
         same = math.isclose(value, has, rel_tol=1e-6) if row.kind in NUMBERS else value == has
         if not same:
             allowed = row.words[has] if row.words else f"{has:g}" if row.kind in NUMBERS else repr(has)
-            raise UsageError(f"allowed {allowed}: {row.description}")
+            raise UsageError(f"allowed only {allowed} ({row.description})")
 
     async def publish(self) -> None:
         """Post the fields that have changed: limits first, then values in the order of `RecordState.values`."""

@@ -167,7 +167,7 @@ def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
 def _enterable(sheet: Sheet) -> None:
     if sheet.enter is None:
         part = sheet.part.upper()
-        raise UsageError(f"the {part} has no program entry; use format hex or bin, the bytes that a host sends")
+        raise UsageError(f"the {part} has no program entry; use format hex or bin for the bytes that a host sends")
 
 
 def _resolved(statement: Statement, block: Block) -> Statement:

@@ -160,7 +160,7 @@ class Dialect(Generic[R]):
         Raises:
             UsageError: the part does not receive a stream of bytes.
         """
-        raise UsageError(f"the {sheet.part} takes {self.name}, not a stream of bytes")
+        raise UsageError(f"the {sheet.part} accepts {self.name}, not a stream of bytes")
 
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
@@ -185,7 +185,7 @@ class Dialect(Generic[R]):
     def check_stream(self, sheet: Sheet) -> None:
         """Raise UsageError if the part has no binary form of commands."""
         raise UsageError(
-            f"--stream: the {sheet.part.upper()} has no binary mode; the output of its host is text already"
+            f"--stream: the {sheet.part.upper()} has no binary mode, so the output of its host is text; omit the option"
         )
 
     # ------------------------------------------------------------------------------------------------------ reference

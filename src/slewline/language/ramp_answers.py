@@ -307,7 +307,9 @@ class Calculator(ABC):
         """
         arg = self.quantity(name).arg
         if arg is None:
-            raise UsageError(f"{name}: is not a number; set `arg`, which has a range, in its row of the calculator")
+            raise UsageError(
+                f"{name}: is not numeric: its row in the calculator has no `arg`, which gives the range; set `arg`"
+            )
         return arg
 
     @abstractmethod
@@ -382,7 +384,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
             if quantity.name in named:
                 which = " ".join(quantity.only)
                 raise UsageError(
-                    f"{part}: {quantity.name} belongs to {which}; leave it out, or set {'='.join(quantity.only)}"
+                    f"{part}: {quantity.name} applies only to {which}; leave it out, or set {'='.join(quantity.only)}"
                 )
         elif quantity.name in named:
             values[quantity.name] = named[quantity.name]

@@ -110,8 +110,8 @@ def nearest_rate(
 def _refuse_turns(text: str) -> None:
     if in_steps(text.strip(), 1) != text.strip():
         raise UsageError(
-            f"rate {text.strip()!r}: a chip counts steps, and the motor's steps per revolution are not known here; "
-            "write steps/s: rev/s times the steps per revolution, or rpm times the steps per revolution / 60"
+            f"rate {text.strip()!r}: the motor's steps per revolution are not known here; convert the rate to steps/s: "
+            "multiply rev/s by the steps per revolution, or rpm by the steps per revolution / 60"
         )
 
 
@@ -148,23 +148,24 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
             so that the position error would drift; or the ratio is out of the register's range.
     """
     if counts < 1 or steps < 1:
-        raise UsageError(f"{counts} counts and {steps} steps; a revolution has at least one of each")
+        raise UsageError(f"{counts} counts and {steps} steps per revolution; allowed 1 or more of each")
     exact = Fraction(counts << arg.fraction, steps)
     if exact.denominator != 1:
         shown = f"{float(exact):.6g}"
         raise UsageError(
-            f"{counts} counts for {steps} steps: the ratio, {shown}, must be a whole number, or the position drifts"
+            f"{counts} counts for {steps} steps: {1 << arg.fraction} * counts / steps is {shown}; allowed whole "
+            "numbers only, because with any other the position drifts"
         )
     return _within_range(arg, Fraction(counts, steps), f"{counts}/{steps}")
 
 
 def _number(rate: Rate) -> Fraction:
     if isinstance(rate, bool) or not isinstance(rate, int | float | Fraction | Decimal):
-        raise UsageError(f"{rate!r} is not a rate")
+        raise UsageError(f"{rate!r} is not a rate; expected a finite number")
     try:
         return Fraction(rate)
     except (ValueError, OverflowError):
-        raise UsageError(f"{rate!r} is not a rate") from None
+        raise UsageError(f"{rate!r} is not a rate; expected a finite number") from None
 
 
 def _within_range(arg: Arg, exact: Fraction, shown: object) -> int:

@@ -38,11 +38,15 @@ def line_to(
     channels = [channel_over(chip, over) for chip in chips]
     for chip, channel in zip(chips, channels, strict=True):
         if len(chips) > 1 and not isinstance(channel, SerialChannel):
-            has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
-            raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
+            has = "a point-to-point line" if isinstance(channel, AdaptiveLine) else "a bus"
+            raise UsageError(
+                f"{name}: {chip.name} has {has}, so it cannot share a port; give {chip.name} a port of its own"
+            )
     if card is not None:
         if not isinstance(channels[0], HostPort):
-            raise UsageError(f"{name}: only a chipset has a card, which maps the host port to registers; omit card")
+            raise UsageError(
+                f"{name}: only a chipset has a card, which maps the host port to registers; leave out the card"
+            )
         return register_line(server, name, chips, framing, over, card)
     return row_for(channels[0], LINES, "serves")(server, name, chips, framing, over)
 
@@ -63,7 +67,7 @@ def prologix_line(server: ServerFace, name: str, chips: Sequence[Chip]) -> HostL
 def serial_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
     """Return a serial line to modules that share it."""
     if framing:
-        raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+        raise UsageError(f"{name}: already has a serial line, which needs no framing; leave out framing")
     port = connector(server.bench, name, chips)
     server.troubles += [found.text for found in port.findings]  # wrong characters are reported as findings
     return ConnectorLine(name, chips, server.pace, server.log, port)
@@ -74,14 +78,14 @@ def register_line(
 ) -> HostLine:
     """Return a line to the registers of a board on a host port, or on a bidirectional bus."""
     if framing:
-        raise UsageError(f"{name}: has registers of its own; leave out the framing")
+        raise UsageError(f"{name}: is served as registers, which need no framing; leave out framing")
     return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over, card))
 
 
 def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
     """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip has CTS."""
     if framing:
-        raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+        raise UsageError(f"{name}: already has a serial line, which needs no framing; leave out framing")
     host = server.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
     return ConnectorLine(name, chips, server.pace, server.log, cast("AdaptiveHost", host))
 

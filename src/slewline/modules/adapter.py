@@ -55,7 +55,10 @@ class FramedSpeech(Speech):
     ) -> None:
         bus = sheet.through(BusHandshake)
         if not bus.verify_bytes:
-            raise UsageError(f"{sheet.part}: is on a bus and cannot be read back; allowed: a part with verify groups")
+            raise UsageError(
+                f"{sheet.part}: is on a bus and cannot be read back; allowed: a part that has a serial line, or that "
+                "can be read back over its bus"
+            )
         self.dialect = spoken_as(sheet, Letters)
         self.bus = bus
         super().__init__(sheet, baud, checked, address)

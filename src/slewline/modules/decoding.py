@@ -81,9 +81,9 @@ def decode_dialogue(
     if not total or len(damaged) > MOST_DAMAGED * total:
         found = f"{len(damaged)} of {total} characters are damaged" if total else "there are no characters"
         raise UsageError(
-            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed: wires of a "
-            f"{sheet.part.upper()}, recorded finely enough (now every {readable(waves.sampling_ps)}); name its signals "
-            "and its rate"
+            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed: the serial "
+            f"wires of a {sheet.part.upper()}, recorded finely enough (here every {readable(waves.sampling_ps)}); name "
+            "the correct signals and rate"
         )
     header = DialogueHeader(sheet.part, baud=rate, checksum=checksum, address=address)
     return Decoded(RecordedDialogue(header, tuple(_entries(characters, waves.start_ps))), damaged)

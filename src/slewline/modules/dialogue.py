@@ -70,7 +70,7 @@ HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: the al
     "checksum": ("true, false, null", lambda value: value is None or isinstance(value, bool)),
     "address": ("an address, 0 to 255", lambda value: _whole(value, 0, 255)),
     "straps": (
-        "an object with 0 or 1 for a pin",
+        "an object with 0 or 1 for each pin",
         lambda value: isinstance(value, dict) and all(_whole(level, 0, 1) for level in value.values()),
     ),
 }
@@ -239,8 +239,9 @@ class RecordedDialogue:
                 said.append(_entry(from_json(line)))
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(
-                    f"dialogue {path}, line {number}: {line[:80]!r} is not an entry ({error}); allowed at_us, last_us, "
-                    "from (host, module or tool) and text; remove the line, or use the original recording"
+                    f"dialogue {path}, line {number}: {line[:80]!r} is not an entry ({error}); allowed: an "
+                    "object with at_us, last_us, from (host, module or tool) and text; remove the line, or use the "
+                    "original recording"
                 ) from None
         return cls(header, tuple(said))
 
@@ -272,7 +273,9 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
             "terminal or pull has recorded"
         ) from None
     if (kind, version) != (KIND, str(VERSION)):
-        raise UsageError(f"dialogue {path}: is a {found['slewline']!r}; this version reads {KIND} {VERSION}")
+        raise UsageError(
+            f"dialogue {path}: is a {found['slewline']!r}; this version of slewline reads {KIND} {VERSION}"
+        )
     if "part" not in found:
         raise UsageError(f"dialogue {path}: its first line names no part; expected {expected}")
     known = {name: value for name, value in found.items() if name in HEADER}
@@ -287,12 +290,12 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
 def _entry(entry: Any) -> DialogueEntry:
     """Return the entry in the JSON data of a line."""
     if not isinstance(entry, dict):
-        raise TypeError("not an object")
+        raise TypeError("expected an object")
     at_us, speaker = entry["at_us"], entry["from"]
     last_us: Any = entry.get("last_us", at_us)
     for name, value in (("at_us", at_us), ("last_us", last_us)):
         if not _whole(value, -LATEST_US, LATEST_US):
-            raise ValueError(f"{name}: expected a whole number up to {LATEST_US}")
+            raise ValueError(f"{name}: expected a whole number, {-LATEST_US} to {LATEST_US}")
     if speaker not in ("host", "module", "tool"):
         raise ValueError(f"from: {speaker!r}")
     if not isinstance(entry["text"], str):

@@ -106,15 +106,15 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
                     f"{speech.setting.in_full}, without a checksum: this module has no checksums; leave out --checksum"
                 )
             if _is_answer(module.speech, received) or _of_old_firmware(module):
-                module.transcript.note(f"answers at {module.speech.setting}")
+                module.transcript.note(f"the module answers at {module.speech.setting}")
                 return module
             if received:
                 strange.append(f"{received[:40]!r} at {rate} baud")
                 _check_deviations(module)
             module.port.check_echo()
             if module.port.clock() > begun_s + REPORT_S:
-                goes_on = "other rates are tried" if baud is None else "the query is repeated"
-                module.report_once(f"{strange[-1] if strange else 'nothing'} received so far; {goes_on}")
+                goes_on = "other rates are being tried" if baud is None else "the query is being repeated"
+                module.report_once(f"received so far: {strange[-1] if strange else 'nothing'}; {goes_on}")
     raise NoAnswer(_unfound(module, baud, strange))
 
 

@@ -118,7 +118,7 @@ class Module:
                 if not repeatable or not tries_left:
                     raise
                 self.transcript.note(f"query repeated: {failure}")
-                self.report_once(f"no complete answer to {command} so far; the query is repeated")
+                self.report_once(f"no complete answer to {command} so far; the query is being repeated")
                 continue
             last = answer.lines[-1] if answer.lines else ""
             # undetected noise has changed a query that is refused
@@ -253,7 +253,7 @@ class Module:
                 )
             if waited > REPORT_S:
                 self.report_once(
-                    f"{what} has not ended; received so far: {received[-40:]!r}, {len(received)} characters"
+                    f"{what} has not ended; received so far: {len(received)} characters, the last {received[-40:]!r}"
                 )
 
     def report_once(self, text: str) -> None:
@@ -301,7 +301,7 @@ class Module:
             what = f"{command!r} is not a command of the {self.speech.sheet.part.upper()}, so its effect is unknown"
         else:
             what = f"{command} may step the motor: {row.description}"
-        raise MotionRefused(f"{self.name}: {what}; not sent; leave it out, or allow motion with --move")
+        raise MotionRefused(f"{self.name}: {what}; {command} was not sent; leave it out, or allow motion with --move")
 
     # --------------------------------------------------------------------------------------------------------- inside
     def _note_entry(self, command: str) -> None:

@@ -174,7 +174,7 @@ class ModulePort(Closing):
         except SerialTimeoutException:
             raise PortLost(
                 f"{self.where}: the port has accepted no characters for {WRITE_S:g} s; use a port without flow "
-                "control; check the adapter, and try again"
+                "control, check the adapter, and try again"
             ) from None
         except (OSError, TypeError, AttributeError) as error:  # raised by pySerial for a lost port
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)

@@ -37,9 +37,9 @@ class LineSpeech(Speech):
         super().__init__(sheet, baud, checked, address)
         allowed = sorted(set(self.line.addresses.values()) | {0})
         if self.address not in allowed:
-            raise UsageError(f"--address {address}: allowed {', '.join(map(str, allowed))} (0: none is sent)")
+            raise UsageError(f"--address {address}: allowed {', '.join(map(str, allowed))} (0: no address is sent)")
         if checked and not self.line.checksum_pin:
-            raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have no checksum; leave it out")
+            raise UsageError(f"--checksum: the {sheet.part.upper()} has no checksums; leave out --checksum")
 
     @property
     def word(self) -> CharacterFormat:
@@ -64,7 +64,7 @@ class LineSpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a command as a line with a carriage return, and with address and checksum if they are used."""
         if not command.isascii() or CR.decode() in command or not command:
-            raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
+            raise UsageError(f"command {command!r}; expected one line of ASCII, without a carriage return")
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
 
     def row(self, command: str) -> Row | None:
@@ -153,7 +153,7 @@ class QuerySpeech(Speech):
     def framed(self, command: str) -> bytes:
         """Return a command with its carriage return, unless the command needs none."""
         if not command.isascii() or CR.decode() in command or not command:
-            raise UsageError(f"command {command!r}; expected one line of ASCII, without its carriage return")
+            raise UsageError(f"command {command!r}; expected one line of ASCII, without a carriage return")
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:
@@ -210,7 +210,7 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
     if serial is None:
         kinds = " and ".join(channel.description for channel in sheet.channels)
         raise UsageError(
-            f"{sheet.part}: has {kinds}, but no serial line; allowed: a part with a serial line, or one on a bus that "
-            "can be read back"
+            f"{sheet.part}: has {kinds}, but no serial line; allowed: a part that has a serial line, or that can be "
+            "read back over its bus"
         )
     return row_for(serial, KINDS, "uses")(sheet, baud, checked, address)

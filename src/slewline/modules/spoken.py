@@ -133,7 +133,7 @@ class Speech:
         """Refuse a checksum or an address, because the part has neither."""
         for name, value in (("--checksum", checked), ("--address", address)):
             if value:
-                raise UsageError(f"{name}: lines for the {self.sheet.part.upper()} have none; leave it out")
+                raise UsageError(f"{name}: not supported by the {self.sheet.part.upper()}; leave out {name}")
 
     @property
     def shows_faults(self) -> bool:

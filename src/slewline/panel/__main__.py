@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
         return 0  # the program that started it has ended
     host, port = parse_address(attach, True)
     if not port:
-        raise UsageError(f"address {attach!r}: a control port needs a port number other than 0")
+        raise UsageError(f"address {attach!r}: port 0 is not the number of a control port; allowed 1 to 65535")
     listen, at = parse_address(options.listen, options.allow_remote)
     try:
         socket.create_connection((host, port), CONNECT_S).close()

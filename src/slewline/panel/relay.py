@@ -107,7 +107,7 @@ def parsed(text: str) -> dict[str, Any]:
     if len(text.encode("utf-8", "replace")) > LONGEST:
         raise NotAllowed(f"the request has more than {LONGEST} bytes")
     if "\n" in text or "\r" in text:
-        raise NotAllowed("a request is one line")
+        raise NotAllowed("the request contains a line break; expected one line")
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
@@ -239,7 +239,7 @@ class Relay:
             NotAllowed: too many such requests are already waiting.
         """
         if len(self.waits) >= WAITS:
-            raise NotAllowed(f"{WAITS} requests are waiting already", json.loads(text).get("id"))
+            raise NotAllowed(f"{WAITS} requests are already waiting; wait until one ends", json.loads(text).get("id"))
         task = asyncio.create_task(self.wait_for(text))
         self.waits.add(task)
         task.add_done_callback(self.waits.discard)
@@ -272,7 +272,7 @@ async def line_of(reader: asyncio.StreamReader) -> str:
     try:
         line = await reader.readline()
     except ValueError:
-        raise Hangup(TOO_BIG, f"A reply of the server has more than {LONGEST_REPLY} bytes.") from None
+        raise Hangup(TOO_BIG, f"A reply from the server has more than {LONGEST_REPLY} bytes.") from None
     if not line.endswith(b"\n"):
         raise Hangup(GONE, "The server has ended the connection.")
     return line[:-1].decode("utf-8", "replace")

@@ -112,7 +112,8 @@ class Pages:
         except asyncio.CancelledError:
             if (task := asyncio.current_task()) is None or task.cancelling():
                 raise  # the panel ends
-            await relay.hang_up(Hangup(FULL, f"{CLIENTS} pages have connected without a token; load the page again."))
+            why = f"{CLIENTS} pages have connected and sent nothing yet; load this page again."
+            await relay.hang_up(Hangup(FULL, why))
         finally:
             self.undecided.pop(relay, None)
             self.own.discard(relay)
@@ -127,7 +128,8 @@ class Pages:
         self.undecided.pop(relay, None)
         pages = self.own if own else self.readers
         if len(pages) >= CLIENTS:
-            raise Hangup(FULL, f"{CLIENTS} pages are open already.")
+            kind = "with" if own else "without"
+            raise Hangup(FULL, f"{CLIENTS} pages {kind} a token are already open; close one of them.")
         pages.add(relay)
 
 
@@ -169,7 +171,7 @@ class PanelServer:
         try:
             self.socket = socket.create_server((host, port), family=resolved(host, address), backlog=CONNECTIONS)
         except OSError as error:
-            raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
+            raise UsageError(f"address {address!r}: {error.strerror or error}; choose another address") from None
         self.port = self.socket.getsockname()[1]
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self.port}/#token={access.token}"

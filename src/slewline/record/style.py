@@ -100,7 +100,7 @@ def inches(width: str | float) -> float:
         return WIDTHS[width]
     if isinstance(width, int | float) and not isinstance(width, bool) and 3 <= width <= 40:
         return float(width)
-    raise UsageError(f'width={width!r}; allowed "page", "phone", or inches from 3 to 40')
+    raise UsageError(f'width={width!r}; allowed "page", "phone", or 3 to 40 inches')
 
 
 @contextmanager

@@ -30,9 +30,9 @@ from ..errors import UsageError
 from ..locks import lock
 
 CONVERTED = {  # waveform files that other programs can make from a VCD file
-    ".fst": "vcd2fst FILE.vcd FILE.fst makes an FST file of it",
-    ".sr": "sigrok-cli -I vcd -i FILE.vcd -o FILE.sr makes a session of PulseView of it",
-    ".lxt": "vcd2lxt FILE.vcd FILE.lxt makes an LXT file of it",
+    ".fst": "vcd2fst FILE.vcd FILE.fst converts it to FST",
+    ".sr": "sigrok-cli -I vcd -i FILE.vcd -o FILE.sr converts it to a session of PulseView",
+    ".lxt": "vcd2lxt FILE.vcd FILE.lxt converts it to LXT",
 }
 _NUMBERS = count()
 _PART = re.compile(r"\.slewline-[0-9]+-[0-9]+\.part")
@@ -80,12 +80,12 @@ class WholeFile(WholeOrNothing):
         self._mode: int | None = None  # of the file that it replaces
         with self.refusals():
             if own and self.path.is_symlink():
-                raise UsageError(f"{path}: is a symbolic link, which is not followed here; name the file itself")
+                raise UsageError(f"{path}: is a symbolic link, which is not followed here; remove the link")
             self._target = Path(os.path.realpath(path))  # of a symbolic link, which stays
             if self._target.is_dir():
                 raise UsageError(f"{path}: is a directory; give the name of a file in it")
             if not self._target.parent.is_dir():
-                raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}")
+                raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; create it")
             self.handle: BufferedWriter
             if self._target.is_file() or not self._target.exists():
                 _remove_dead(self._target.parent)
@@ -144,7 +144,7 @@ class WholeFile(WholeOrNothing):
                 _sync_names(self._target.parent)
         if self.part is not None and not self._kept_owner:
             warnings.warn(
-                f"{self.path}: its owner and group are now yours, not the previous ones", stacklevel=level_of_caller()
+                f"{self.path}: could not keep its owner and group; it now has yours", stacklevel=level_of_caller()
             )
 
     def discard(self) -> None:

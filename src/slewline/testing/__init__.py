@@ -40,7 +40,7 @@ def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
     from .rig import SCHEME
 
     if not url.startswith(f"{SCHEME}://"):
-        raise UsageError(f"{url!r}: expected {SCHEME}://PART; other ports are opened with serial.serial_for_url")
+        raise UsageError(f"{url!r}: expected {SCHEME}://PART; open other ports with serial.serial_for_url")
     return Serial(url, baudrate, **settings)
 
 

@@ -158,7 +158,7 @@ class Controller(Closing):
         if not hasattr(rig, "line"):
             return rig.do(lambda: rig.host.ask(command, timeout))
         if not hasattr(rig, "host"):
-            raise UsageError(f'{self.label}: only the program on the port can command it; use on="host"')
+            raise UsageError(f'{self.label}: only the program on the port can command it; for ask(), use on="host"')
 
         def take(data: bytes) -> int:
             answer.extend(data)
@@ -219,7 +219,7 @@ class Controller(Closing):
         __tracebackhide__ = True
         if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
             raise UsageError(
-                f"assert_steps({expected!r}): expected a number, instants, or the steps of another run, "
+                f"assert_steps({expected!r}): expected a number of steps, instants, or the steps of another run, "
                 "such as other.chip.steps()"
             )
         if direction not in (None, 1, -1):

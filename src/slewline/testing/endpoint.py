@@ -25,7 +25,9 @@ def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff:
         UsageError: a setting that no line of slewline supports.
     """
     if xonxoff:
-        raise UsageError(f"{where}: xonxoff=True; a checksum may be XON or XOFF (that of R1 is), so it must be off")
+        raise UsageError(
+            f"{where}: xonxoff=True; a checksum may be XON or XOFF (that of the line R1 is); allowed False"
+        )
     if parity not in PARITIES:
         raise UsageError(f"{where}: parity {parity!r}; allowed {', '.join(PARITIES)}")
     bit_clock(baud, where)
@@ -151,8 +153,9 @@ class SerialEndpoint:
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
-                f"{self.where}: read({size}) without timeout received {counted(len(self.buffer), 'byte')}, and no more "
-                f"can arrive ({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
+                f"{self.where}: read({size}) without a timeout received {counted(len(self.buffer), 'byte')}, "
+                f"and no more can arrive ({why}); set a timeout on the port or, if another thread writes, "
+                "set a rate in its URL"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing

@@ -142,7 +142,7 @@ class PortEndpoint(Rig):
         if self.ended:
             return action()
         if not self.thread.is_alive():
-            raise SlewlineError(f"{self.url}: the server has ended")
+            raise SlewlineError(f"{self.url}: the server of the module has ended unexpectedly")
         return self.server.call(action, SERVER_TIMEOUT_S)  # type: ignore[no-any-return]
 
     def wait(
@@ -184,7 +184,7 @@ def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **sett
     if on is None:
         on = "url" if serial_line(sheet_of(part)) is not None else "host"
     if on not in FACES:
-        raise UsageError(f"on {on!r}; allowed {', '.join(FACES)}{hint(on, FACES)}")
+        raise UsageError(f"on={on!r}; allowed {', '.join(FACES)}{hint(on, FACES)}")
     kinds: dict[str, Callable[..., Rig]] = {"url": UrlEndpoint, "host": BusEndpoint}
     rig = kinds.get(on, partial(PortEndpoint, on=on))(part, seed=seed, **settings)
     controller = Controller(rig, f"{rig.part} on {on}", seed)

@@ -174,7 +174,7 @@ class Faults(Part):
 
     def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
         if to not in RECEIVERS:
-            raise UsageError(f"{name}: to {to!r}; allowed {', '.join(RECEIVERS)}")
+            raise UsageError(f"{name}: to={to!r}; allowed {', '.join(RECEIVERS)}")
         if not self.noises:
             raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, has no serial line")
         noise, planned = self.noises[to], []

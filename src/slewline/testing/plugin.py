@@ -68,7 +68,8 @@ def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
 
             given = ", ".join(map(repr, marker.args))
             raise UsageError(
-                f"marker slewline({given}): takes keyword arguments only: @pytest.mark.slewline(straps={{...}})"
+                f"marker slewline({given}): allowed only keyword arguments, such as "
+                "@pytest.mark.slewline(straps={...})"
             )
         marked = {**marker.kwargs, **marked}
     kept = REPORTED if request.scope == "function" else 1
@@ -107,7 +108,9 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
             if not isinstance(ports, Mapping):
                 from ..errors import UsageError
 
-                raise UsageError(f'slewline_ports({ports!r}): expected modules by port, such as {{"COM3": "gs-c200s"}}')
+                raise UsageError(
+                    f'slewline_ports({ports!r}): expected modules, keyed by port, such as {{"COM3": "gs-c200s"}}'
+                )
             made = {
                 name: slewline_module(module, **settings) if isinstance(module, str | type) else module
                 for name, module in ports.items()

@@ -68,7 +68,7 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
     """
     for name, module in modules.items():
         if not module.rig.url.startswith(f"{SCHEME}://"):
-            raise UsageError(f"{name}: {module.label}; allowed: a part with a serial line, on url")
+            raise UsageError(f"{name}: {module.label}; allowed only parts with a serial line, with on='url'")
 
 
 def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
@@ -82,7 +82,7 @@ def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) ->
             raise UsageError(f"usb: no port {name!r}; there are: {', '.join(modules)}{hint(name, modules)}")
         for key, value in adapter.items():
             if key not in ADAPTER:
-                raise UsageError(f"usb of {name}: {key!r}; allowed {', '.join(ADAPTER)}{hint(key, ADAPTER)}")
+                raise UsageError(f"usb of {name}: no key {key!r}; allowed {', '.join(ADAPTER)}{hint(key, ADAPTER)}")
             number = key in ("vid", "pid")
             if not isinstance(value, int if number else str) or (number and not 0 <= int(value) <= 0xFFFF):
                 raise UsageError(f"usb of {name}: {key} {value!r}; allowed {'0 to 0xFFFF' if number else 'text'}")
@@ -96,8 +96,8 @@ def check_class(library: str, cls: object, base: type) -> None:
     """
     if not (isinstance(cls, type) and issubclass(cls, base)):
         raise UsageError(
-            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so a program cannot find a module "
-            "there; do not replace it in tests that use modules: a port that does not exist cannot be opened anyway"
+            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so programs cannot open modules "
+            "with it; do not replace it in tests that use modules: a port that does not exist cannot be opened anyway"
         )
 
 

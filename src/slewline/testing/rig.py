@@ -159,7 +159,7 @@ class Rig:
         """Return the channel over which the module is reached."""
         serial = serial_line(sheet)
         if serial is None:
-            raise UsageError(f"{self.part}: has no serial line; use bench.host(x)")
+            raise UsageError(f"{self.part}: has no serial line; command it through bench.host(chip)")
         return serial
 
     def reach(self) -> None:
@@ -305,8 +305,8 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
     rig = NAMED[name]
     named = rig.part
     if part != named or (len(query) > 1 and url != rig.url):
-        that = f"{name!r} is {rig.url} already; give this one another name, or open that one by its URL"
-        raise UsageError(f"{url}: {that}, or {SCHEME}://{named}?name={name}")
+        that = f"{name!r} is already the name of {rig.url}; give the new module another name"
+        raise UsageError(f"{url}: {that}, or open the existing one: {SCHEME}://{named}?name={name}")
     return rig
 
 

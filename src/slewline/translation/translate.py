@@ -173,7 +173,8 @@ def check_settings(values: Mapping[str, str], to: str) -> None:
     for name, value in values.items():
         if name not in allowed:
             rows = [f"{each} ({description})" for each, description in allowed.items()]
-            raise UsageError(f"setting {name}: {to} accepts {', '.join(rows) or 'none'}{hint(name, list(allowed))}")
+            near = hint(name, list(allowed))
+            raise UsageError(f"setting {name}: {to} has no such setting; allowed {', '.join(rows) or 'none'}{near}")
         if name in levels and value not in ("low", "high"):
             raise UsageError(f"setting {name}={value}: allowed low or high")
 

@@ -50,7 +50,8 @@ class Candidates:
         if not timed:
             why = self.refused[0]
             raise UsageError(
-                f"{calculator.sheet.part}: none of {grid.size} grid points gives a valid move; the first: {why}"
+                f"{calculator.sheet.part}: none of the {grid.size} grid points gives a valid move; "
+                f"error at the first: {why}"
             )
         timed.sort()
         self.order: Sequence[int] = [place for _, place in timed]

@@ -140,7 +140,7 @@ def dask(address: str) -> Iterator[Workers]:
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
-    remedy = "expected the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
+    remedy = "expected the address of a running scheduler, such as tcp://127.0.0.1:8786; start one with: dask scheduler"
     try:
         client = make(address, timeout=ANSWER_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
@@ -153,7 +153,8 @@ def dask(address: str) -> Iterator[Workers]:
         if not threads:
             raise UsageError(f"{where}: has no workers; start one with: dask worker {address}")
         _check_versions(client, where)
-        yield Workers(client.get_executor(pure=False), AHEAD * threads, f"{where} is gone; {remedy}, and a worker")
+        remedy = f"{where} is gone; start a scheduler and a worker again"
+        yield Workers(client.get_executor(pure=False), AHEAD * threads, remedy)
     finally:
         client.close(timeout=1)
         for logger, level in silent:
@@ -171,8 +172,8 @@ def _check_versions(client: Any, where: str) -> None:
         if found != __version__:
             has = f"slewline {found}" if isinstance(found, str) else f"no slewline ({_first_line(found)})"
             raise UsageError(
-                f"{where}: the worker {worker} has {has}, this computer {__version__}; "
-                f"install {__version__} on its workers, and start them again"
+                f"{where}: the worker {worker} has {has}, this computer has {__version__}; "
+                f"install {__version__} on the workers, and restart them"
             )
 
 

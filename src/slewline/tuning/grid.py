@@ -28,7 +28,7 @@ _NAME = re.compile(r"(?:^|(?<=[\s;]))\s*([A-Za-z_]\w*)\s*=")
 _DASH = re.compile(r"([0-9]+)\s*-\s*([0-9]+)")
 _RANGE = re.compile(r"(.*?)\.\.(.*?)(?:\s*/\s*(\d{1,9})|\s+by\s+(\d{1,9}))?")
 _UNIT = re.compile(r"[+-]?[\d.eE+-]+\s*([a-zA-Z].*)")
-FORMS = "a range such as 3..10, 1..254/8 (eight of them) or 4..40 by 4, or a list such as 4,8,15"
+FORMS = "a range such as 3..10, 1..254/8 (eight values) or 4..40 by 4, or a list such as 4,8,15"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def read_grid(
         if quantity.only is not None and quantity.only[1] not in values.get(quantity.only[0], ()):
             if quantity.name in named:
                 raise UsageError(
-                    f"{part}: {quantity.name} belongs to {' '.join(quantity.only)}; "
+                    f"{part}: {quantity.name} applies only to {' '.join(quantity.only)}; "
                     f"leave it out, or set {'='.join(quantity.only)}"
                 )
             continue
@@ -115,7 +115,8 @@ def read_grid(
     grid = Grid(tuple(values), tuple(values.values()))
     if grid.size > MOST:
         raise UsageError(
-            f"{part}: {_sizes(grid)} = {grid.size} points; allowed up to {MOST}; use fewer values, such as /12"
+            f"{part}: {_sizes(grid)} = {grid.size} points; allowed up to {MOST}; "
+            "use fewer values, such as 12 of a range: /12"
         )
     return grid
 
@@ -184,7 +185,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
     found: list[Value] = []
     for piece in text.split(","):
         if not piece.strip():
-            raise UsageError(f"{where}: a comma without a value; blanks separate parameters, such as F=4,6 R=8")
+            raise UsageError(f"{where}: a comma without a value; separate parameters by blanks, as in F=4,6 R=8")
         if dash := _DASH.fullmatch(piece.strip()):
             raise UsageError(f"{where}: write {dash[1]}..{dash[2]} for a range")
         if ".." not in piece:
@@ -199,14 +200,14 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
             first = f"{first} {unit[1]}"
         low, high = (int(_value(calculator, quantity, each, hz, per_turn)) for each in (first, last))
         if high < low:
-            raise UsageError(f"{where}: {high} is below {low}; give the lower one first")
+            raise UsageError(f"{where}: {high} is below {low}; give the lower value first")
         count, by = (None if each is None else int(each) for each in (match[3], match[4]))
         if count == 0 or by == 0:
-            raise UsageError(f"{where}: empty range; write 1 or more after {'/' if count == 0 else 'by'}")
+            raise UsageError(f"{where}: empty range; write 1 or more after {'/' if count == 0 else 'by'!r}")
         among = range(low, high + 1, by or 1)
         if min(len(among), count or len(among)) > MOST:
             raise UsageError(
-                f"{where}: {len(among)} values; allowed up to {MOST}; give their number, such as {piece}/12"
+                f"{where}: {len(among)} values; allowed up to {MOST}; use fewer, such as {first}..{last}/12"
             )
         found += among if count is None else evenly(quantity, low, high, count)
     return found

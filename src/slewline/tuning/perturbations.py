@@ -105,7 +105,7 @@ USUAL = (  # tried first while no counts are known: the perturbations that cause
     alone("drag", -30),
 )
 _ITEM = re.compile(r"\s*([A-Za-z]+)\s*(±|\+-|\+/-|[+-])?\s*(\d+(?:\.\d+)?)\s*%\s*")
-EXAMPLE = 'such as "load 20%, supply -10%": without a sign, both up and down; or "none"'
+EXAMPLE = 'such as "load 20%, supply -10%" (without a sign: both up and down), or "none"'
 
 
 def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
@@ -140,7 +140,7 @@ def _rows(item: str) -> Iterator[Perturbation]:
         raise UnknownName(f"perturbation {what!r}; known: {', '.join(CHANGES)}{hint(what, CHANGES)}")
     for factor in (1, -1) if sign not in ("+", "-") else (1 if sign == "+" else -1,):
         if factor * percent <= -100:
-            raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % downwards")
+            raise UsageError(f"perturbation {item.strip()!r}; allowed reductions of less than 100 %")
         yield alone(what, factor * percent)
 
 

@@ -184,4 +184,4 @@ class Runs:
         found = (str(error).splitlines() or [""])[0] or type(error).__name__
         again = "run the same command again to continue"
         kept = "" if self.log is None else f"; {self.log.path} has all verdicts so far: {again}"
-        return UsageError(f"{self.workers.remedy or 'the executor has failed'} ({found}){kept}")
+        return UsageError(f"{self.workers.remedy or 'the executor has failed'} (error: {found}){kept}")

@@ -82,7 +82,7 @@ class Log:
         """Read the existing lines, and write the first line of a new log."""
         path = self.path
         if not lock(self._file.fileno()):
-            raise UsageError(f"{path}: another sweep writes to it; wait until it is finished, or name another file")
+            raise UsageError(f"{path}: another sweep is writing to it; wait until it is finished, or name another file")
         try:
             whole = self._read(task)
         except BenchFileError as error:

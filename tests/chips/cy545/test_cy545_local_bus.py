@@ -283,7 +283,8 @@ def test_switches_above_the_range_keep_the_low_bits_and_are_reported() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "rate", "says"), [("12", 135, "reads 15"), ("0123", 12, "the others have no effect"), ("012", 12, "")]
+    ("value", "rate", "says"),
+    [("12", 135, "reads 15"), ("0123", 12, "the other switches have no effect"), ("012", 12, "")],
 )
 def test_a_bank_of_the_wrong_number_of_digits_is_reported_once(value: str, rate: int, says: str) -> None:
     rig = Rig545()

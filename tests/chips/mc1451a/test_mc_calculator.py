@@ -150,7 +150,7 @@ def test_registers_may_be_given_in_steps_and_seconds(part: str) -> None:
     ({"SET_ACC": 1}, r"no value for SET_VEL \(maximum velocity, 1\.\.1073741823 \(2\^-16 steps/cycle\)\)"),
     ({"SET_VEL": 1, "SET_ACC": "20 steps/s"}, "acceleration 20 steps/s: allowed steps/s2 or steps/cycle2"),
     ({"SET_VEL": "1 steps/s3", "SET_ACC": 2}, "velocity 1 steps/s3: allowed steps/s or steps/cycle"),
-    ({"SET_VEL": 1, "SET_ACC": 1, "SET_JERK": 1}, "SET_JERK belongs to profile s-curve; leave it out, or set profile="),
+    ({"SET_VEL": 1, "SET_ACC": 1, "SET_JERK": 1}, "SET_JERK applies only to profile s-curve; leave it out, or set"),
     ({"SET_VEL": 1, "profile": "gear"}, "profile 'gear'; allowed trapezoid, s-curve"),
 ])  # fmt: skip
 def test_parameters_unsuited_to_the_profile_are_refused(values: dict[str, Any], says: str) -> None:

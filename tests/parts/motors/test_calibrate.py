@@ -82,8 +82,8 @@ def test_impossible_measurements_are_reported(given, says):
 
 
 def test_more_than_the_motor_could_with_any_constant_is_reported():
-    with pytest.raises(UsageError, match="it: this motor is faster even with a drag of 3"):
-        room._greatest(lambda constant: True, 3.0, "it", "drag", "3")
+    with pytest.raises(UsageError, match="it: this motor is faster than that even with a drag of 3"):
+        room._greatest(lambda constant: True, 3.0, "it", "drag", "a drag of 3")
 
 
 def test_a_law_is_that_of_the_part():

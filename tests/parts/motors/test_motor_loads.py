@@ -104,7 +104,7 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
 @rows(
     ("value", "says"),
     [
-        (5, f"l 5; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {TABLE}"),
+        (5, f"l 5; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table (keys: {TABLE})"),
         ({"inertia": -1}, f"l: inertia -1; allowed {KG_M2}"),
         ("inertia -1 g cm2", f"l: inertia '-1 g cm2'; allowed {KG_M2}"),
         ("inertia", f"l: inertia ''; allowed {KG_M2}"),
@@ -117,25 +117,25 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
         ("friction 5 mNm, stiction 4 mNm", "l: stiction 0.004 N m; must be at least the friction (0.005 N m)"),
         ("efficiency 0", "l: efficiency 0.0; allowed more than 0, up to 1"),
         ("efficiency 1.2", "l: efficiency 1.2; allowed more than 0, up to 1"),
-        ("mass 2 kg", "l: mass has no effect without lead; add it, or leave mass out"),
-        ("force 2 N", "l: force has no effect without lead; add it, or leave force out"),
-        ("lead 5 mm", "l: lead has no effect without mass or force; add it, or leave lead out"),
-        ("vertical", "l: vertical has no effect without mass; add it, or leave vertical out"),
+        ("mass 2 kg", "l: mass has no effect without lead; add lead, or leave mass out"),
+        ("force 2 N", "l: force has no effect without lead; add lead, or leave force out"),
+        ("lead 5 mm", "l: lead has no effect without mass or force; add mass or force, or leave lead out"),
+        ("vertical", "l: vertical has no effect without mass; add mass, or leave vertical out"),
         (
             "inertia 1 kg m2, coupling_drag 1 N m s",
-            "l: coupling_drag has no effect without stiffness; add it, or leave coupling_drag out",
+            "l: coupling_drag has no effect without stiffness; add stiffness, or leave coupling_drag out",
         ),
         (
             "stiffness 10 Nm/rad",
-            "l: stiffness has no effect without inertia or mass; add it, or leave stiffness out",
+            "l: stiffness has no effect without inertia or mass; add inertia or mass, or leave stiffness out",
         ),
         (
             "damper_inertia 10 g cm2",
-            "l: damper_inertia has no effect without damper_drag; add it, or leave damper_inertia out",
+            "l: damper_inertia has no effect without damper_drag; add damper_drag, or leave damper_inertia out",
         ),
         (
             "damper_drag 1 mNms",
-            "l: damper_drag has no effect without damper_inertia; add it, or leave damper_drag out",
+            "l: damper_drag has no effect without damper_inertia; add damper_inertia, or leave damper_drag out",
         ),
     ],
 )

@@ -43,7 +43,7 @@ NEEDS = (
     "inertia (kg m2: of the rotor)"
 )
 TABLE = ", ".join(row.name for row in FIGURES)
-ALLOWED = f"the name of a motor, text such as '{EXAMPLE}', or a table with like, step_angle, {TABLE}"
+ALLOWED = f"the name of a motor, text such as '{EXAMPLE}', or a table (keys: like, step_angle, {TABLE})"
 OTHER = f"; for another motor use the figures of its data sheet: '{EXAMPLE}'"
 
 
@@ -108,7 +108,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
     [
         (5, f"m 5; expected {ALLOWED}"),
         ({"like": 5}, "m: like 5; expected the name of a motor, such as QSH4218-35-10-027"),
-        ({}, f"m: needs {NEEDS}; write, for example, '{EXAMPLE}', or like and the name of a motor"),
+        ({}, f"m: needs {NEEDS}; write, for example, '{EXAMPLE}', or add like and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
         (SMALL | {"resistance": 0}, "m: resistance 0; allowed more than 0 ohm"),
@@ -137,11 +137,11 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_produce_its_steps():
             "m: torque 0.49 N m; must be more than the detent torque (0.49 N m): "
             "give the holding torque at the rated current",
         ),
-        (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have a swing: leave it out"),
+        (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only a reluctance motor has a swing: leave it out"),
         (
             VR,
             "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); "
-            f"write, for example, '{EXAMPLE}', or like and the name of a motor",
+            f"write, for example, '{EXAMPLE}', or add like and the name of a motor",
         ),
         (
             VR | {"swing": "8 mH"},

@@ -74,7 +74,7 @@ def test_a_sketch_takes_the_faster_library_for_a_greater_rate():
 
 
 def test_an_unknown_library_is_refused_with_the_known_ones():
-    with pytest.raises(UsageError, match="allowed: accelstepper or fastaccelstepper"):
+    with pytest.raises(UsageError, match="allowed accelstepper or fastaccelstepper"):
         written("N 5\nG\n", "arduino", values={"library": "stepper"})
 
 
@@ -214,11 +214,11 @@ def test_a_setting_selects_library_port_and_repetitions():
 @pytest.mark.parametrize(
     ("to", "setting", "says"),
     [
-        ("grbl", {"repeat": "3"}, "grbl accepts repeats .*did you mean repeats"),
+        ("grbl", {"repeat": "3"}, "grbl has no such setting; allowed repeats .*did you mean repeats"),
         ("grbl", {"repeats": "none"}, "repeats none: allowed 1 or more"),
         ("linuxcnc", {"output1": "off"}, "output1=off: allowed low or high"),
-        ("gs-c200s", {"output1": "low"}, "gs-c200s accepts none"),
-        ("arduino", {"library": "stepper"}, "allowed: accelstepper or fastaccelstepper"),
+        ("gs-c200s", {"output1": "low"}, "gs-c200s has no such setting; allowed none"),
+        ("arduino", {"library": "stepper"}, "allowed accelstepper or fastaccelstepper"),
     ],
 )
 def test_an_unknown_setting_of_a_target_is_refused_with_the_existing_ones(to, setting, says):

@@ -176,7 +176,7 @@ def row(sheet: Sheet, name: str) -> PacketRow:
         UsageError: a code was given instead of a mnemonic.
     """
     if not isinstance(name, str):
-        raise UsageError(f"command {name!r}: expected a mnemonic such as 'GET_STATUS'; packet() sends a code")
+        raise UsageError(f"command {name!r}: expected a mnemonic such as 'GET_STATUS'; to send a code, use packet()")
     found = sheet.rows(PacketRow).by_form.get(name.upper())
     if found is None:
         refusal = _unknown(sheet, name)

@@ -82,12 +82,16 @@ class TextDialect(Dialect[TextRow]):
             found = decoder.feed(byte, True)
             if isinstance(found, Label):
                 where = f" ({about})" if (about := sheet.sections.get("labels")) else ""
-                raise UsageError(f"a label, while ASCII/BINARY is low: binary programs branch to addresses{where}")
+                raise UsageError(
+                    f"found a label while ASCII/BINARY is low; in binary programs, branch to addresses{where}"
+                )
             if found is not None and found.switched:
-                raise UsageError(f"{line!r}: {self.switches} is text only; binary has no form for switches")
+                raise UsageError(
+                    f"{line!r}: {self.switches} (read from switches) exists only in text commands; give a number"
+                )
             out += self.encoded(found) if found is not None else b""
         if not out:
-            raise UsageError(f"{line!r} is not a command, so it has no binary form; @bytes sends any bytes")
+            raise UsageError(f"{line!r} is not a command, so it has no binary form; to send other bytes, use @bytes")
         return out
 
     def encoded(self, command: CommandText) -> bytes:

@@ -167,7 +167,7 @@ class Verbatim(ReadAlike, TextDialect):
             UsageError: a single count for all statements is requested.
         """
         if single_count:
-            raise UsageError(f"{sheet.part}: a program cannot have a single count: each of its commands has its own")
+            raise UsageError(f"{sheet.part}: each command of a program has its own byte count; leave out single_count")
         return b"".join(self.sent_binary(sheet, statement.text) for statement in statements)
 
     # ------------------------------------------------------------------------------------------------- program memory

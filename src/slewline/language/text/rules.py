@@ -91,7 +91,8 @@ def misplaced(source: Source) -> None:
             found = f"{row.name} is in command mode, but belongs in a program"
             source.report(statement, "branch-in-command-mode", "warning", found, section=row.where)
         elif row.role == "leave" and not any(block.quit is statement for block in source.blocks) and enter is not None:
-            source.report(statement, "quit-outside", "warning", f"{row.form} without {enter.form}", section=row.where)
+            found = f"{row.form} without {enter.form} before it"
+            source.report(statement, "quit-outside", "warning", found, section=row.where)
 
 
 def entries(source: Source) -> None:

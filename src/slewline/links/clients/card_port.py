@@ -67,7 +67,9 @@ class CardPort(ChipsetPort):
                 return status
             ms -= STEP_MS
             if ms <= 0:
-                raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
+                raise TimeoutError(
+                    f"{self.where}: the status stays {status:#04x}; expected {wanted:#04x} in the bits {bit:#04x}"
+                )
 
     def free(self, ms: int) -> None:
         """Wait until the chip is ready for a byte, for at most `ms` milliseconds of chip time; read its messages.

@@ -103,7 +103,7 @@ class ChipsetHost:
         elif len(data) % 2:
             self.port.packet(data[0], [int.from_bytes(data[at : at + 2], "big") for at in range(1, len(data), 2)], 0)
         elif data:
-            raise UsageError(f"{data!r}: expected a code and whole words, two bytes each")
+            raise UsageError(f"{data!r}: expected a code of one byte and words of two bytes each")
 
     def packet(self, code: int, *words: int, reads: int = 0, checksum: bool = True) -> tuple[int, ...]:
         """Send any packet, a command byte and words; return the words that are read afterwards.

@@ -86,7 +86,7 @@ class Control(Closing):
             )
         host = "localhost" if isinstance(address, Path) else parse_address(address, server.allow_remote)[0]
         if token is None and not is_loopback(host):
-            raise UsageError(f"address {address!r}: other machines could drive the pins; add --token if they may")
+            raise UsageError(f"address {address!r}: other machines could drive the pins without a token; add --token")
         self.listener = Listener(server.loop, address, self._accept, server.allow_remote)
 
     @property

@@ -155,7 +155,7 @@ class PinVerbs(Verbs):
         start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
         if count > MAX_STEPS:
-            raise UsageError(f"steps: {count} in this window; request windows with at most {MAX_STEPS}")
+            raise UsageError(f"steps: {count} steps in this window; request a window of at most {MAX_STEPS} steps")
         steps = axis.steps(start, stop)
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 

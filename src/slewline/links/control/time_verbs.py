@@ -38,7 +38,9 @@ class TimeVerbs(Verbs):
             found: Data = {"rate": float(pace.rate)}
         else:
             if "rate" in request:
-                raise UsageError("go: rate: in lockstep, time passes only for hosts; leave it out")
+                raise UsageError(
+                    "go: rate: in lockstep, there is no rate: time passes only when a host needs it; leave rate out"
+                )
             pace.go()
             found = {"rate": 1.0}
         self.server.breakpoints.arm()
@@ -85,7 +87,9 @@ class TimeVerbs(Verbs):
         elif pace.lockstep:
             self.client.wait(request, lambda _met: {}, NEVER, end, False)
         else:
-            raise UsageError("advance: time follows the wall clock here; pause it, or start the server with --lockstep")
+            raise UsageError(
+                "advance: time follows the wall clock; `pause` time first, or start the server with --lockstep"
+            )
 
     def next_event(self, request: Data) -> Condition:
         """Return the condition that ends the requested step: an edge of a pin, or an event of a chip."""
@@ -125,7 +129,7 @@ class TimeVerbs(Verbs):
         """Return a condition that is met at an instant (ps)."""
         if at < self.bench.now_ps:
             now = readable(self.bench.now_ps)
-            raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
+            raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; for a past time, use `back`")
         return InstantCondition(self.bench.kernel, at)
 
     def renewed(self, request: Data, before: Condition) -> Condition:

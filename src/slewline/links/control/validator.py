@@ -102,7 +102,7 @@ def check(value: Any, kind: Data, place: str) -> Any:
         return checked_object(value, kind, place)
     if isinstance(value, list):
         if len(value) > kind.get("maxItems", len(value)):
-            raise UsageError(f"{place}: a list of {len(value)}; allowed up to {kind['maxItems']}")
+            raise UsageError(f"{place}: a list of length {len(value)}; allowed up to {kind['maxItems']}")
         return [check(each, kind.get("items", {}), f"{place}[{number}]") for number, each in enumerate(value)]
     if isinstance(value, str):
         if len(value) > kind.get("maxLength", len(value)):
@@ -247,7 +247,7 @@ def shown(value: object) -> str:
     if isinstance(value, str):
         return repr(value) if len(value) <= LONGEST else f"{value[:LONGEST]!r}..."
     if isinstance(value, list):
-        return f"a list of {len(value)}"
+        return f"a list of length {len(value)}"
     if isinstance(value, dict):
         return "an object"
     text = json.dumps(value)

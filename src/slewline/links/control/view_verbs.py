@@ -168,7 +168,9 @@ class ViewVerbs(Verbs):
                 for command in text.splitlines():
                     line.take(command.encode("ascii", "replace") + b"\r")
                 return {}
-        raise UsageError(f"{chip.name}: a host program uses its registers, and must itself send the commands")
+        raise UsageError(
+            f"{chip.name}: a host program uses the registers of this chip; send the commands from that program"
+        )
 
     def do_act(self, request: Data) -> Data:
         """Perform a manual action on a part."""
@@ -230,8 +232,8 @@ def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
     parameters = [*signature(method).parameters.values()]
     needed = sum(parameter.default is parameter.empty for parameter in parameters)
     if not needed <= len(values) <= len(parameters):
-        takes = ", ".join(parameter.name for parameter in parameters) or "nothing"
-        raise UsageError(f"act: args: a list of {len(values)}; {method.__name__} takes {takes}")
+        takes = ", ".join(parameter.name for parameter in parameters) or "none"
+        raise UsageError(f"act: args: a list of length {len(values)}; allowed for {method.__name__}: {takes}")
     return [
         check(value, argument(parameter), f"act: args[{number}]")
         for number, (value, parameter) in enumerate(zip(values, parameters, strict=False))

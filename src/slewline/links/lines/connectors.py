@@ -37,7 +37,10 @@ def connector(bench: Bench, line: str, chips: Sequence[Chip]) -> SerialPort:
     """
     formats = {strapped_line(chip) for chip in chips}
     if len(formats) != 1:
-        raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in rate or format")
+        names = ", ".join(chip.name for chip in chips)
+        raise UsageError(
+            f"{names}: their serial lines differ in rate or format; connect modules with the same rate and format"
+        )
     baud, bits, parity, stop = formats.pop()
     name = f"{chips[0].name if len(chips) > 1 else line}_line"
     port: SerialPort = bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
@@ -81,7 +84,7 @@ def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int,
             device = new_device(bench, chip, address)
         if device.address in found:
             before = found[device.address][1].name
-            raise UsageError(f"{before} and {chip.name}: both have address {device.address}; give each a different one")
+            raise UsageError(f"{before} and {chip.name}: both have address {device.address}; give each its own address")
         found[device.address] = device, chip
     first, *others = [device for device, _ in found.values()]
     for other in others:

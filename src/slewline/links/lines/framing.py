@@ -130,7 +130,7 @@ class FramedLine(HostLine):
         self.full = waiting >= BACKLOG or (self.full and waiting > 0)
         if self.full:
             raise UsageError(
-                f"{text}: not sent, because {waiting} lines are waiting; wait until '?' is answered with 'ready'"
+                f"{text}: not sent, because {waiting} lines are waiting; wait until the reply to '?' is 'ready'"
             )
 
     def _forget(self) -> None:

@@ -158,7 +158,7 @@ class FileStore:
         if self.path.is_symlink():
             raise StoreError(f"{self.path}: is a symbolic link; name the file itself")
         if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # opening a FIFO would block
-            raise StoreError(f"{self.path}: is not a regular file; name another one")
+            raise StoreError(f"{self.path}: is not a regular file; name another file")
         try:
             found = self._load(self.path)
         except FileNotFoundError:

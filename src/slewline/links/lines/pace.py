@@ -167,7 +167,7 @@ def rate_of(rate: str | float) -> Fraction:
     except (ValueError, ZeroDivisionError):
         found = Fraction(0)
     if found <= 0:
-        raise UsageError(f"rate {rate!r}; expected virtual seconds per second, such as 1 or 0.1")
+        raise UsageError(f"rate {rate!r}; expected virtual seconds per second of the wall clock, such as 1 or 0.1")
     return found
 
 

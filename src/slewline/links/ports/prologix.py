@@ -161,7 +161,8 @@ class PrologixLine(RequestLine):
     def _bound(self, line: bytes) -> None:
         """Report, once, a line that is too long, even if it is still incomplete."""
         if len(line) > LONGEST and not self.too_long:
-            self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes is not sent")
+            text = f"a line has more than {LONGEST} bytes, so it is not sent; end lines with CR or LF"
+            self.controller.finding("gpib-line", text)
             self.too_long = True
 
     def whole(self, data: bytes) -> bytes:

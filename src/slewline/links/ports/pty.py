@@ -90,7 +90,7 @@ class PtyPort(Closing):
                 f"{link} is the name of a port on Windows (--serial {link}); name a link, such as /tmp/{link}"
             )
         if not link:
-            raise UsageError("a pty needs a link; name it, such as /tmp/x")
+            raise UsageError("a pty needs a link; give its path, such as /tmp/x")
         self.loop, self.line, self.place, self.where = loop, line, link, str(Path(str(link)))
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)

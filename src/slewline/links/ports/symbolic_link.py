@@ -53,11 +53,13 @@ class DeviceLink:
             mode = os.lstat(self.name, dir_fd=self._folder).st_mode
             target = os.readlink(self.name, dir_fd=self._folder) if stat.S_ISLNK(mode) else ""
             if not DEVICE.fullmatch(target):
-                raise UsageError(f"{self.path}: this exists and is not an old link made by slewline; name another one")
+                raise UsageError(
+                    f"{self.path}: this exists and is not an old link made by slewline; choose another path"
+                )
             if not self._stale(target):
                 raise UsageError(
-                    f"{self.path}: is in use: it points to {target}, a terminal that is in use, for example by "
-                    "another server; name another one, or end that server first"
+                    f"{self.path}: this link points to {target}, a terminal that is in use, for example by another "
+                    "server; choose another path, or first end the program that uses the terminal"
                 )
             os.unlink(self.name, dir_fd=self._folder)
         os.symlink(self.target, self.name, dir_fd=self._folder)
@@ -68,7 +70,7 @@ class DeviceLink:
 
     def _refused(self, error: OSError) -> UsageError:
         return UsageError(
-            f"{self.path}: {error.strerror}; name a link in a writable directory that is not itself a link"
+            f"{self.path}: {error.strerror}; put the link in a writable directory, and not in one that is itself a link"
         )
 
     def remove(self) -> None:

@@ -66,7 +66,7 @@ class Listener:
                 host, port = parse_address(address, allow_remote)
                 self.socket = socket.create_server((host, port), family=resolved(host, address))
         except OSError as error:
-            raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
+            raise UsageError(f"address {address!r}: {error.strerror or error}; choose another address") from None
         self.socket.setblocking(False)
         self.listen()
 
@@ -323,8 +323,8 @@ class TcpPort(Closing):
         if self.dropped:
             dropped, self.dropped = self.dropped, 0
             self.report(
-                f"{self.where}: the previous host left more bytes than the line can transmit in time; "
-                f"{dropped} of them were dropped, because the next host is connected"
+                f"{self.where}: the previous host left more bytes than the line can transmit before the next host's "
+                f"turn; {dropped} of them were dropped"
             )
 
     # --------------------------------------------------------------------------------------------------------- turns

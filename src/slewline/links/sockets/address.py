@@ -19,12 +19,12 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
     high = f": port {port} is above 65535" if port.isdecimal() and int(port) > 65535 else ""
     if not colon or not host or not port.isdecimal() or high or "/" in host:
         raise UsageError(
-            f"address {text!r}{high}; expected HOST:PORT, such as 127.0.0.1:4001, or a port of this machine, 4001 "
-            "(port 0: any free one)"
+            f"address {text!r}{high}; expected HOST:PORT, such as 127.0.0.1:4001, or a port number of this machine, "
+            "such as 4001 (0: any free port)"
         )
     if not allow_remote and not is_loopback(host):
         resolved(host, text)
-        raise UsageError(f"address {text!r}: other machines could reach it; add --allow-remote if they may")
+        raise UsageError(f"address {text!r}: other machines could reach it; add --allow-remote to permit this")
     return host, int(port)
 
 

@@ -153,16 +153,19 @@ class ServedPast(Past):
         old, shown = self.server.bench, self.server.branches.current
         if bench.now_ps != old.now_ps:
             raise UsageError(
-                f"exchange: the other bench is at {readable(bench.now_ps)}; expected the present time, "
-                f"{readable(old.now_ps)}"
+                f"exchange: the new bench is at {readable(bench.now_ps)}; expected the present time of the served "
+                f"bench, {readable(old.now_ps)}"
             )
         missing = [name for name in (*old.chips, *old.parts) if name not in bench]
         if missing:
             raise UsageError(
-                f"exchange: the other bench lacks {', '.join(missing)}; it must have the same chips and parts"
+                f"exchange: the new bench lacks {', '.join(missing)}; it must have all chips and parts of the "
+                "served bench"
             )
         if shown:
-            raise UsageError(f"exchange: branch {shown} is shown, and this bench is paused; show branch 0 first")
+            raise UsageError(
+                f"exchange: branch {shown} is shown, and the served bench (branch 0) is paused; show branch 0 first"
+            )
 
     def _move(self, line: HostLine, bench: Bench, tap: LineTap) -> None:
         """Connect a line to another bench; send the output that its host lacks."""

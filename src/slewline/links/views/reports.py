@@ -74,7 +74,7 @@ class FindingReports:
     def _count(self, key: Key) -> int:
         count, first = self.more.pop(key), self.first.pop(key)
         if count:
-            what = "of other causes" if key[2] == OTHERS else f"like this: {first}"
+            what = "with other causes" if key[2] == OTHERS else f"like this: {first}"
             self.report(f"{key[0]}: {key[1]}: {count} more {what}")
         return count
 

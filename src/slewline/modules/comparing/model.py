@@ -128,6 +128,7 @@ def strapped(speech: Speech) -> dict[str, int]:
     if line.address_pins:
         own = next((levels for levels, address in line.addresses.items() if address == speech.address), None)
         if own is None:
-            raise UsageError(f"address {speech.address}: no strap sets it")
+            allowed = ", ".join(map(str, sorted(line.addresses.values())))
+            raise UsageError(f"address {speech.address}: the straps cannot set this address; allowed {allowed}")
         straps |= dict(zip(line.address_pins, own, strict=True))
     return straps | ({line.checksum_pin: int(speech.checked)} if line.checksum_pin else {})

@@ -61,8 +61,8 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
         )
     if found.replacing and not may_replace:
         raise ReplacementRefused(
-            f"{module.name}: {', '.join(found.replacing)} would replace its program; no command was sent; "
-            "save it with slewline pull, then allow that with --replace"
+            f"{module.name}: {', '.join(found.replacing)} would replace the module's program; no command was "
+            "sent; save that program with slewline pull, then allow its replacement with --replace"
         )
     before_us: int | float | None = None
     for exchange in exchanges:

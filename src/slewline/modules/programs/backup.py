@@ -75,7 +75,8 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Re
             restore.recall()
         except RefusedCommand as refused:
             report(
-                f"{row.form} was answered with {refused.code}: {refused.description}; there is no other program to save"
+                f"{row.form} was answered with {refused.code}: {refused.description}; no program was saved from the "
+                "EEPROM"
             )
             return
         save(path, read_contents(module), report)
@@ -127,7 +128,7 @@ def check_recall(sheet: Sheet, recall: bool) -> None:
         UsageError: the part stores none.
     """
     if recall and not sheet.acting("recall"):
-        raise UsageError(f"--eeprom: the {sheet.part.upper()} has one program, in its memory; leave it out")
+        raise UsageError(f"--eeprom: the {sheet.part.upper()} has one program, in its memory; leave out --eeprom")
 
 
 # ---------------------------------------------------------------------------------------------------------------- push
@@ -194,8 +195,8 @@ def keep_before(
         report("the module already holds this program")
         return ""
     if restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
-        found = f"the module holds the beginning of this program, {contents.size}"
-        report(f"{found}: an interrupted push, which now continues")
+        found = f"the module holds the beginning of this program ({contents.size})"
+        report(f"{found}: left by an interrupted push, which now continues")
         return f"the old program is in {earlier}"
     return f"the old program is in {save_beside(path, contents, keep, report)}"
 
@@ -211,7 +212,7 @@ def check_push(sheet: Sheet) -> None:
         raise UsageError(
             f"push: an adapter does not show whether program entry of the {part} is open, so a move might be "
             "executed instead of stored, and a program that cannot be verified is not sent; allowed: parts with a "
-            "serial line; switch the motor off and enter the program by hand, with slewline terminal"
+            "serial line; for this part, switch the motor off, and type in the program with slewline terminal"
         )
 
 
@@ -223,7 +224,8 @@ def check_store(sheet: Sheet, store: bool) -> None:
     """
     if store and not can_store(sheet):
         raise UsageError(
-            f"--store: the {sheet.part.upper()} has no such command; its program is in an external memory; leave it out"
+            f"--store: the {sheet.part.upper()} has no command for this, because its program is already in an external "
+            "memory; leave out --store"
         )
 
 
@@ -279,7 +281,7 @@ def save(path: Path, contents: ModuleContents, report: Report) -> None:
         image = path.with_name(path.name + IMAGE)
         with WholeFile(image, durable=True) as file:
             file.write(to_hex(contents.image).encode("ascii"))
-        report(f"{path} cannot represent all of the program: {unsaid}; its bytes are in {image}")
+        report(f"{path} cannot represent all of the program: {unsaid}; the bytes of the program are in {image}")
 
 
 def save_beside(
@@ -300,5 +302,5 @@ def save_beside(
     save(found, contents, report)
     if earlier:
         names = ", ".join(map(str, earlier))
-        report(f"{names}: from earlier pushes; {found} may contain an incomplete program from one of them")
+        report(f"{names}: saved by earlier pushes; {found} may contain an incomplete program, left by one of those")
     return found

@@ -75,8 +75,8 @@ class ModuleContents:
             if assemble(self.text, self.sheet, self.sheet.part).stored == self.stored:
                 return ""
         except ProgramError as error:
-            return f"the assembler does not accept it: {' '.join(str(error).split())}"
-        return "it does not keep blanks around a line"
+            return f"the assembler does not accept the text: {' '.join(str(error).split())}"
+        return "blanks at the start or end of a line are lost"
 
     @property
     def image(self) -> bytes:

@@ -75,7 +75,7 @@ def came_twice(before: ModuleFailure | None, now: ModuleFailure) -> bool:
 def _check_base(sheet: Sheet, base: int | None) -> None:
     """Check that no start other than 0 is given for a part whose programs begin at 0."""
     if base:
-        raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
+        raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave out --from")
 
 
 # ------------------------------------------------------------------------------------------------------ whole listings
@@ -234,8 +234,8 @@ class MemoryReader(ProgramReader):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
         self.report(
-            f"{module.name}: erased from {address} on; the module is listing the rest, which takes at most "
-            f"{seconds:.0f} s"
+            f"{module.name}: the memory is erased from {address} on; the module is listing the rest of it, which "
+            f"takes at most {seconds:.0f} s"
         )
         module.tidy(self.sheet.buffer_bytes - address)
         return b""

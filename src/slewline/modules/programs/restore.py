@@ -40,7 +40,9 @@ class ProgramText:
                 commands, or has a line that only `slewline run` accepts.
         """
         if sheet.enter is None:
-            raise UsageError(f"{where}: the {sheet.part.upper()} stores no program")
+            raise UsageError(
+                f"{where}: the {sheet.part.upper()} stores no programs; allowed: a part that stores programs"
+            )
         assembly = assemble(text, sheet, where)
         for problem in assembly.findings:
             if problem.code == COMMENT:
@@ -49,11 +51,11 @@ class ProgramText:
         for item in source.items:
             if not isinstance(item, Statement):
                 raise UsageError(
-                    f"{where}, line {item.line}: {item.text} is for slewline run; allowed: commands of the "
-                    f"{sheet.part.upper()}; leave it out"
+                    f"{where}, line {item.line}: {item.text} is only for slewline run; allowed: commands of the "
+                    f"{sheet.part.upper()}; leave out this line"
                 )
         if not source.blocks:
-            raise UsageError(f"{where}: has no program; write {sheet.enter.form} before its instructions")
+            raise UsageError(f"{where}: has no program; write {sheet.enter.form} before the instructions")
         (block,) = source.blocks[:1]
         items = source.statements
         framing = [items.index(each) for each in (block.entry, block.quit) if each is not None]
@@ -73,7 +75,7 @@ class ProgramText:
             if each.row.may_step and not module.may_move:
                 raise MotionRefused(
                     f"{where}, line {each.line}: {each.text} may step the motor: {each.row.description}; no command "
-                    "was sent; leave it out, or allow motion with --move"
+                    "was sent; leave out this line, or allow motion with --move"
                 )
 
 

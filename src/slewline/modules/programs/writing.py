@@ -32,7 +32,7 @@ def write_listed(restore: Restore) -> None:
         except (NoAnswer, DamagedAnswer, ListingDiffers) as failure:
             if not left or (isinstance(failure, NoAnswer) and _is_silent(restore.module)):
                 raise
-            restore.module.transcript.note(f"entered again: {failure}")
+            restore.module.transcript.note(f"program entered again: {failure}")
     _leave(restore)
 
 
@@ -115,8 +115,8 @@ def _leave(restore: Restore) -> None:
     if end is None:
         (only,) = sheet.leave
         restore.report(
-            f"program entry is open: {only.form} ends it, and runs the program; a power cycle ends it, "
-            "too, and loses a program that is not stored"
+            f"program entry is open: command {only.form} ends it, and runs the program; a power cycle also ends it, "
+            "but a program that is not stored is then lost"
         )
         return
     try:
@@ -216,8 +216,9 @@ class MemoryWriter:
             return
         raise MotionRefused(
             f"{self.module.name}: the program begins with {first.text}, which would step the motor if the module "
-            f"missed the start of program entry, and there is no room for a query at {begin}; no command was sent; "
-            "begin with a harmless command, such as one that sets a register, or allow motion with --move"
+            f"missed the start of program entry, and there is no room at {begin} for a query that would "
+            "reveal this; no command was sent; begin with a harmless command, such as one that sets a register, or "
+            "allow motion with --move"
         )
 
     def is_written(self, group: Sequence[Statement]) -> bool:
@@ -225,7 +226,7 @@ class MemoryWriter:
         try:
             self.write_group(group)
         except (NoAnswer, DamagedAnswer) as failure:
-            self.module.transcript.note(f"written again: {failure}")
+            self.module.transcript.note(f"instructions written again: {failure}")
             self.end_entry()
             return False
         self.end_entry()

@@ -171,7 +171,7 @@ export function timebar(link, root, fail) {
     const { rows } = await link.request({ do: "listing", chip: chip.value });
     const known = rows.map((/** @type {any} */ row) => row.address);
     if (known.includes(address)) return;
-    const there = known.length ? `instructions are at ${known[0]} to ${known.at(-1)}` : `no program is stored in ${chip.value}`;
+    const there = known.length ? `the first one is at ${known[0]}, the last one at ${known.at(-1)}` : `no program is stored in ${chip.value}`;
     throw new Error(`line ${address}: no instruction begins there; ${there}`);
   }
 

@@ -82,7 +82,7 @@ async def edge(session: DebugSession, words: list[str]) -> None:
     """Run to the next edge of a pin."""
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
-        raise UsageError(f"edge{quoted(words)} expected a pin, and rises, falls or any")
+        raise UsageError(f"edge{quoted(words)} expected a pin, and optionally rises, falls or any")
     await session.to_edge(words[0], which)
     session.last_edge = words[0]
 
@@ -94,7 +94,7 @@ async def until(session: DebugSession, words: list[str]) -> None:
     address = number(words[0], "address")
     listed = [row["address"] for row in session.listings.get(session.selected, ())]
     if address not in listed:
-        there = f"instructions are at {listed[0]} to {listed[-1]}" if listed else "no program is stored"
+        there = f"the first one is at {listed[0]}, the last one at {listed[-1]}" if listed else "no program is stored"
         raise UsageError(f"until: no instruction begins at {address}; {there}")
     await session.to_address(address)
 
@@ -127,7 +127,8 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
         session.trouble = f"no program is stored in {session.selected} now; the breakpoint waits for one"
     if point in session.breakpoints and listed and point.get("address", listed[0]) not in listed:
         session.trouble = (
-            f"no instruction begins at {point['address']} now; instructions are at {listed[0]} to {listed[-1]}"
+            f"no instruction begins at {point['address']} now; the first one is at {listed[0]}, the last one at "
+            f"{listed[-1]}"
         )
 
 
@@ -155,7 +156,8 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
 async def clear(session: DebugSession, words: list[str]) -> None:
     """Remove all breakpoints."""
     if words:
-        raise UsageError(f"clear: removes all breakpoints; :break {' '.join(words)} removes one")
+        one = f":break {' '.join(words)}"
+        raise UsageError(f"clear{quoted(words)} expected no argument; use {one} to remove only that breakpoint")
     await session.put_breakpoints([])
 
 
@@ -171,7 +173,7 @@ async def rate(session: DebugSession, words: list[str]) -> None:
 async def drive(session: DebugSession, words: list[str]) -> None:
     """Drive a pin to a level."""
     if len(words) != 2:
-        raise UsageError(f"drive{quoted(words)} expected a pin and a level, such as wait 0")
+        raise UsageError(f"drive{quoted(words)} expected a pin and a level, such as :drive wait 0")
     if words[1] not in ("0", "1"):
         raise UsageError(f"drive: level {words[1]!r}; allowed 0 and 1")
     await session.client.request("drive", pin=session.full_pin(words[0]), level=int(words[1]))
@@ -237,7 +239,7 @@ BY_NAME = {verb.name: verb for verb in VERBS}
 KEYS = {
     "quit": "q leaves the debugger",
     "exit": "q leaves the debugger",
-    "help": "? shows its help",
+    "help": "? shows the help of the debugger",
     "run": ":go lets time run",
 }
 

@@ -195,7 +195,7 @@ class DebugSession:
             UsageError: an earlier wait is still pending, or the server refuses the request.
         """
         if self.doing:
-            raise UsageError(f"busy: {self.doing}; the space bar ends it")
+            raise UsageError(f"busy: {self.doing}; press the space bar to end this wait")
         self.doing, self.why, since = doing, "", self.now_ps
         self.on_change()
         try:

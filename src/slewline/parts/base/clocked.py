@@ -61,7 +61,9 @@ class Clocked(Follower):
     ) -> None:
         super().__init__(part, inputs, schedule=self._promise, react=self._take_edge, cut=self._cut)
         if clock not in self.inputs:
-            raise UnknownName(f"{part.name}: clock {clock!r} is not an input of the rule: {', '.join(self.inputs)}")
+            raise UnknownName(
+                f"{part.name}: clock {clock!r} is not an input of the rule; allowed: {', '.join(self.inputs)}"
+            )
         self.clock, self.edge, self.steers, self.acts = clock, edge, steers, acts
         self.advance, self.step, self.follow = advance, step, follow
         self._level: Level = None  # of the clock, up to the instant that the part has processed

@@ -74,9 +74,9 @@ class Board(Part):
     @from_outside
     def cycle(self, port: int, byte: int | None = None) -> Request[Any]:
         """Queue a bus cycle that writes a byte, or without a byte, reads one."""
-        for number, most in ((port, 0xFFFF), (byte or 0, 0xFF)):
+        for what, number, most in (("port", port, 0xFFFF), ("byte", byte or 0, 0xFF)):
             if not isinstance(number, int) or not 0 <= number <= most:
-                raise UsageError(f"{self.name}: {number!r}; allowed 0..{most:#x}")
+                raise UsageError(f"{self.name}: {what} {number!r}; allowed 0..{most:#x}")
         self.input("cycle", port, byte)
         if byte is None:
             return self.queue.submit(f"in {port:#x}", lambda: self.read(port))
@@ -86,7 +86,7 @@ class Board(Part):
     def ready(self, limit: Time = "1 s", what: str = READY) -> Request[None]:
         """Queue a wait of at most `limit` for a condition: the equivalent of a polling loop in a program."""
         if what not in self.waits:
-            raise UsageError(f"{self.name}: {what!r}; allowed {', '.join(self.waits)}")
+            raise UsageError(f"{self.name}: no condition {what!r}; allowed {', '.join(self.waits)}")
         ps = picoseconds(limit)
         self.input("ready", f"{ps} ps", *([] if what == READY else [what]))
         return self.queue.submit(what, lambda: self.until_ready(ps, what))
@@ -109,7 +109,10 @@ class Board(Part):
         except ValueError:
             data = b""
         if not data or len(data) % 2 or not all(is_step(request, self.waits) for request in data[::2]):
-            raise UsageError(f"{self.name}: steps {steps!r}; expected 0r --, 1r bb, 24 nn, 54 nn ... in hexadecimal")
+            raise UsageError(
+                f"{self.name}: steps {steps!r}; expected steps of two bytes in hexadecimal: 0r -- (read register r), "
+                "1r bb (write bb to register r), 24 nn (wait until ready), 54 nn (poll) ..."
+            )
         ps = picoseconds(poll)
         self.input("series", steps, f"{ps} ps", on)
         return self.queue.submit(f"series {spelled(data[:8])}", lambda: self._work(data, ps, on))

@@ -75,18 +75,18 @@ def layout_of(card: str) -> Layout:
         if key not in (DATA, COMMAND, STATUS, RESET, "base") or key in found:
             again = "given twice" if key in found else "not known"
             keys = (DATA, COMMAND, STATUS, RESET, "base")
-            raise UsageError(f"card {card!r}: {key!r} is {again}; allowed {', '.join(keys)}, such as {EXAMPLE}")
+            raise UsageError(f"card {card!r}: {key!r} is {again}; allowed {', '.join(keys)}, each once")
         if number not in (BASES if key == "base" else OFFSETS):
             allowed = STEPS if key == "base" else f"{OFFSETS[0]} to {OFFSETS[-1]}"
             raise UsageError(f"card {card!r}: {key}: found {value!r}; allowed {allowed}")
         found[key] = number
     if missing := [key for key in (DATA, COMMAND, STATUS) if key not in found]:
-        raise UsageError(f"card {card!r}: needs {', '.join(missing)}, such as {EXAMPLE}")
+        raise UsageError(f"card {card!r}: {', '.join(missing)} missing; expected text such as {EXAMPLE}")
     written = [found[key] for key in (DATA, COMMAND, RESET) if key in found]
     if len({*written}) < len(written) or found[STATUS] == found[DATA]:
         raise UsageError(
-            f"card {card!r}: two registers have the same address; only command and status may share one, since one "
-            "is written and the other read"
+            f"card {card!r}: two registers have the same address; only command and status may share an address, since "
+            "command is written and status is read"
         )
     return placed(**found)
 

@@ -182,7 +182,7 @@ def beside(total: float, present: float) -> float:
 def _rest(total: float, present: float, what: str) -> float:
     if not 0 < total < present:
         raise UsageError(
-            f"{what}: not possible; a resistor to ground only lowers the current, one to 5 V only raises it"
+            f"{what}: not possible; a resistor to ground only lowers the current, a resistor to 5 V only raises it"
         )
     return 1 / (1 / total - 1 / present)
 

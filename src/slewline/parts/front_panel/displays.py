@@ -203,7 +203,7 @@ class Lcd(Shows, Part):
         if character.good:
             self._take(character.byte)
         else:
-            self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
+            self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check the baud rates")
 
     def _take(self, byte: int) -> None:
         """Process a character; characters that may be the start of a parameter count as text until it is complete."""

@@ -53,13 +53,13 @@ class Keyboard(Part):
         up = kernel.now + self._down_ps
         self.drivers["db"].drive((0xFF, byte))
         if await first_of(kernel, up, (ready, 1)) is None:
-            self.finding("key-lost", f"{byte:#04x} was pressed and released while READY was low")
+            self.finding("key-lost", f"key {byte:#04x} was pressed and released while READY was low")
         else:
             request.drive(0)
             taken = await first_of(kernel, up, (ready, 0))
             request.drive(1)
             if taken is None:
-                self.finding("key-lost", f"{byte:#04x} was released before the chip read it")
+                self.finding("key-lost", f"key {byte:#04x} was released before the chip read it")
         await until(kernel, up)
         self.drivers["db"].drive(None)
         await until(kernel, up + self._apart_ps)

@@ -78,7 +78,7 @@ class Thumbwheels(Part):
         self._read = 0
         if read and read != there and not self._is_reported:
             self._is_reported = True
-            became = "it reads 15 for a missing switch" if read > there else "the others have no effect"
+            became = "each missing switch reads 15" if read > there else "the other switches have no effect"
             what = f"the chip reads {read} digits for {self.letter}, but the bank has {there}: {became}"
             self.finding("digit-count", f"{what}; set the bank to a value of {read} digits")
 
@@ -91,7 +91,7 @@ class Thumbwheels(Part):
         """
         if isinstance(to, bool) or not isinstance(to, int) or not 0 <= to < 10 ** len(self.value):
             raise UsageError(
-                f"{self.name}: turn to {to!r}; {len(self.value)} switches show 0 to {'9' * len(self.value)}"
+                f"{self.name}: turn to {to!r}; allowed 0 to {'9' * len(self.value)}, a digit for each switch"
             )
         self.input("turn", to)
         self.value = f"{to:0{len(self.value)}}"

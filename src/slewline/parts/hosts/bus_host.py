@@ -135,7 +135,7 @@ class BusHost(Host):
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
             groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.verify_bytes)
-            answered = f"use ask() for {groups}, send() for other commands" if groups else NO_READ_OUT
+            answered = f"ask() is for {groups}; use send() for other commands" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: {command!r} has no answer; {answered}")
         return self.verify(group, timeout=timeout)
 
@@ -163,11 +163,11 @@ class BusHost(Host):
             if not isinstance(command, str) or not command or not command.isascii():
                 raise UsageError(f"{self.name}: live command {command!r}; expected text such as 'R 20'")
         if not self.port.sheet.takes_live:
-            raise UsageError(f"{self._part} accepts no commands while its program runs; wait until it ends")
+            raise UsageError(f"{self._part} accepts no commands while its program runs; wait until the program ends")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
-                f"{self.name}: live commands need a running program, and {self.port.chip} runs none; send() sends "
-                "a command, run_program() starts the program"
+                f"{self.name}: live commands need a running program, and {self.port.chip} runs none; start the "
+                "program with run_program(), or use send()"
             )
         found = self.queue.result(self.interject(self.chip.name, commands), timeout)
         return b"".join(data for _, data in found or ())
@@ -211,9 +211,9 @@ class BusHost(Host):
         """
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
-            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127, or up to 255 to test the part's reaction")
+            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127, and 128 to 255 to test invalid rates")
         self._needs("slewing", "accepts no rate on the fly")
-        taken = "a rate is taken while the motor slews, in a motion after H and G"
+        taken = "the part accepts a rate while the motor slews in an endless motion, started by H and then G"
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
 
     def read_position(self, timeout: Time = "5 s") -> int:
@@ -224,7 +224,7 @@ class BusHost(Host):
             Timeout: the motor does not step in time.
         """
         self._needs("out_strobe", "outputs no position on the fly")
-        taken = "it is available while the motor steps; at rest verify(0) reads it"
+        taken = "the position is available while the motor steps; at rest, verify(0) reads it"
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 
     def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:

@@ -99,7 +99,7 @@ class PacketHost(Host):
         if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
             words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]
         if words is None:
-            raise UsageError(f"{self.name}: got({data!r}); expected words, such as [0x0300], or two bytes per word")
+            raise UsageError(f"{self.name}: got({data!r}); expected words, such as [0x0300], or bytes, two per word")
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
@@ -116,7 +116,8 @@ class PacketHost(Host):
     def _check_axis(self, number: int) -> None:
         axes = self.port.sheet.axes
         if number not in range(1, axes + 1):
-            raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
+            chip = f"{self.port.chip} ({self.port.sheet.part})"
+            raise UsageError(f"{self.name}: axis {number!r}; allowed 1..{axes} for {chip}")
 
     def _rest(self) -> None:
         """Release the lines of every chip."""
@@ -277,7 +278,8 @@ class PacketHost(Host):
     def _bytes(self, number: int, size: int) -> bytes:
         value = whole(number)
         if value is None or not 0 <= value < 1 << 8 * size:
-            raise UsageError(f"{self.name}: {number!r}; allowed 0..{(1 << 8 * size) - 1}")
+            what = "byte" if size == 1 else "word"
+            raise UsageError(f"{self.name}: {what} {number!r}; allowed 0..{(1 << 8 * size) - 1}")
         return value.to_bytes(size, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps

@@ -89,7 +89,7 @@ class FarEnd:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
                 text = f"a line begins with {chr(byte)!r}, which is not the address of a module here: no module answers"
                 if self._is_new(text):
-                    self.near.finding("address", f"{text}; begin it with {here}, or change the address straps")
+                    self.near.finding("address", f"{text}; begin the line with {here}, or change the address straps")
             self.begins = byte == RETURN
 
     def _is_new(self, text: str) -> bool:

@@ -45,7 +45,7 @@ class NoisePlan:
             if not isinstance(value, int) or value < least:
                 raise UsageError(f"{name} {value!r}; allowed {least} or more characters")
         if not isinstance(self.chance, (int, float)) or not 0 < self.chance <= 1:
-            raise UsageError(f"chance {self.chance!r}; allowed above 0, up to 1")
+            raise UsageError(f"chance {self.chance!r}; allowed above 0 and up to 1")
 
     def strikes(self) -> bool:
         """Return whether the plan hits the character that begins now."""

@@ -185,6 +185,6 @@ class Uart(Part):
         else:
             self.finding(
                 "uart-lost",
-                f"{byte:#04x} was complete while READY was low: it is lost; let the host pause between characters",
+                f"{byte:#04x} arrived while READY was low, and is lost; let the host pause between characters",
             )
         self._put()

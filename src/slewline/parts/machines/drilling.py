@@ -84,7 +84,7 @@ class Bar(Part):
     def catch_up(self) -> None:
         """Process the motion up to the last committed instant."""
         for ps, place, _ in self._interlock.steps():
-            self.finding("bit-broken", f"the bar moves from {place - self._cut_at} with the drill in it", ps)
+            self.finding("bit-broken", f"the bar moves from position {place - self._cut_at} with the drill in it", ps)
 
 
 class Drill(Part):
@@ -127,4 +127,4 @@ class Drill(Part):
         """Process the motion up to the last committed instant."""
         for ps, _, place in self._interlock.steps():
             if place > self.gap:
-                self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar but does not turn", ps)
+                self.finding("drill-stands", f"the drill is {place - self.gap} steps into the bar, but not turning", ps)

@@ -132,4 +132,4 @@ class Welder(Part):
     def catch_up(self) -> None:
         """Process the motion up to the last committed instant."""
         for ps, place, _ in self._interlock.steps():
-            self.finding("smeared", f"the carriage moves from {place} with the torch on", ps)
+            self.finding("smeared", f"the carriage moves from position {place} with the torch on", ps)

@@ -59,7 +59,7 @@ class MemoryCore:
     def _check(self, at: int, data: bytes) -> None:
         if not 0 <= at <= self.size - len(data):
             raise UsageError(
-                f"{self.name}: {len(data)} bytes from address {at} on do not fit; the part has {self.size}"
+                f"{self.name}: {len(data)} bytes at address {at} do not fit; the part has {self.size} bytes"
             )
 
     def checked(self, image: Data, at: int) -> bytes:
@@ -191,7 +191,7 @@ class Eeprom(Part):
         self._bus, self.size = self._core.bus, self._core.size
         if content and len(content) != self.size:
             raise UsageError(
-                f"{name}: the store holds {len(content)} bytes, the part has {self.size}; use another store"
+                f"{name}: the store holds {len(content)} bytes, the part {self.size}; use a store of the same size"
             )
         self._write_ps, self._flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
@@ -259,7 +259,7 @@ class Eeprom(Part):
                 self._flushing = True
                 self.kernel.call_at(self.kernel.now + self._flush_ps, self.flush)
         except OSError as error:
-            self.finding("not-kept", f"{self.unsaved} bytes of the memory are not saved: {error}")
+            self.finding("not-kept", f"{self.unsaved} bytes of the memory could not be saved: {error}")
 
     def leave(self) -> None:
         """Flush, because the bench is being closed."""

@@ -77,7 +77,7 @@ def calibrate(
         if rate is not None and not 20 <= rate <= 1e5:
             raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
     if torque and pull_out is None:
-        raise UsageError(f"torque {torque:g} N m: it needs a pull-out rate; add that, or leave the torque out")
+        raise UsageError(f"torque {torque:g} N m: needs a pull-out rate; add the rate, or leave the torque out")
     if start_stop is not None and pull_out is not None and pull_out <= start_stop:
         raise UsageError(
             f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that accelerates slowly "
@@ -117,7 +117,7 @@ def _both(
         tried, friction = (friction, lacks), max(friction - lacks / slope if slope else 0.0, 0.0)
     raise UsageError(
         f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no combination of friction and "
-        "iron loss reproduces both; check motor, driver and load, or use one of the two"
+        "iron loss reproduces both; check motor, driver and load, or pass only one of the rates"
     )
 
 
@@ -133,7 +133,11 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
 
     most = motor.holding_torque(driver.phase_current(motor))
     return _greatest(
-        starts, most, f"start-stop rate {rate:g} steps/s", "friction", f"{most:.3g} N m, which the motor just holds"
+        starts,
+        most,
+        f"start-stop rate {rate:g} steps/s",
+        "friction",
+        f"a friction of {most:.3g} N m, which the motor just holds",
     )
 
 
@@ -146,7 +150,11 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
 
     most = motor.holding_torque(driver.phase_current(motor)) / (rate * motor.step)
     return _greatest(
-        comes, most, f"pull-out rate {rate:g} steps/s", "iron loss", f"{most:.3g} N m s, which takes all of its torque"
+        comes,
+        most,
+        f"pull-out rate {rate:g} steps/s",
+        "iron loss",
+        f"an iron loss of {most:.3g} N m s, which uses up all of its torque",
     )
 
 
@@ -156,9 +164,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
     The search starts from above, because a motor with too little drag may swing itself out of step at medium rates.
     """
     if does(most):
-        raise UsageError(
-            f"{measured}: this motor is faster even with a {what} of {bound}; check motor, driver and load"
-        )
+        raise UsageError(f"{measured}: this motor is faster than that even with {bound}; check motor, driver and load")
     high = most
     for low in (*(most * COARSE**n for n in range(1, TRIES)), 0.0):
         if does(low):

@@ -180,7 +180,7 @@ def _figures_in(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, s
                 same_part(part, DRIVERS) or hint(part, forms) or (hint(last, forms) if len(last) > len("mA") else "")
             )
             if not meant and PART_NUMBER.fullmatch(part):
-                meant = f"; drivers with a name: {', '.join(DRIVERS)}; for another one set its frequency and decay"
+                meant = f"; drivers with a name: {', '.join(DRIVERS)}; for another driver, set frequency and decay"
             examples = ", ".join(map(repr, EXAMPLES))
             raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 
@@ -224,7 +224,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         return value
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
-        raise UsageError(f"{name} {value!r}; expected text such as {EXAMPLES[0]!r}, or a table with like, {table}")
+        raise UsageError(f"{name} {value!r}; expected text such as {EXAMPLES[0]!r}, or a table (keys: like, {table})")
     given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
     given = {each: of for each, of in given.items() if of is not None}
     rows: Sequence[Option] = FIGURES
@@ -233,7 +233,10 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         row = _driver_named(given.pop("like"), name)
         rows = defaulted(rows, {each: mine for each, mine in asdict(row.data).items() if mine})
     if given.get("off_time") and "frequency" in given:
-        raise UsageError(f"{name}: frequency and off_time; a chopper has a clock or a fixed pause: leave one out")
+        raise UsageError(
+            f"{name}: frequency and off_time; a chopper has either a clock (frequency) or a fixed pause (off_time): "
+            "leave one out"
+        )
     if "frequency" in given:
         given.setdefault("off_time", 0)
     _fitting(given, rows, name)

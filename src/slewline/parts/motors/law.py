@@ -89,14 +89,14 @@ class MotorLaw:
         if self.motor.windings != "bipolar" and self.driver.kind != "voltage":
             raise UsageError(
                 f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind}; "
-                "allowed voltage (L/R, L/nR)"
+                "allowed kind voltage (L/R, L/nR)"
             )
         if self.motor.windings == "reluctance" and self.motor.phases not in (3, 4):
-            raise UsageError(f"{self.motor.name}: {self.motor.phases} phases; allowed 3, 4")
+            raise UsageError(f"{self.motor.name}: {self.motor.phases} phases of a reluctance motor; allowed 3, 4")
         if self.load.stiffness > 0 and self.load.inertia <= 0:
             raise UsageError(f"load: inertia {self.load.inertia} on a coupling; allowed more than 0")
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
-            raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
+            raise UsageError(f"{self.motor.name}: steps {self.steps!r} of a reluctance motor; allowed full, wave, half")
 
     # ------------------------------------------------------------------------------------------------------- components
     @cached_property

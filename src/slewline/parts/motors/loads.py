@@ -65,12 +65,12 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
         raise UsageError(
-            f"{name} {value!r}; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {table}"
+            f"{name} {value!r}; expected text such as 'inertia 68 g cm2, friction 5 mNm', or a table (keys: {table})"
         )
     found = checked(name, FIGURES, of_text(value, FIGURES, name, {}) if isinstance(value, str) else value)
     for each, others in NEEDS:
         if found[each] and not any(found[other] for other in others.split(" or ")):
-            raise UsageError(f"{name}: {each} has no effect without {others}; add it, or leave {each} out")
+            raise UsageError(f"{name}: {each} has no effect without {others}; add {others}, or leave {each} out")
     if None not in (found["low"], found["high"]) and not found["low"] < found["high"]:
         raise UsageError(f"{name}: low {found['low']:g}; must be less than high ({found['high']:g} full steps)")
     for stop, beyond in (("low", (found["low"] or 0) > 0), ("high", (found["high"] or 0) < 0)):

@@ -67,7 +67,7 @@ def of_text(
             table, and `checked` refuses it.
     """
     if ";" in text:
-        raise UsageError(f"{name} {text!r}: commas separate figures, not semicolons")
+        raise UsageError(f"{name} {text!r}: separate figures with commas, not semicolons")
     words = {row.name.replace("_", " "): row.name for row in rows} | {row.name: row.name for row in rows}
     words |= {each: each for each in beside} | dict(spelled)
     pairs: dict[str, str] = {}

@@ -151,7 +151,7 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
     if given.get("step_angle") is not None and "teeth" in given:
         raise UsageError(f"{name}: step_angle and teeth both set the full steps per revolution; leave one out")
     if "step_angle" in given and given.get("windings") == "reluctance":
-        raise UsageError(f"{name}: step_angle does not apply to a reluctance motor; use its teeth and phases instead")
+        raise UsageError(f"{name}: step_angle does not apply to a reluctance motor; set teeth and phases instead")
     if "step_angle" in given:
         given["teeth"] = _teeth(given.pop("step_angle"), name)
     return given
@@ -164,9 +164,7 @@ def _teeth(angle: Any, name: str) -> int:
     except (ValueError, ZeroDivisionError):
         teeth = 0.0
     if not 1 <= teeth <= 1000 or abs(teeth - round(teeth)) > 1e-3 * teeth:
-        raise UsageError(
-            f"{name}: step_angle {angle!r}; expected an angle that divides 90 deg, such as 1.8 deg, 0.9 deg"
-        )
+        raise UsageError(f"{name}: step_angle {angle!r}; expected 90 deg divided by a whole number, such as 1.8 deg")
     return round(teeth)
 
 
@@ -189,7 +187,7 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join((*BESIDE, *(row.name for row in FIGURES)))
         raise UsageError(
-            f"{name} {value!r}; expected the name of a motor, text such as '{EXAMPLE}', or a table with {table}"
+            f"{name} {value!r}; expected the name of a motor, text such as '{EXAMPLE}', or a table (keys: {table})"
         )
     given, rows = motor_table(value, name), [*FIGURES]
     if "like" in given:
@@ -225,7 +223,7 @@ def _check_whole(given: Mapping[str, Any], name: str) -> None:
     if missing and all(each in rows for each in given):
         missing_figures = ", ".join(f"{each} ({rows[each].unit}: {rows[each].description})" for each in missing)
         raise UsageError(
-            f"{name}: needs {missing_figures}; write, for example, '{EXAMPLE}', or like and the name of a motor"
+            f"{name}: needs {missing_figures}; write, for example, '{EXAMPLE}', or add like and the name of a motor"
         )
 
 
@@ -245,7 +243,7 @@ def _consistent(motor: MotorData, name: str) -> MotorData:
             )
         return motor
     if motor.swing:
-        raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have a swing: leave it out")
+        raise UsageError(f"{name}: swing {motor.swing:g} H; only a reluctance motor has a swing: leave it out")
     if not motor.torque > motor.detent:
         raise UsageError(
             f"{name}: torque {motor.torque:g} N m; must be more than the detent torque ({motor.detent:g} N m): "

@@ -207,7 +207,8 @@ class Encoder(ShowsCounts, Blockable, Part):
         """Start to follow the pins, once the part is wired and before time passes."""
         if self._motor is not None:
             if not ((net := self.pins["pulse"].net).drivers or net.joined):
-                self.finding("open-pin", "pulse is open, so only push turns the shaft; set to=x, or on=motor")
+                text = "pulse is open, so only push() turns the shaft; set to= to a chip, or on= to a motor"
+                self.finding("open-pin", text)
             self._motor.rewired()
         self.rule.start()
 
@@ -216,7 +217,7 @@ class Encoder(ShowsCounts, Blockable, Part):
         """Let the shaft slip: it does not follow the next `counts` counts, in either direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 or more (use push to turn the shaft)")
+            raise UsageError(f"{self.name}: slip by {counts} counts; allowed 0 or more (use push to turn the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()

@@ -200,7 +200,7 @@ class MotorShaft(Shaft):
         Raises:
             UsageError: always.
         """
-        raise UsageError("a motor with physics slips only when its load is too great; change its load, or block it")
+        raise UsageError("a stepper slips only when its load is too great; change the load, or block the shaft")
 
     def push(self, steps: Fraction) -> None:
         """Turn the rotor immediately by some steps, backwards if negative."""

@@ -185,11 +185,11 @@ def compare_edges(
 
     for what, edges in (("model", model), ("measured", measured)):
         if isinstance(edges, str) or len(edges) != 2:
-            raise UsageError(f"{what} {edges!r}: expected times and levels, as bench.edges(...) returns")
+            raise UsageError(f"{what} {edges!r}: expected times and levels, as returned by bench.edges(...)")
         times, levels = edges
         if len(times) != len(levels) or (np.diff(times) <= 0).any():
             raise UsageError(
-                f"{what}: {len(times)} times and {len(levels)} levels; expected as many levels as times, ascending"
+                f"{what}: {len(times)} times and {len(levels)} levels; expected ascending times, and a level for each"
             )
     if invert:
         measured = measured[0], inverted(measured[1], name)

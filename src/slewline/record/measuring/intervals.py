@@ -119,7 +119,7 @@ class Edge(NamedTuple):
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
-            raise UsageError(f"{self.pin} {self.change}: allowed for a bus: changes, appears, vanishes")
+            raise UsageError(f"{self.pin} {self.change}: {self.pin} is a bus; allowed changes, appears, vanishes")
         times = signal.edges(self.change)
         at = int(np.searchsorted(times, after, "left" if include else "right")) + self.number - 1
         return int(times[at]) if at < len(times) else None

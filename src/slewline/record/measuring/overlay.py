@@ -52,7 +52,7 @@ def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
         raise UsageError(f"over={over!r}: expected pins and traces, such as {{'x.slew': measured.trace('slew')}}")
     for name, trace in (over or {}).items():
         if not isinstance(trace, Trace):
-            raise UsageError(f"over: {name!r}: found {trace!r}, expected a trace, such as measured.trace('slew')")
+            raise UsageError(f"over: {name!r}: found {trace!r}; expected a trace, such as measured.trace('slew')")
     return over or {}
 
 
@@ -64,7 +64,7 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
     """
     if trace is not None and trace.bus != bus:
         kinds = ("a bus", "one pin") if bus else ("one pin", "a bus")
-        raise UsageError(f"over: {name!r} is {kinds[0]}, {trace.name!r} is {kinds[1]}")
+        raise UsageError(f"over: {name!r} is {kinds[0]}, but the trace {trace.name!r} is {kinds[1]}; must be alike")
     return trace
 
 

@@ -280,10 +280,12 @@ def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
 
     given = list(np.atleast_1d(ax).ravel())
     if odd := [each for each in given if not isinstance(each, Axes)]:
-        raise UsageError(f"ax: {odd[0]!r}; expected axes of matplotlib, such as those of plt.subplots()")
+        raise UsageError(f"ax: {odd[0]!r}; expected matplotlib axes, such as those of plt.subplots()")
     wanted = [panel.heading or "pins" for panel in layout.panels]
     if len(given) not in (1, len(wanted)):
-        raise UsageError(f"ax: {len(given)} axes; this picture needs 1 or {len(wanted)}: {'; '.join(wanted)}")
+        raise UsageError(
+            f"ax: {len(given)} axes; this picture needs 1, or {len(wanted)} for its panels: {'; '.join(wanted)}"
+        )
     for axes, panel in zip(given, layout.panels, strict=False):
         if panel.heading:
             axes.set_ylabel(panel.heading)

@@ -73,7 +73,7 @@ def show(figure: Figure) -> None:
             raise ImportError(f"the backend {plt.get_backend()} has no windows")
         plt.figure(FigureClass=lambda *_, **__: figure)  # type: ignore[arg-type]
     except ImportError as error:
-        raise UsageError(f"show: matplotlib has no window here: {error}; {remedy}") from None
+        raise UsageError(f"show: matplotlib cannot open a window: {error}; {remedy}") from None
     plt.show()
 
 

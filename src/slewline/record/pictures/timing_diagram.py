@@ -68,7 +68,8 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
         UsageError: no lanes, an empty window, an invalid width, or no matplotlib.
     """
     if diagram.stop <= diagram.start or not diagram.lanes:
-        raise UsageError(f"nothing to draw from {readable(diagram.start)} to {readable(diagram.stop)}")
+        found = f"nothing to draw from {readable(diagram.start)} to {readable(diagram.stop)}"
+        raise UsageError(f"{found}; expected a stop after the start, and at least one pin")
     with styled(dark) as colours:
         page = inches(width)
         left = 0.16 + max(len(lane.label) for lane in diagram.lanes) * CAPITAL * LARGE

@@ -40,7 +40,7 @@ TIMES = {  # by their names in heads, ps
 }
 NOTHING = frozenset(("v", "mv", "volt", "volts", "value", "logic", "samples", "sequence", ""))  # other units
 SOURCES = ("source", "label", "channel", "channels")  # keys of the preamble that name the signals
-DECIMAL_COMMA = "with a decimal comma, cells are separated by ; or tabs: export with a decimal point"
+DECIMAL_COMMA = "if numbers have decimal commas, separate cells by ; or tabs, or export decimal points"
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 
 _TIME = re.compile(r"time\b|time[\[(]|timestamp|second|x-axis|t\s*[\[(/]|in [mµnp]?s$|zeit", re.IGNORECASE)
@@ -97,7 +97,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     _increment(head, names, texts)
     head.time = _time_column(names, units)
     if head.time is not None and (more := sum(not names[n] for n in known)):
-        raise WaveformError(f"{path}, line {head.lines + 1}: {more} numbers without a name; {DECIMAL_COMMA}")
+        raise WaveformError(f"{path}, line {head.lines + 1}: {more} numbers without a column name; {DECIMAL_COMMA}")
     counted = _INDEX.match((units or names)[0] or names[0] or "-") is not None
     if head.time is None and not counted and timescale is None and (beside or head.rate is None):
         head.time = _rising(lines[head.lines :], head.delimiter, known)
@@ -106,8 +106,8 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
         _scale(head, heads, lines[head.lines :], sigrok, timescale)
     elif timescale is None and head.rate is None:
         raise UsageError(
-            f"{path}: has no column of times, and states no sample rate; export times too, or give the time between "
-            "two rows: timescale='1 us', or --timescale '1 us'"
+            f"{path}: has no column of times, and states no sample rate; export the times too, or give the time from "
+            "one row to the next: timescale='1 us', or --timescale '1 us'"
         )
     else:
         head.factor = head.unit = (

@@ -91,7 +91,7 @@ class TableRows:
             block, rest = block[:end], block[end:]
             if len(rest) > MAX_LINE:
                 raise WaveformError(
-                    f"{self.path}: a line of more than {MAX_LINE} bytes; check that it is a table (CSV)"
+                    f"{self.path}: a line of more than {MAX_LINE} bytes; check that the file is a table (CSV)"
                 )
             if not more:
                 block = block.rstrip(ENDS)
@@ -247,7 +247,7 @@ class TableChanges:
 
         factor = float(self.head.factor)
         if float(times[-1]) * factor >= 1 << 62:
-            raise WaveformError(f"{table.path}: a time beyond 2^62 ps (53 days), the largest in an array")
+            raise WaveformError(f"{table.path}: a time is too large; allowed less than 2^62 ps (53 days)")
         return np.rint(times * factor).astype(np.int64)
 
     def _levels(self, values: NDArray[np.float64], thresholds: Thresholds | None) -> NDArray[np.int8]:

@@ -27,8 +27,8 @@ FORMATS = {  # first bytes of files that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
     b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
-    b"PK": "a ZIP archive, such as a session of PulseView (.sr), for read_waveforms or: "
-    "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd; from one of DSView (.dsl) or Logic 2 (.sal) export VCD or CSV there",
+    b"PK": "a ZIP archive; read a session of PulseView (.sr) with read_waveforms, or convert it: "
+    "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd; for one of DSView (.dsl) or Logic 2 (.sal), export VCD or CSV there",
     b"\x00\x00\x00\x00\x00\x00\x00\x01\x49": "an FST file of GTKWave; convert it with: fst2vcd FILE.fst > FILE.vcd",
     b"\x13\x80": "an LXT2 file of GTKWave; convert it with: lxt2vcd FILE.lxt2 > FILE.vcd",
     b"<SALEAE>": "a binary export of Logic 2; export CSV there",
@@ -85,7 +85,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
     head = _head(path, file)
     header, at = read_header(FilePlace(path, head))
     if not header.variables:
-        raise WaveformError(f"{path}: declares no variable ($var); it may be cut off, or another kind of file")
+        raise WaveformError(f"{path}: declares no variable ($var); the file may be cut off, or of another kind")
     if not (header.whole or torn):
         raise FilePlace(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
     changes = Changes(path, header, _unit(path, header.unit, unit))
@@ -114,7 +114,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
     """Return the beginning of a file, with all its declarations."""
     head = bytearray(file.read(BLOCK).removeprefix(BOM))
     if not head.strip():
-        raise WaveformError(f"{path}: is empty; nothing was written, or the writer has not finished")
+        raise WaveformError(f"{path}: is empty; nothing was written, or the program that writes it has not finished")
     for begin, what in FORMATS.items():
         if head.startswith(begin):
             raise WaveformError(f"{path}: not a VCD file: {what}")
@@ -123,15 +123,15 @@ def _head(path: str, file: BinaryIO) -> bytes:
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
         raise WaveformError(
-            f"{path}: not a VCD file: its first line is that of a table (CSV); read_waveforms reads it, and compare "
-            "accepts it as MEASURED"
+            f"{path}: not a VCD file: its first line is that of a table (CSV); read it with read_waveforms, or give "
+            "it to slewline compare as MEASURED"
         )
     seen = 0
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
         seen = max(len(head) - 100, 0)
         head += more
         if len(head) > LONGEST:
-            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; check that it is a VCD file")
+            raise WaveformError(f"{path}: no $enddefinitions in the first {LONGEST} bytes; check that it is a VCD file")
     return bytes(head)
 
 
@@ -141,5 +141,5 @@ def _unit(path: str, stated: Fraction | None, given: int | None) -> Fraction:
             f"{path}: has no $timescale; give the unit of its times: timescale='1 ns', or --timescale '1 ns'"
         )
     if stated is not None and given not in (None, stated):
-        raise UsageError(f"{path}: its $timescale is {stated} ps, not {given} ps; leave out `timescale`")
+        raise UsageError(f"{path}: its $timescale is {stated} ps, not the given {given} ps; leave out `timescale`")
     return stated if stated is not None else Fraction(given or 1)

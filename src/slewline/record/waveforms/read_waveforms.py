@@ -129,7 +129,9 @@ def _channels(path: str | Path) -> tuple[list[str], list[str]]:
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
         return [], []  # sigrok-cli reports the error
     if not there:
-        raise WaveformError(f"{path}: a ZIP archive, but not a session of sigrok; save a spreadsheet as CSV")
+        raise WaveformError(
+            f"{path}: a ZIP archive, but not a session of sigrok; if it is a spreadsheet, save it as CSV"
+        )
     lines = header.decode("utf-8", "replace").splitlines()
     named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
     return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
@@ -139,11 +141,11 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     """Return the waveforms in a session, converted by sigrok-cli."""
     own = {".dsl": "export VCD or CSV in DSView", ".sal": "export CSV in Logic 2"}
     if Path(path).suffix.lower() in own:
-        raise WaveformError(f"{path}: a session of another program; {own[Path(path).suffix.lower()]}")
+        raise WaveformError(f"{path}: a session, but not of sigrok; {own[Path(path).suffix.lower()]}")
     tool = shutil.which(TOOL)
     if tool is None:
         raise UsageError(
-            f"{path}: a session of sigrok (.sr); {TOOL}, which converts it, is not installed; install it, or "
+            f"{path}: a session of sigrok (.sr) needs {TOOL}, which is not installed; install {TOOL}, or "
             "export VCD in PulseView"
         )
     import threading
@@ -151,7 +153,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     wires, voltages = _channels(path)
     if voltages and not wires:
         shown = ", ".join(name[:SHOWN] for name in voltages[:SHOWN])
-        raise WaveformError(f"{path}: a session with only voltages ({shown}); export CSV in PulseView")
+        raise WaveformError(f"{path}: a session with only voltages ({shown}), no logic levels; export CSV in PulseView")
     with tempfile.TemporaryFile() as errors:
         process = lifeline.start([tool, "-i", os.path.abspath(path), "-O", "vcd"], os.environ, errors)
         limit = threading.Timer(LONGEST_S, process.kill)

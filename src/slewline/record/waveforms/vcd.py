@@ -306,14 +306,17 @@ def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str,
         for scope in scopes:
             level = level.setdefault(scope, {})
             if not isinstance(level, dict):
-                raise UsageError(f"{name!r}: {scope!r} is the name of a variable in the file and cannot be a scope too")
+                raise UsageError(
+                    f"{name!r}: {scope!r} is already the name of a variable in the file; rename one of them"
+                )
         if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, last)):
             raise UsageError(
-                f"{name!r}: not a name for a VCD file; use printable ASCII without blanks, and dots between scopes"
+                f"{name!r}: not a name for a signal in a VCD file; use printable ASCII without blanks, and dots "
+                "between scopes"
             )
         if last in level:
             what = "scope" if isinstance(level[last], dict) else "variable"
-            raise UsageError(f"{name!r}: {last!r} is the name of a {what} in the file and cannot be a variable too")
+            raise UsageError(f"{name!r}: {last!r} is already the name of a {what} in the file; rename one of them")
         level[last] = f"$var {variable.kind} {variable.size} {identifier} {last} $end\n"
     comment_lines = "".join(f"$comment {ascii_of(comment)} $end\n" for comment in comments)
     return f"$timescale {timescale} $end\n$version slewline $end\n{comment_lines}{_scopes(tree)}$enddefinitions $end\n"

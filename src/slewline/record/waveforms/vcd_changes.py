@@ -205,7 +205,7 @@ class Changes:
         import numpy as np
 
         if self.end * self.unit >= 1 << 63:
-            raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), the largest in an array")
+            raise WaveformError(f"{self.path}: a time is too large; allowed less than 2^63 ps (106 days)")
         empty: Any = (np.empty(0, np.int64), np.empty(0, self._index))
         nothing: Any = [np.empty(0, self._dtype), np.empty(0, np.float64), np.empty(0, object)]
         out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}

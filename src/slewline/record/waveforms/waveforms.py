@@ -96,7 +96,7 @@ class Waveforms:
         return iter(self.names)
 
     def __getitem__(self, name: object) -> NoReturn:
-        raise UsageError(f"waveforms[{name!r}]: waveforms have no items; write waveforms.edges({name!r})")
+        raise UsageError(f"waveforms[{name!r}]: waveforms cannot be indexed; write waveforms.edges({name!r})")
 
     def __len__(self) -> int:
         return len(self.names)
@@ -216,7 +216,7 @@ class Waveforms:
 
         found = self._readable(signal)
         if found.variable.kind != "bits":
-            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace needs levels")
+            raise UsageError(f"{signal} is a {found.variable.kind} variable, which has no levels; name a wire or bus")
         if invert:
             self._wire(signal)
             found = found._replace(levels=inverted(found.levels), level=inverted(np.array([found.level]))[0])
@@ -257,7 +257,7 @@ class Waveforms:
         import numpy as np
 
         if edge not in EDGES or forward not in (0, 1):
-            raise UsageError(f"edge={edge!r}, forward={forward!r}: allowed {' or '.join(EDGES)}, and 0 or 1")
+            raise UsageError(f"edge={edge!r}, forward={forward!r}: allowed edge {' or '.join(EDGES)}, forward 0 or 1")
         if idle not in (None, 0, 1):
             raise UsageError(f"idle={idle!r}: allowed 0, 1 or None")
         found = self._wire(pulse)
@@ -275,7 +275,7 @@ class Waveforms:
             ]
             if (levels < 0).any():
                 at = readable(int(times[np.argmax(levels < 0)]))
-                raise UsageError(f"{direction} is floating or unknown at the step at {at}; a direction is 0 or 1")
+                raise UsageError(f"{direction} is floating or unknown at the step at {at}; allowed 0 or 1 at each step")
             signs[levels != forward] = -1
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
@@ -294,7 +294,7 @@ class Waveforms:
             at = readable(int(signal.times_ps[lost[0]]))
             raise UsageError(
                 f"{pulse} is floating or unknown {'before' if signal.levels[lost[0]] >= 0 else 'from'} {at}, so a step "
-                "may be lost; give the level that it has there: steps(..., idle=0) or idle=1"
+                f"may be missed; give the level of {pulse} there: steps(..., idle=0) or idle=1"
             )
 
     # --------------------------------------------------------------------------------------------------- by its name
@@ -309,7 +309,8 @@ class Waveforms:
     def _readable(self, name: str) -> Signal:
         found = self._find(name)
         if found.variable.kind == "bits" and found.variable.width > MAX_BITS:
-            raise UsageError(f"{name} has {found.variable.width} bits; allowed up to {MAX_BITS}; write it in parts")
+            width = found.variable.width
+            raise UsageError(f"{name} has {width} bits; allowed up to {MAX_BITS}; record it as several buses")
         return found
 
     def _find(self, name: str) -> Signal:
@@ -320,7 +321,9 @@ class Waveforms:
         if len({id(self._signals[end]) for end in ends}) == 1:
             return self._signals[ends[0]]
         if len(ends) > 1:
-            raise UnknownName(f"{self.path}: {name!r} matches the end of several names: {_listed(ends)}")
+            raise UnknownName(
+                f"{self.path}: {name!r} matches the end of several names: {_listed(ends)}; give the whole name"
+            )
         bits = self._bits(name)
         if not bits:
             last = [known.rpartition(".")[2] for known in self.names]

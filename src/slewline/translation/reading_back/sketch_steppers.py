@@ -44,7 +44,7 @@ class SketchStepper:
 
     def _on_setAcceleration(self, acceleration: float) -> None:
         if acceleration <= 0:
-            raise ValueError("no acceleration")
+            raise ValueError(f"acceleration {acceleration}; allowed more than 0")
         self.acceleration = acceleration
 
     def _on_setDirectionPin(self, pin: int) -> None:
@@ -52,7 +52,7 @@ class SketchStepper:
 
     def _on_setSpeed(self, rate: float) -> None:
         if abs(rate) > self.top:
-            raise ValueError("setSpeed above setMaxSpeed")
+            raise ValueError("the speed is above that of setMaxSpeed")
         self.even = rate
 
     def _on_move(self, steps: int, blocks: int = 0) -> None:
@@ -72,7 +72,7 @@ class SketchStepper:
 
     def _go(self, rate: float) -> None:
         if self.target != self.position and rate <= 0:
-            raise ValueError("no speed, or no acceleration, is set")
+            raise ValueError("the speed or the acceleration is not set")
         self.around.move(self.axis, self.target - self.position, rate)
         self.position = self.target
 

@@ -155,6 +155,6 @@ def chosen(program: Program, options: WriterOptions) -> Library:
     named = options.values.get("library", "")
     if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
         allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"
-        raise UsageError(f"library = {named}: not a library for sketches; allowed: {allowed}")
+        raise UsageError(f"library {named}: not a library for sketches; allowed {allowed}")
     fast = named == FAST.title.lower() or (not named and top_rate(program.actions) > ACCEL.fastest)
     return FAST if fast else ACCEL

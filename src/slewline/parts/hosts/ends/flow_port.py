@@ -164,8 +164,8 @@ class FlowPort:
         self.control.heeding = False
         self.finding(
             "no-message",
-            f"the pin of FPL is low, but {self.chip} took an empty handshake instead of sending a message: the mode is "
-            f"not the one that {self.name} has set; heed(True) or heed(None) makes the host use FPL again",
+            f"the FPL pin is low, but {self.chip} accepted an empty handshake instead of sending a message: the chip "
+            f"is not in the mode that {self.name} has set; heed(True) or heed(None) makes the host use FPL again",
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:

@@ -101,7 +101,7 @@ class CommandPort:
             found = decoder.feed(byte, True, False)
             if isinstance(found, CommandText):
                 return spoken.encoded(found)
-        raise UsageError(f"host: {command!r} is not a command; it cannot be converted to binary")
+        raise UsageError(f"host: {command!r} is not a command, so it cannot be converted to binary")
 
     def group_size(self, group: int) -> int:
         """Return the size of a verify group in bytes; the position has 5 digits, or 2 bytes in binary mode."""

@@ -105,7 +105,7 @@ class Shadow:
         match = re.fullmatch(pattern, command) if isinstance(command, str) else None
         if match is None:
             forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
-            raise UsageError(f"{who}: {command!r} has no answer; use ask() for {forms},n, send() for other commands")
+            raise UsageError(f"{who}: {command!r} has no answer; ask() is for {forms},n; use send() for other commands")
         return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
 
 
