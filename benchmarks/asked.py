@@ -57,7 +57,7 @@ def judged(workload: Workload, other: Path | None) -> list[Row]:
     if other is None:
         return [line for row in workload() for line in beside(row, [])]
     turns = turns_of(other, workload, TURNS, max(os.sched_getaffinity(0)))
-    rows = []
+    rows: list[Row] = []
     for key in turns[0][1]:
         ours = [mine[key] for _, mine in turns]
         name = ours[0].name
@@ -79,7 +79,7 @@ def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     row.bound = ""
     yield row
     # CPU seconds per virtual second, of both
-    sides = [(Measured(1 / theirs.figure), Measured(1 / ours.figure)) for theirs, ours in pairs]
+    sides = [(Measured(1 / theirs.known), Measured(1 / ours.known)) for theirs, ours in pairs]
     absent = "" if sides else ABSENT
     name, unit = f"{row.name}: compared with {SHORT}", f"x {SHORT}"
     why = f"{bound}; the goal is {asked.goal:g} {REAL} on the machine where {SHORT} reaches {asked.made:.3g}"

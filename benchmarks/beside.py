@@ -35,17 +35,17 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
     """Print the rows of one workload; return whether none is worse."""
     pairs: dict[tuple[str, int], list[tuple[Found, Found]]] = defaultdict(list)
     for theirs, ours in turns_of(other, run.workload(name), turns, core):
-        for row in ours:
-            former = (FORMER.get(row[0], row[0]), row[1])
-            if found := theirs.get(row) or theirs.get(former):
-                pairs[row].append((found, ours[row]))
+        for key in ours:
+            former = (FORMER.get(key[0], key[0]), key[1])
+            if found := theirs.get(key) or theirs.get(former):
+                pairs[key].append((found, ours[key]))
     fine = True
     for (row, _), both in pairs.items():
         if any(tree.figure is None for pair in both for tree in pair):
             continue
-        old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
+        old, new = (shown(median(tree.known for tree in column)) for column in zip(*both, strict=True))
         ratio = half = ""
-        if all(tree.figure > 0 for pair in both for tree in pair):  # a figure of 0, or beyond a limit, has none
+        if all(tree.known > 0 for pair in both for tree in pair):  # a figure of 0, or beyond a limit, has none
             ratios = sorted(slower(*pair) for pair in both)
             quarter, middle = len(ratios) // 4, median(ratios)
             ratio, half = f"{middle:.2f}", f"{ratios[quarter]:.2f} to {ratios[-1 - quarter]:.2f}"
@@ -56,7 +56,7 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
 
 def slower(old: Found, new: Found) -> float:
     """Return how many times as long the new one takes."""
-    return old.figure / new.figure if new.more_is_better else new.figure / old.figure
+    return old.known / new.known if new.more_is_better else new.known / old.known
 
 
 @contextmanager

@@ -177,7 +177,7 @@ def windows(ran: Ran) -> tuple[float, float]:
 
     def slowest(call: Callable[[int, int], object]) -> float:
         rounds = [[timed(partial(call, start, start + TEN_MS))[0] for start in starts] for _ in range(7)]
-        return max(map(min, zip(*rounds, strict=True))) * 1000
+        return float(max(map(min, zip(*rounds, strict=True)))) * 1000
 
     return slowest(axis.motor.times), slowest(axis.steps)
 

@@ -77,12 +77,12 @@ def cy545_program() -> Callable[[], object]:
 
 def cy525_dialogue() -> Callable[[], object]:
     """2,000 commands to a CY525 from a host without delays."""
-    import run as table
+    from writing import MIX
 
     import slewline
 
     bench = slewline.Bench()
-    bench.host(bench.add("cy525")).send("".join(table.MIX[n % len(table.MIX)] + "\r" for n in range(2_000)))
+    bench.host(bench.add("cy525")).send("".join(MIX[n % len(MIX)] + "\r" for n in range(2_000)))
     return lambda: bench.run_until_idle("100 s")
 
 

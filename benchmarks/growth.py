@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable
+from functools import partial
 from math import log10
 from statistics import median
 
@@ -18,6 +19,7 @@ from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.waits import first_of, until
 
+Case = Callable[[int], Callable[[], object]]
 GOAL, TURNS = 1.1, 3
 PROGRAM = "Po\rS100\rT1000\rR10\r+50\r-50\rj0\rE\r"
 
@@ -87,8 +89,9 @@ def far(waits: int) -> Callable[[], object]:
     return lambda: kernel.run(10**12)
 
 
-def uncollected(action: Callable[[], object]) -> Callable[[], None]:
+def uncollected(prepare: Case, number: int) -> Callable[[], None]:
     """Return a task without Python's garbage collector, which repeatedly visits all live objects."""
+    action = prepare(number)
 
     def run() -> None:
         gc.disable()
@@ -100,7 +103,6 @@ def uncollected(action: Callable[[], object]) -> Callable[[], None]:
     return run
 
 
-Case = Callable[[int], Callable[[], object]]
 CASES: tuple[tuple[str, Case, int], ...] = (
     ("10 and 100 GS-C200S with programs", programs, 10),
     ("200 and 2,000 moves of 50 steps", moves, 200),
@@ -122,7 +124,7 @@ def rows() -> list[Row]:
         power = exponent(prepare, number)
         bound = "each takes the same time as the first"
         if power > GOAL:
-            without = exponent(lambda n, prepare=prepare: uncollected(prepare(n)), number)
+            without = exponent(partial(uncollected, prepare), number)
             bound = f"Python's garbage collector ({without:.2f} without it), and the processor caches"
         found.append(Row(f"{name}: growth exponent", power, "", GOAL, False, bound))
     return found

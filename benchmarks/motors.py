@@ -26,7 +26,7 @@ ROUNDS = 5
 MOTOR, DRIVER = "QSH4218-47-28-040", "24 V, 2.8 A"
 LOAD = {"inertia": 6.8e-6, "friction": 5e-3}
 DATA = motor_named(MOTOR)
-STEPS = {"motor": MOTOR, "driver": DRIVER, "load": LOAD}
+STEPS: dict[str, Any] = {"motor": MOTOR, "driver": DRIVER, "load": LOAD}
 
 
 def law(step_us: int = 20) -> MotorLaw:
@@ -154,7 +154,7 @@ def at_rest() -> int:
     bench.run("1 s")
     first = next(motor.kernel.order)
     bench.run("24 h")
-    return next(motor.kernel.order) - first - 1
+    return int(next(motor.kernel.order) - first - 1)
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ def drawn(bench: slewline.Bench, velocity: Velocity, position: Position) -> Call
 def looping(bench: slewline.Bench, axis: Axis) -> None:
     """Play an hour of 12,000 moves of 250 runs, back and forth."""
     runs = [(2000 + 10 * abs(125 - k), 2) for k in range(250)]
-    clock = bench["x"].clock
+    clock = bench.chips["x"].clock
     for n in range(12_000):
         bench.run_to(bench.now_ps + 300_000_000_000 - bench.now_ps % 300_000_000_000)
         axis.follow(Playing(StepTrain(clock, clock.ticks_from(bench.now_ps), runs)), 1 if n % 2 else -1)
@@ -74,12 +74,12 @@ def repeated() -> slewline.Bench:
 def pictures() -> list[Row]:
     """Return the rows of a long move and of an hour: their points, and whole pictures."""
     long, hour = moved("N 60000\r+\rG\r", None), moved("N 60000\rH\rG\r", "1 h")
-    assert len(long[0]["x"].steps()) == 60_000 and hour[0]["x"].travel > 34_000_000
+    assert len(long[0].chips["x"].steps()) == 60_000 and hour[0].chips["x"].travel > 34_000_000
     to_and_fro = moved("", "1 ms")
-    looping(to_and_fro[0], to_and_fro[0]["x"].motor)
+    looping(to_and_fro[0], to_and_fro[0].chips["x"].motor)
     program = repeated()
-    assert program["x"].motor.count(0, program.now_ps) > 18_000_000
-    assert to_and_fro[0]["x"].motor.count(0, to_and_fro[0].now_ps) == 11_999 * 500 + 1
+    assert program.chips["x"].motor.count(0, program.now_ps) > 18_000_000
+    assert to_and_fro[0].chips["x"].motor.count(0, to_and_fro[0].now_ps) == 11_999 * 500 + 1
 
     def row(name: str, action: Callable[[], None], goal: float, bound: str) -> Row:
         sides = by_turns(line, action, 3)

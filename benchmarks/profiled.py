@@ -8,6 +8,7 @@ from cProfile import Profile
 from pathlib import Path
 from pstats import Stats
 from time import process_time
+from typing import Any
 
 from rows import shown
 
@@ -28,7 +29,7 @@ def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, it
     return FOUND[name]
 
 
-def sentence(stats: dict[tuple[str, int, str], tuple], items: int, item: str) -> str:
+def sentence(stats: dict[tuple[str, int, str], Any], items: int, item: str) -> str:
     """Return the result of a profile as a sentence."""
     calls, times = 0, defaultdict[str, float](float)
     for (file, _, _), (_, number, own, _, callers) in stats.items():

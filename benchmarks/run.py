@@ -95,7 +95,7 @@ def plans() -> list[Row]:
         ),
         Row(
             "move of 65,535 steps: expand to ticks",
-            expanded(train.begin_ticks),
+            expanded(train.ends),
             "M steps/s",
             100,
             True,
@@ -103,7 +103,7 @@ def plans() -> list[Row]:
         ),
         Row(
             "the same: expand to picoseconds",
-            expanded(train.begins),
+            expanded(lambda: train.times(1, train.steps)),
             "M steps/s",
             50,
             True,
@@ -112,7 +112,7 @@ def plans() -> list[Row]:
         *beside_c(train, planned),
         Row(
             "position of 1,000,000 instants",
-            1 / best(lambda: long.begun_many(np.arange(0, 7 * 10**12, 7 * 10**6))),
+            1 / best(lambda: long.count_many(np.arange(0, 7 * 10**12, 7 * 10**6))),
             "M queries/s",
             5,
             True,
@@ -124,9 +124,9 @@ def plans() -> list[Row]:
 def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row]:
     """Yield the rows of a plan, its ticks and a whole bench, compared with ticks from a step generator in C."""
     cases: tuple[tuple[str, Callable[[], object], str], ...] = (
-        ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
+        ("expand to ticks", train.ends, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
         ("a first plan", planned, "the runs, in Python; the C code gets its runs ready"),
-        ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
+        ("plan and ticks", lambda: planned().ends(), "the same"),
         (
             "a whole bench, up to the arrays of its steps",
             whole,

@@ -168,9 +168,8 @@ def registers(count: int) -> Iterator[tuple[str, Sides]]:
                 (f"{pace}, registers: a packet", partial(packed, port), count),
                 (f"{pace}, the same byte by byte", partial(by_bytes, port), count // 5),
             ):
-                part = number // BATCHES
-                echo_first = partial(echoed, connection), exchange
-                yield what, [tuple(middle(timed(each, part)) for each in echo_first) for _ in range(BATCHES)]
+                part, echoing = number // BATCHES, partial(echoed, connection)
+                yield what, [(middle(timed(echoing, part)), middle(timed(exchange, part))) for _ in range(BATCHES)]
 
 
 def port_of(server: Ports) -> ChipsetPort:
@@ -445,10 +444,10 @@ def main() -> None:
     sides = [*registers(500 * times)]
     if compiling.COMPILER is not None:
         sides.append(("lockstep, in C, byte by byte", in_c(500 * times)))
-    for name, found in sides:
-        echoes = median(theirs for theirs, _ in found), median(ours / theirs for theirs, ours in found)
+    for name, both in sides:
+        echoes = median(theirs for theirs, _ in both), median(ours / theirs for theirs, ours in both)
         print(
-            f"{name:<50}{median(ours for _, ours in found):>10.4f}  an echo {echoes[0]:.4f}: {echoes[1]:.1f}",
+            f"{name:<50}{median(ours for _, ours in both):>10.4f}  an echo {echoes[0]:.4f}: {echoes[1]:.1f}",
             flush=True,
         )
     total, simulation = processor(100)

@@ -69,6 +69,12 @@ class Found:
     more_is_better: bool
     bound: str
 
+    @property
+    def known(self) -> float:
+        """The figure, which must have been measured."""
+        assert self.figure is not None, self.name
+        return self.figure
+
 
 COLUMNS = {field.name for field in fields(Found)}
 

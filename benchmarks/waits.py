@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -104,10 +105,10 @@ def timers(kernel_is_ours: bool) -> Callable[[], Callable[[], None]]:
 
 def rows() -> list[Row]:
     """Return the rows of waits for an edge or an instant, and for instants alone."""
-    cases = {
+    cases: dict[str, tuple[Callable[[], Callable[[], None]], Callable[[], Callable[[], None]]]] = {
         f"20,000 waits for an edge or an instant, {name}": (
-            lambda case=case: theirs(*case),
-            lambda case=case: ours(*case),
+            partial(theirs, *case),
+            partial(ours, *case),
         )
         for name, case in CASES.items()
     }

@@ -50,7 +50,8 @@ def beside_pyvcd(bench: slewline.Bench, pins: Sequence[str], least: int) -> Side
     which = np.repeat(np.arange(len(pins)), [len(times) for times, _ in edges])
     levels = np.concatenate([levels for _, levels in edges])
     order = np.lexsort((which, times))
-    shown = [{0: 0, 1: 1, -1: "z"}[level] for level in levels[order].tolist()]
+    values: dict[int, int | str] = {0: 0, 1: 1, -1: "z"}
+    shown = [values[level] for level in levels[order].tolist()]
     changes = list(zip((times[order] // 1000).tolist(), which[order].tolist(), shown, strict=True))
     assert len(changes) >= least, len(changes)
     with tempfile.TemporaryDirectory() as folder:

@@ -112,7 +112,7 @@ def test_named_drivers_have_their_own_chopper():
     assert (clocked.off_time, clocked.period) == (0.0, 1 / 25e3)
     assert read_driver("TMC2209, 24 V, 1 A", "d", A).kind == "averaged"
     assert read_driver("TMC2209, 24 V, 1 A, chopper", "d", A).kind == "chopper"
-    with pytest.raises(UsageError, match="a chopper has either a clock .* or a fixed pause .*: leave one out"):
+    with pytest.raises(UsageError, match=r"a chopper has either a clock .* or a fixed pause .*: leave one out"):
         read_driver("24 V, 1 A, 20 kHz, off 12 us", "d", A)
 
 
