@@ -1,4 +1,4 @@
-"""Names that a module exports, and that are loaded from other modules on first use (PEP 562)."""
+"""Names that a module exports, but loads from other modules only on first use (PEP 562)."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ def lazily(
     """Return `__getattr__` and `__dir__` for a module that exports names from other modules.
 
     Args:
-        module: the `globals()` of the exporting module; a name stays there after its first use.
-        places: the names, keyed by the slewline module that defines them: {"core.chip": ("Chip", "Finding")}.
-        instead: a function that returns the remedy for a name that does not exist, "; ...", or "".
+        module: the `globals()` of the exporting module; each name is added to it on its first use.
+        places: the names, by the slewline module that defines them: {"core.chip": ("Chip", "Finding")}.
+        instead: a function that returns the remedy for an unknown name: "; ...", or "" if it has none.
     """
     where = {name: place for place, names in places.items() for name in names}
 

@@ -1,8 +1,9 @@
-"""Processes that are started here, and end with the process that started them, however that process ends.
+"""Child processes that end when their parent process ends, however the parent ends.
 
-The parent keeps one end of a pipe open and does nothing with it.  The operating system closes that end when the parent
-ends, on every platform and even after SIGKILL; the child waits for this at the other end.  A child ignores signals that
-a terminal or a supervisor sends to all processes of a command; only the parent obeys them.
+The parent keeps one end of a pipe open and does nothing with it.  The operating system closes that end
+when the parent ends, on every platform and even after SIGKILL; the child detects this at the other
+end.  A child ignores signals that a terminal or a supervisor sends to all processes of a command; only
+the parent obeys them.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ SENT_TO_ALL = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has th
 def start(
     command: Sequence[str], environment: Mapping[str, str], errors: IO[bytes] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Start a program with pipes as its standard input and output; closing the input ends the program.
+    """Start a program with pipes as its standard input and output; slewline programs end with their input.
 
     Args:
         environment: the environment of the program.
-        errors: the file for its standard error; None: that of this process.
+        errors: the file for its standard error; None: the standard error of this process.
     """
     import subprocess
 
@@ -40,9 +41,9 @@ def start(
 
 @contextmanager
 def termination_deferred() -> Iterator[None]:
-    """Block signals that are sent to all processes of a command, while processes are started.
+    """Block the signals that are sent to all processes of a command, in a `with` block that starts processes.
 
-    The started processes inherit the block, so only this process obeys the signals.
+    The started processes inherit the blocked signals, so only this process obeys them.
     """
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is None:  # on Windows
@@ -63,11 +64,11 @@ def obey_termination() -> None:
 
 
 def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._exit(0)) -> None:
-    """End this process when the process that started it has ended.
+    """Start a thread that ends this process when the process that started it has ended.
 
     Args:
-        wait: a function that returns when the starting process has ended; it is called in a thread.
-        end: a function that is called when `wait` has returned.
+        wait: a function that returns when the starting process has ended; it is called in the thread.
+        end: a function that is called when `wait` has returned; by default it ends this process.
     """
 
     def run() -> None:
@@ -95,5 +96,5 @@ def end_of_parent() -> None:
 
 
 def how(status: int) -> str:
-    """Return text that states how a process has ended."""
+    """Return how a process has ended, given its return code: "signal 9", "exit status 1"."""
     return f"signal {-status}" if status < 0 else f"exit status {status}"

@@ -153,7 +153,9 @@ def test_link_stays_a_link(tmp_path):
 def test_own_name_must_not_be_a_link(tmp_path):
     (tmp_path / "real").write_text("old")
     (tmp_path / "link").symlink_to("real")
-    with pytest.raises(UsageError, match=r"link: is a symbolic link, which is not followed here; remove the link"):
+    with pytest.raises(
+        UsageError, match=r"link: is a symbolic link, which is not followed here; move it away, or use another folder"
+    ):
         WholeFile(tmp_path / "link", own=True)
     assert (tmp_path / "real").read_text() == "old"
 

@@ -1,5 +1,5 @@
 """Interface between virtual time and the real world: sockets, serial ports, the wall clock, memory files.
 
-No lower-level package uses sockets, threads or the wall clock.  Each kind of channel is served by a row
-of `LINES` in `serving.py`; the server is in `server.py`.
+No package on a lower level uses sockets, threads or the wall clock.  For each kind of channel, `LINES`
+in `serving.py` has a row that serves it; the server is in `server.py`.
 """

@@ -1,4 +1,4 @@
-"""The interfaces of a server and of its clients, as types for the other packages."""
+"""The interfaces of a server and of its clients, as types for the modules that use them."""
 
 from __future__ import annotations
 
@@ -60,28 +60,28 @@ class ClientFace(Protocol):
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
     ) -> None:
-        """Reply when a condition is met, at `limit_ps` at the latest; with `pushes`, paused time runs until then."""
+        """Send `reply(met)` when a condition is met, or at `limit_ps`; with `pushes`, paused time runs until then."""
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
-        """Register a later reply; return the function that sends it."""
+        """Return a function that later sends the reply to a request."""
 
     def reply(self, request: Data, found: Data) -> None:
         """Send the reply to a request."""
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return the reply for an error."""
+        """Return the reply to a request that has caused an error."""
 
     def subscribe(self, every_s: float) -> Data:
-        """Start sending events, at this minimum interval; 0 stops them.  Return the current view."""
+        """Start sending events, at least `every_s` seconds apart; 0 stops them.  Return the current view."""
 
     def watch(self, every_s: float) -> None:
-        """Start checking for changes, which are sent as events, at this interval; 0 stops the checks."""
+        """Start checking every `every_s` seconds for changes, which are sent as events; 0 stops the checks."""
 
     def event(self, found: Data) -> None:
         """Send an event, if the client has subscribed."""
 
     def go_on(self) -> None:
-        """Answer the requests received while the client had to wait, and continue to read."""
+        """Answer received requests that had to wait, then resume reading."""
 
 
 class ServerFace(Protocol):
@@ -112,7 +112,7 @@ class ServerFace(Protocol):
 
     @property
     def dialogue(self) -> Dialogue:
-        """Data sent by hosts and chips."""
+        """Record of the data sent by hosts and chips."""
 
     def controls(self) -> Sequence[Control]:
         """Return the control ports."""
@@ -124,19 +124,19 @@ class ServerFace(Protocol):
         """Serve a line on a TCP socket."""
 
     def furnish(self, bench: Bench) -> None:
-        """Observe the findings, the journal, the dialogue and the signals of a bench."""
+        """Start observing the findings, the journal, the dialogue and the signals of a bench."""
 
     def finding(self, found: Finding) -> None:
         """Report a finding."""
 
     def say(self, line: str, text: str) -> None:
-        """Report an event on a line to the user, only once even if the transcript is on the terminal."""
+        """Write an event of a line to the transcript; unless that is on the terminal, also report it to the user."""
 
     def steps_of(self, chip: Chip) -> int:
         """Return the number of steps of a chip since the beginning, on all axes."""
 
     def catch_up(self) -> None:
-        """Execute requests that register hosts have sent before this moment, before any later request."""
+        """Execute the requests that register hosts have already sent, so that they precede any later request."""
 
     def serve(self, done: Callable[[], bool]) -> None:
         """Let time run and answer clients, until `done` returns True."""

@@ -5,8 +5,8 @@
     print(port.where)                                   # socket://127.0.0.1:40001
     server.run()                                        # until server.stop()
 
-Everything happens in the thread that calls `run`: it lets virtual time run as far as allowed, then
-sleeps until the next event or the next byte.  `call` lets another thread call a function in that thread.
+Everything happens in the thread that calls `run`: `run` lets virtual time run as far as allowed, then
+sleeps until the next event or the next byte.  `call` lets another thread call a function in this one.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ class Server(Closing):
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript; "-": standard error.
         allow_remote: whether other machines may connect.
-        report: called with messages for the user: findings, limits of a port, an unplugged cable, a full disk; not with
-            messages that the transcript on the terminal shows.
+        report: called with messages for the user: findings, limits of a port, an unplugged cable, a full
+            disk; not called if the transcript is on the terminal and shows them.
 
     Attributes:
         bench: the bench that is served; another one after `past.go_on`, or when a client goes back in time.
@@ -73,7 +73,7 @@ class Server(Closing):
         ports, log: the open ports; the transcript.
         loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.
         notes: functions that return text for the status line, such as that of a drive.
-        troubles, found: texts of faults around the chips; the number of findings.
+        troubles, found: messages about failures outside the chips (of files); the number of findings.
         branch: the number of the run that is shown; 0 is the run that began with the server.
         breakpoints: conditions that pause virtual time.
         past: access to the past: `past.at(t)`, and `past.go_on`, after which another bench is served.
@@ -113,7 +113,7 @@ class Server(Closing):
                 on_failure.add(self._trouble)
 
     def furnish(self, bench: Bench) -> None:
-        """Observe the findings, the journal, the dialogue and the signals of a bench."""
+        """Start observing the findings, the journal, the dialogue and the signals of a bench."""
         bench.on_finding.add(self.finding)
         if bench.journal is not None:
             bench.journal.on_failure.add(self._trouble)
@@ -134,9 +134,9 @@ class Server(Closing):
         """Make a line to a chip, or to modules that share the line; for a chipset, a line to its registers.
 
         Args:
-            framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
-            over: the channel of a chip that has several, as for `bench.host`.
-            prologix: a GPIB controller, on an IEEE-488 bus with chips (see `links.ports.prologix`).
+            framing: whether to use text lines with read-back, for a chip on a bus (see `links.lines.framing`).
+            over: the name of the channel, for a chip that has several, as for `bench.host`.
+            prologix: whether to use a GPIB controller, for chips on an IEEE-488 bus (`links.ports.prologix`).
             card: the interface board of a chipset, with its registers (`parts.boards.register_layouts`).
 
         Raises:
@@ -148,7 +148,7 @@ class Server(Closing):
         return self._joined(line_to(self, name, chips, framing, over, card), chips)
 
     def _joined(self, line: HostLine, chips: Sequence[Chip]) -> HostLine:
-        """Register a line, also with the other lines to its chips; return the line."""
+        """Register a line with the server, and with the other lines to its chips; return the line."""
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
@@ -161,15 +161,15 @@ class Server(Closing):
             raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
     def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
-        """Serve a line on a TCP socket, HOST:PORT, for unmodified bytes or for register requests.
+        """Serve a line on a TCP socket, HOST:PORT, for unmodified bytes, register requests or GPIB commands.
 
-        A `Path` is a Unix socket, with the permissions of its folder.
+        If `address` is a `Path`, serve on a Unix socket at this path, with the permissions of its folder.
         """
         kind = next((port for of, port in PORTS.items() if isinstance(line, of)), TcpPort)
         return self._on_tcp(kind, line, address)
 
     def rfc2217(self, line: HostLine, address: str) -> OpenPort:
-        """Serve a line on a TCP port, HOST:PORT, that also accepts the line settings (RFC 2217)."""
+        """Serve a line on a TCP port, HOST:PORT, through which hosts also set its rate and format (RFC 2217)."""
         from .ports.rfc2217 import NetPort
 
         self._check(line, "rfc2217")
@@ -200,7 +200,7 @@ class Server(Closing):
         return port
 
     def control(self, address: str | Path, token: str | None = None) -> OpenPort:
-        """Open a control port, HOST:PORT; other machines may reach it if it has a token, which clients must know."""
+        """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control.control import Control
 
         port = self._opened(Control(self, address, token))
@@ -239,7 +239,7 @@ class Server(Closing):
 
     # ------------------------------------------------------------------------------------------------------- running
     def run(self) -> None:
-        """Serve until `stop`, then close all ports."""
+        """Serve until `stop` is called, then close all ports."""
         if self.controls():
             _ = self.dialogue  # from the first round on
         self.bench.run(0)
@@ -250,7 +250,7 @@ class Server(Closing):
         self.serve(lambda: False)
 
     def serve(self, done: Callable[[], bool]) -> None:
-        """Let time run and answer clients, until `stop`, or until `done` returns True, then close all ports."""
+        """Let time run and answer clients until `stop` is called, or `done` returns True; then close all ports."""
         worked_s = 0.0
         try:
             with fine_timer():
@@ -289,7 +289,7 @@ class Server(Closing):
         self.loop.close()
 
     def catch_up(self) -> None:
-        """Execute requests that register hosts have sent before this moment, before any later request.
+        """Execute the requests that register hosts have sent up to now, before a later request is handled.
 
         This is needed only in lockstep; when paced, all bytes are handled at the instant of their arrival.
         """
@@ -300,7 +300,7 @@ class Server(Closing):
 
     @cached_property
     def scope(self) -> Scope:
-        """History of signals."""
+        """History of the signals on the bench."""
         from .views.scope import Scope
 
         return Scope(self.bench)
@@ -353,7 +353,7 @@ class Server(Closing):
 
     # -------------------------------------------------------------------------------------------------- housekeeping
     def say(self, line: str, text: str) -> None:
-        """Report an event to the user, once; if the transcript is on the terminal, the transcript reports it."""
+        """Record an event in the transcript; report it to the user, unless the transcript is on the terminal."""
         self.log.event(line, text)
         if not self.log.on_terminal:
             self.report(text)
@@ -367,7 +367,7 @@ class Server(Closing):
             self.say("server", text)
 
     def finding(self, found: Finding) -> None:
-        """Report a finding."""
+        """Record and report a finding; if its source has too many findings, discard the oldest ones."""
         self.found += 1
         self.log.event(found.source, f"{found.code}: {found.text}")
         if not self.log.on_terminal:
@@ -377,7 +377,7 @@ class Server(Closing):
             del findings[:-KEPT_FINDINGS]
 
     def steps_of(self, chip: Chip) -> int:
-        """Return the number of steps of a chip since the beginning, on all axes."""
+        """Return the number of steps that a chip has made since the beginning, on all axes."""
         return sum(axis.made for axis in chip.axes)
 
     def _look_around(self) -> None:

@@ -30,7 +30,7 @@ NOT_RECEIVING = (
 def line_to(
     server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None, card: str | None = None
 ) -> HostLine:
-    """Return a line to chips on one of their channels.
+    """Return a line to chips on their channel named `over`, by default their first channel.
 
     Raises:
         UsageError: the chips cannot share a line, or a card is named for a chip that has none.
@@ -52,10 +52,10 @@ def line_to(
 
 
 def prologix_line(server: ServerFace, name: str, chips: Sequence[Chip]) -> HostLine:
-    """Return a line to a GPIB controller on a bus with chips.
+    """Return a line to the GPIB controller of a bus on which the chips are devices.
 
     Raises:
-        UsageError: a chip has no port for such a bus.
+        UsageError: a chip has no port for a GPIB interface.
     """
     for chip in chips:
         if chip.sheet.channel(BusHandshake) is None:
@@ -76,14 +76,14 @@ def serial_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: b
 def register_line(
     server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None, card: str | None = None
 ) -> HostLine:
-    """Return a line to the registers of a board on a host port, or on a bidirectional bus."""
+    """Return a line to the registers of an interface board on a chip's host port or bidirectional bus."""
     if framing:
         raise UsageError(f"{name}: is served as registers, which need no framing; leave out framing")
     return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over, card))
 
 
 def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip has CTS."""
+    """Return a serial line to a chip that detects its host's rate; if the chip has CTS, characters wait for it."""
     if framing:
         raise UsageError(f"{name}: already has a serial line, which needs no framing; leave out framing")
     host = server.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
@@ -91,7 +91,7 @@ def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing:
 
 
 def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return a framed line to a host computer on a chip's bus; without framing, a serial line to a UART there."""
+    """Return a line to a chip's bus: with framing, by a host computer; without, a serial line to a UART."""
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))

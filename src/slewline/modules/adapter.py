@@ -1,8 +1,8 @@
 """The protocol of a part on a bus, through an adapter that does the handshake and accepts lines of text.
 
 The lines are those of `slewline serve --framing` (links/lines/framing.py): commands in text form, `?0`
-to `?3` for the verify groups, `?` to query whether the part accepts commands.  Commands are not
-answered.
+to `?3` for the verify groups, `?` to query whether the part accepts commands.  Commands to the part are
+not answered.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class FramedSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Values that can be read, by name, each with the query for its group and the pattern of its bytes."""
+        """Values that can be read, keyed by name: the query for each, and a pattern that captures it in the answer."""
         sizes = self.bus.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
@@ -81,7 +81,7 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, reply: str) -> str:
-        """Return the value `what` as text: bytes as a number, the direction as the command that sets it."""
+        """Return the value `what` as text, from its bytes: a number; for the direction, the command that sets it."""
         if what == "adapter":
             return reply
         data = bytes.fromhex(reply)
@@ -91,10 +91,10 @@ class FramedSpeech(Speech):
         return data.decode("ascii") if len(data) == DIGITS else str(int.from_bytes(data, "big"))
 
     def group(self, number: int, answer: str) -> bytes:
-        """Return the bytes of a verify group, from the answer to its query.
+        """Return the bytes of a verify group, given its number and the answer to its query.
 
         Raises:
-            DamagedAnswer: the answer is not a verify group.
+            DamagedAnswer: the answer does not contain this verify group.
         """
         shape = rf"\?{number} {_bytes(self.bus.verify_bytes[number])}"
         if not re.fullmatch(shape, answer):
@@ -112,7 +112,7 @@ class FramedSpeech(Speech):
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
-        """Return whether a line is only a query: an adapter does not pass such a line on to the part."""
+        """Return whether a line is a query, which the adapter answers itself and does not pass on to the part."""
         return command.startswith(READY)
 
     def moves(self, command: str) -> bool:
@@ -122,7 +122,7 @@ class FramedSpeech(Speech):
     def row(self, command: str) -> Row | None:
         """Return the row of the only command in a line.
 
-        None if the line has no command or several, or is meant for the adapter itself.
+        None if the line has no command or several commands, or is meant for the adapter itself.
         """
         if self.answers(command):
             return None
@@ -132,11 +132,11 @@ class FramedSpeech(Speech):
         return found[0] if len(found) == 1 else None
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters of an answer, with room for the largest verify group."""
+        """Return the maximum number of characters in an answer, which may contain the largest verify group."""
         return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the received line, an answer, is complete."""
+        """Return whether the received bytes are a complete answer."""
         return received.endswith(END)
 
     def lines(self, received: bytes) -> list[str]:
@@ -144,25 +144,25 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return the reason why the adapter has not sent a line, or why the part accepts none.
+        """Return why, according to an answer, the adapter has refused a line or the part accepts no commands.
 
-        The text is empty if the line is not a refusal.
+        The text is empty if the answer is not a refusal.
         """
         if line == self.busy:
             return "the part is busy, or lines are waiting for it"
         return line[2:] if self.is_garbled(line) else ""
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an answer is the adapter's refusal of a line, as of a query that arrived damaged."""
+        """Return whether an answer is the adapter's refusal of a line, such as a query that arrived damaged."""
         return line.startswith("! ")
 
 
 def _bytes(number: int, byte: str = BYTE) -> str:
-    """Return the pattern for a number of bytes in an answer."""
+    """Return the pattern of `number` bytes in an answer, each with the pattern `byte`."""
     return " ".join([byte] * number)
 
 
 def _part(group: int, size: int, at: int, number: int) -> str:
-    """Return the pattern of an answer with a group of `size` bytes; it captures `number` of them, from `at`."""
+    """Return the pattern of an answer with a group of `size` bytes; it captures `number` bytes from index `at`."""
     before, after = (_bytes(count) for count in (at, size - at - number))
     return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

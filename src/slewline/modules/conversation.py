@@ -1,7 +1,7 @@
-"""A user's conversation with a module: a line and its answer, the manual's text for both, and findings.
+"""A user's conversation with a module: each line and its answer, the manual's text for both, and findings.
 
-The lines are also sent to the model, at the same times; its findings are printed with the line that caused them.  The
-model begins in the state after power-up, not in the state of the module.
+The lines are also sent to a model of the part, at the same times; its findings are printed with the line
+that caused them.  The model begins in the state after power-up, not in the current state of the module.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ LONGEST_S = 600  # virtual time that the model may catch up per line
 
 @dataclass
 class Reply:
-    """The result of a line: the lines of an answer, their meaning, and findings.
+    """The result of a line from the user: the lines of the module's answer, their meaning, and findings.
 
-    `findings` are about this line, `since` are about the time since the previous line.
+    `findings` are about this line, `since` are about the time between the previous line and this one.
     """
 
     lines: Sequence[str] = ()
@@ -54,7 +54,7 @@ class Reply:
 
 
 class Suggestion(NamedTuple):
-    """A completion of a line, with its meaning."""
+    """A possible completion of a partly typed line, with its meaning."""
 
     text: str
     description: str
@@ -62,7 +62,7 @@ class Suggestion(NamedTuple):
 
 @dataclass
 class ShadowModel:
-    """The model, which receives the same lines at the same times; its answers are ignored.
+    """A model of the part, which receives the lines for the module at the same times; its answers are ignored.
 
     Args:
         line: the model.
@@ -79,7 +79,7 @@ class ShadowModel:
         self.began_s, self.began_ps = self.clock(), self.line.kernel.now
 
     def take(self, data: bytes) -> tuple[list[str], list[str]]:
-        """Pass data sent to the module to the model; return findings since the previous data, and about this data."""
+        """Send data to the model, too; return its findings since the previous data, and those about this data."""
         self.catch_up()
         since = self._found()
         line_ps = round((len(data) + 4) * self.line.speech.character_s * PS_PER_S)
@@ -88,13 +88,13 @@ class ShadowModel:
         return since, self._found()
 
     def _found(self) -> list[str]:
-        """Return the findings since the last call."""
+        """Return the model's findings since the last call, as text, each only once."""
         found = [f"{each.code}: {each.text}" for each in self.line.found]
         self.line.found.clear()
         return list(dict.fromkeys(found))
 
     def catch_up(self) -> None:
-        """Let the model's time follow the wall clock, by `LONGEST_S` at most."""
+        """Run the model up to the wall-clock time, but not longer than `LONGEST_S`; skip the rest of a longer time."""
         due_ps = self.began_ps + round((self.clock() - self.began_s) * PS_PER_S)
         now_ps = self.line.kernel.now
         self.line.run(min(due_ps, now_ps + LONGEST_S * PS_PER_S))
@@ -103,11 +103,11 @@ class ShadowModel:
 
 
 class Conversation:
-    """The lines of a user, and their results.
+    """A conversation, in which a user's lines are sent to a module.
 
     Args:
-        module: the module, which may move the motor; the user is responsible for that.
-        shadow: the model that receives the same lines; None: no findings.
+        module: the module; lines may step its motor, and the user is responsible for that.
+        shadow: the model that receives the same lines; None: there are no findings.
     """
 
     def __init__(self, module: Module, shadow: ShadowModel | None = None) -> None:
@@ -117,7 +117,7 @@ class Conversation:
 
     # ---------------------------------------------------------------------------------------------------------- a line
     def say(self, line: str) -> Reply:
-        """Send a line, or execute a verb such as `:help`; return the result.
+        """Send a line to the module, or execute it if it is a verb such as `:help`; return the result.
 
         Raises:
             PortLost: the port is gone.
@@ -145,7 +145,7 @@ class Conversation:
         return ([], []) if self.shadow is None else self.shadow.take(data)
 
     def meaning(self, lines: Sequence[str]) -> str:
-        """Return the manual's text for an answer; empty if there is none."""
+        """Return the manual's text for the last line of an answer; empty if the manual has none."""
         return dialect_of(self.sheet).answers.get(lines[-1], "") if lines else ""
 
     def unasked(self) -> str:
@@ -157,7 +157,7 @@ class Conversation:
         return (data + self._until_silence(TIDY_S)).decode("latin-1")
 
     def _until_silence(self, silence: float) -> bytes:
-        """Return the characters received until none comes for `silence` seconds, or `SHOWN_S` has passed."""
+        """Return the characters received until the module is silent for `silence` seconds, or `SHOWN_S` has passed."""
         try:
             return b"".join(chunk.data for chunk in self.module.chunks(silence, SHOWN_S))
         except EndlessInput as endless:
@@ -197,7 +197,7 @@ class Conversation:
 
     # ---------------------------------------------------------------------------------------------- text of the manual
     def manual(self, command: str = "") -> str:
-        """Return the manual's text for a command; if none is given, a row for each command and each verb."""
+        """Return the manual's text for a command; without a command, a table with a row for each command and verb."""
         if command:
             try:
                 return describe_command(self.sheet, command)
@@ -208,7 +208,7 @@ class Conversation:
         return "\n".join(f"{name:<{width}}  {description}" for name, description in rows)
 
     def hint(self, line: str) -> str:
-        """Return the manual's text for the line being typed; empty if the line is not a command yet."""
+        """Return the manual's text for the line being typed; empty if it does not begin with a command or verb yet."""
         line = line.strip()
         if line.startswith(VERB):
             return VERBS.get(line.partition(" ")[0], "")
@@ -217,7 +217,7 @@ class Conversation:
 
     @cached_property
     def heads(self) -> dict[str, str]:
-        """Beginnings of commands, each with the manual's text for its commands; queries are given in full."""
+        """Descriptions of commands and queries, keyed by the first characters of the commands, or by whole queries."""
         found: dict[str, str] = {}
         for row in self.sheet.commands:
             description = f"{syntax(row)}: {row.description}"
@@ -226,7 +226,7 @@ class Conversation:
         return found | {command: f"queries {what}" for what, (command, _) in self.speech.questions.items()}
 
     def suggestions(self, begun: str) -> list[Suggestion]:
-        """Return the possible completions of a line that has been begun."""
+        """Return the possible completions of a partly typed line."""
         verb, space, rest = begun.partition(" ")
         if begun.startswith(VERB) and not space:
             return [Suggestion(name, description) for name, description in VERBS.items() if name.startswith(begun)]

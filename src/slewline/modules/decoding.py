@@ -1,4 +1,4 @@
-"""The dialogue on two recorded wires: the characters of a host and a module, from a logic analyser recording."""
+"""Decoding of the dialogue between a host and a module from a logic analyser recording of their two wires."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ MOST_DAMAGED = 0.2  # fraction of damaged characters: beyond that it is another 
 
 
 class DamagedCharacter(NamedTuple):
-    """A character with a wrong parity or stop bit: the signal, the time of its start bit (ps), and its value."""
+    """A character with a wrong parity or stop bit: its signal, the time of its start bit (ps), and its value.
+
+    `parity` is True if the parity bit is wrong.
+    """
 
     signal: str
     at_ps: int
@@ -33,7 +36,7 @@ class DamagedCharacter(NamedTuple):
 
 
 class Decoded(NamedTuple):
-    """A dialogue and its damaged characters."""
+    """A decoded dialogue, and the damaged characters in it."""
 
     dialogue: RecordedDialogue
     damaged: tuple[DamagedCharacter, ...]
@@ -51,18 +54,20 @@ def decode_dialogue(
 ) -> Decoded:
     """Read the dialogue between a host and a module from a recording of their two wires.
 
-    The idle level of a wire, TTL or RS-232, is detected: it is the level in its longest pause.
+    The idle level of each wire, which differs between TTL and RS-232, is detected: it is the level in the
+    longest interval without an edge.
 
     Args:
-        waves: the recording; dialogue times count from its beginning.
+        waves: the recording; the times in the dialogue count from the beginning of the recording.
         sheet: the sheet of the part, which defines the character format.
         host: the signal on which the host sends.
         module: the signal on which the module sends.
         baud: the rate; None: the part's rate at which the fewest characters are damaged.
-        checksum, address: for the header of the dialogue.
+        checksum, address: values for the header of the dialogue.
 
     Raises:
-        UsageError: there are no characters, or most are damaged; the part does not have a given setting.
+        UsageError: there are no characters, or more than the fraction `MOST_DAMAGED` of them are damaged;
+            a signal has more than one bit; the part does not have a given setting.
         UnknownName: there is no such signal.
     """
     speech = speech_of(sheet, baud, checksum, address or None)
@@ -90,7 +95,7 @@ def decode_dialogue(
 
 
 class _Wire:
-    """A wire of a recording: its edges, its idle level, and its shortest pulse (ps)."""
+    """A wire of a recording: its edges, its idle level, and the length of its shortest pulse (ps)."""
 
     def __init__(self, waves: Waveforms, name: str) -> None:
         import numpy as np
@@ -113,9 +118,9 @@ class _Wire:
 
 
 def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
-    """Return the misfit of a rate: the fraction of damaged characters, and a ratio of two times.
+    """Return the misfit of a rate: the fraction of damaged characters, and a ratio of two times (at least 1).
 
-    This is the ratio between the bit time and the shortest pulse, of the longer to the shorter one.
+    The two times are the bit time and the shortest pulse; the longer one is divided by the shorter one.
     """
     found = [each for wire in wires.values() for each in wire.characters(baud, word)]
     shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
@@ -125,7 +130,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(characters: dict[str, list[Character]], begin: int) -> list[DialogueEntry]:
-    """Return entries as a proxy records them: a host's characters timed at their start, a module's at the end."""
+    """Return entries timed as by a proxy: host characters at their start, module characters at their end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in characters["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in characters["module"]]
     gathered = Gathered()

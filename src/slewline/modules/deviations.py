@@ -1,6 +1,7 @@
-"""Deviations of an answer from the sheet: the smallest set that explains the whole answer, as text.
+"""Deviations of a module's answer from the data sheet: the smallest set that explains the answer, as text.
 
-A mend undoes one kind of deviation; `deviations` searches for the fewest mends that turn the answer into a valid one.
+A mend undoes one kind of deviation; `deviations` searches for the fewest mends that turn the answer
+into a valid one.
 """
 
 from __future__ import annotations
@@ -23,27 +24,27 @@ BLANKS = b" \t"
 
 
 class ModuleQuery(NamedTuple):
-    """A query: the protocol of the part, and the command."""
+    """A query to a module: the protocol of the part, and the command."""
 
     speech: Speech
     command: str
 
     @property
     def lists(self) -> bool:
-        """True if the query requests a program listing, which has an end."""
+        """True if the query requests the listing of the whole program, not of a number of memory lines."""
         row = self.speech.row(self.command)
         return row is not None and row.role == "list"
 
 
 class Mend(NamedTuple):
-    """A kind of deviation: its name, and the function that undoes it."""
+    """A kind of deviation: its description, and a function that undoes the deviation in an answer."""
 
     description: str
     undo: Callable[[ModuleQuery, bytes], bytes]
 
 
 def deviations(speech: Speech, command: str, received: bytes) -> str:
-    """Return the deviations of an answer from the sheet as text; empty if there are none, or none of a known kind."""
+    """Return the deviations that explain an invalid answer, as text; empty if it is valid, or not explained."""
     question = ModuleQuery(speech, command)
     if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
         return ""
@@ -57,7 +58,7 @@ def deviations(speech: Speech, command: str, received: bytes) -> str:
 
 
 def _undone(question: ModuleQuery, received: bytes, mends: Sequence[Mend]) -> bytes:
-    """Return an answer with these deviations undone; empty if the answer lacks one of them."""
+    """Apply these mends to an answer, one after another; return the result, empty if a mend changes nothing."""
     for mend in mends:
         before, received = received, mend.undo(question, received)
         if received == before:
@@ -66,7 +67,7 @@ def _undone(question: ModuleQuery, received: bytes, mends: Sequence[Mend]) -> by
 
 
 def fits(question: ModuleQuery, received: bytes) -> bool:
-    """Return whether these characters are a valid answer from the part to a query."""
+    """Return whether the received characters are a valid answer of the part to a query."""
     if not received.endswith(CR):
         return False
     try:
@@ -101,7 +102,7 @@ def _end_of(question: ModuleQuery) -> str:
 
 # ---------------------------------------------------------------------------------------------------------- the mends
 def _each(undo: Callable[[ModuleQuery, bytes], bytes]) -> Callable[[ModuleQuery, bytes], bytes]:
-    """Return a function that undoes a deviation in each line of an answer."""
+    """Return a function that applies `undo` to each line of an answer."""
     return lambda question, data: b"".join(undo(question, line) for line in data.splitlines(keepends=True))
 
 
@@ -123,7 +124,7 @@ def _capitals(question: ModuleQuery, line: bytes) -> bytes:
 
 
 def _joined(question: ModuleQuery, data: bytes) -> bytes:
-    """Return a listing in which each incomplete instruction is joined with the next line."""
+    """Return a listing in which each line that begins with no letter or sign is joined to the preceding line."""
     if not question.lists:
         return data
     *lines, end = data.removesuffix(CR).split(CR)
@@ -144,7 +145,7 @@ def _last_line(question: ModuleQuery, data: bytes) -> bytes:
 
 
 def _padded(question: ModuleQuery, line: bytes) -> bytes:
-    """Return a line whose number has as many digits as in the sheet."""
+    """Return a line whose number has the sheet's number of digits; add or remove leading zeros for that."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
     if found and isinstance(question.speech, QuerySpeech):
         digits = question.speech.dialect.queries.get(found[1].decode("ascii"), 0)

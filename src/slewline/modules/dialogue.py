@@ -1,15 +1,16 @@
-r"""The dialogue with a module in a file: sender, text and times, one JSON object per line, after a header.
+r"""A file with the dialogue between a host and a module: a header, then one JSON object per line.
 
     {"slewline":"dialogue 1","part":"gs-c200s","markings":"GS-C200S 9431","crystal_hz":null,"baud":9600,...}
     {"at_us":12292,"last_us":13333,"from":"host","text":"F\r"}
     {"at_us":17729,"last_us":18770,"from":"module","text":"R\r"}
     {"at_us":30000,"last_us":30000,"from":"tool","text":"parity error at character 2"}
 
-Times are microseconds since the file was begun: `at_us` is the time of the first character, `last_us` that of the last
-one, both as seen by the computer.  Characters in one direction share an entry up to a carriage return, as long as the
-other side is silent.  `text` is Latin-1, one character per byte.
+`from` is the sender.  Times are microseconds since the file was created: `at_us` is the time of the
+first character, `last_us` that of the last one, both as seen by the computer.  An entry contains
+consecutive characters from one side; it ends at a carriage return, or when the other side sends.
+`text` is Latin-1, one character per byte.
 
-A complete line is written immediately, so a truncated dialogue is valid up to its last complete line.
+A line is written when it is complete, so a truncated file is valid up to its last complete line.
 """
 
 from __future__ import annotations
@@ -37,16 +38,16 @@ Speaker = Literal["host", "module", "tool"]
 
 @dataclass(frozen=True)
 class DialogueHeader:
-    """The module, and the settings of its line.
+    """The header of a dialogue: the module, and the settings of its line.
 
     Args:
         part: the name of the part, such as "gs-c200s".
         markings: the text printed on the module.
-        crystal_hz: the clock of the module, if known.
-        baud: the rate of the line.
-        checksum: whether lines ended in their checksums; None: unknown.
-        address: the address of the module on a shared line; 0: none is sent.
-        straps: the levels of the module's straps, by pin.
+        crystal_hz: the clock frequency of the module (Hz); None: unknown.
+        baud: the rate of the line; None: unknown.
+        checksum: whether each line ended with its checksum; None: unknown.
+        address: the address of the module on a shared line; 0: no address is sent.
+        straps: the levels (0 or 1) of the module's straps, keyed by pin.
     """
 
     part: str
@@ -78,7 +79,10 @@ HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: the al
 
 @dataclass(frozen=True, slots=True)
 class DialogueEntry:
-    """An entry: characters from one side, up to a carriage return; `speaker` "tool" marks a remark by slewline."""
+    """An entry of a dialogue: characters from one side, which end at a carriage return or earlier.
+
+    If `speaker` is "tool", the entry is a remark by slewline.
+    """
 
     at_us: int
     last_us: int
@@ -87,7 +91,7 @@ class DialogueEntry:
 
     @property
     def text(self) -> str:
-        """Characters as text, one character per byte."""
+        """Data of the entry as text, one Latin-1 character per byte."""
         return self.data.decode("latin-1")
 
 
@@ -95,13 +99,16 @@ Entry = tuple[Speaker, int, int, bytes]  # sender, instants of the first and the
 
 
 class Gathered:
-    """Characters collected into entries, up to a carriage return, as long as the other side is silent."""
+    """A collector of characters into entries; these end at a carriage return, or when the other side sends.
+
+    An entry also ends when it has `LONGEST` characters.
+    """
 
     def __init__(self) -> None:
         self._open: tuple[Speaker, int, int, bytearray] | None = None  # an entry that may grow
 
     def take(self, speaker: Speaker, at: int, byte: int) -> list[Entry]:
-        """Add a character; return the entries that it completes."""
+        """Add a character and its instant; return the entries that are then complete: none, one or two."""
         over = self.end() if self._open is not None and self._open[0] != speaker else []
         _, since, _, data = self._open or (speaker, at, at, bytearray())
         data.append(byte)
@@ -109,18 +116,18 @@ class Gathered:
         return over + (self.end() if byte == END[0] or len(data) >= LONGEST else [])
 
     def end(self) -> list[Entry]:
-        """End the incomplete entry; return it in a list, which is empty if there is none."""
+        """End the incomplete entry; return a list that contains this entry, or is empty if there is none."""
         found, self._open = self._open, None
         return [] if found is None else [(*found[:3], bytes(found[3]))]
 
 
 class DialogueFile(Closing):
-    """A dialogue file that is written line by line; close it at the end.
+    """A dialogue file that is written line by line; it must be closed at the end.
 
     Args:
         path: a new file.
-        failed: called once, when a write fails; the file keeps its content, and nothing more is written.
-        clock: returns nanoseconds of the clock to which all instants refer.
+        failed: called with a message when a write fails; the file keeps its lines, and no more are written.
+        clock: returns the current instant (ns) on the clock to which all instants refer.
 
     Raises:
         UsageError: the file exists, or cannot be written.
@@ -154,13 +161,13 @@ class DialogueFile(Closing):
         self._characters("module", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def note(self, text: str) -> None:
-        """Write a remark at this instant."""
+        """Write the incomplete entry, if there is one, then a remark with the current instant."""
         self.end()
         now_ns = self.clock()
         self._entry("tool", now_ns, now_ns, text.encode("latin-1", "replace"))
 
     def _characters(self, speaker: Speaker, data: bytes, first_ns: int, last_ns: int) -> None:
-        """Append characters, assumed to be equally spaced from the first to the last."""
+        """Add characters, assumed to be equally spaced in time from the first to the last; write completed entries."""
         for number, byte in enumerate(data):
             at_ns = first_ns + (last_ns - first_ns) * number // max(len(data) - 1, 1)
             for entry in self._gathered.take(speaker, at_ns, byte):
@@ -177,7 +184,7 @@ class DialogueFile(Closing):
             self.entries += 1
 
     def _write(self, entry: dict[str, Any]) -> bool:
-        """Write a line; return whether it was written completely."""
+        """Write a header or an entry as a line; return whether the whole line was written."""
         if self._file.closed:
             return False
         line = json.dumps(entry, separators=(",", ":")).encode("ascii") + b"\n"
@@ -200,7 +207,7 @@ class DialogueFile(Closing):
             self._file.close()
 
     def _shut(self) -> None:
-        """Write the remaining data, and close the file."""
+        """Write the incomplete entry, if there is one, and close the file."""
         self.end()
         self._let_go()
 
@@ -228,7 +235,7 @@ class RecordedDialogue:
 
     @classmethod
     def _read(cls, path: str | PathLike[str], lines: Iterator[bytes]) -> RecordedDialogue:
-        """Return the dialogue in these lines."""
+        """Return the dialogue in the lines of a file; `path` names the file in messages."""
         header = _header(path, next(lines, b"").removeprefix(BOM).rstrip(b"\n"))
         said: list[DialogueEntry] = []
         for number, line in enumerate(lines, start=2):
@@ -262,7 +269,7 @@ class RecordedDialogue:
 
 
 def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
-    """Return the header in the first line of a file."""
+    """Parse the first line of a file; return its header."""
     expected = f'{{"slewline":"{KIND} {VERSION}","part":...}}'
     try:
         found = from_json(line)
@@ -288,7 +295,7 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
 
 
 def _entry(entry: Any) -> DialogueEntry:
-    """Return the entry in the JSON data of a line."""
+    """Return the dialogue entry that is represented by the JSON data of a line."""
     if not isinstance(entry, dict):
         raise TypeError("expected an object")
     at_us, speaker = entry["at_us"], entry["from"]

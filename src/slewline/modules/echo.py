@@ -1,12 +1,12 @@
-"""The echo on a line: a two-wire adapter receives its own output, and some modules and modems return it.
+"""The echo on a line: a two-wire adapter receives its own output; some modules and modems return all data.
 
     sent       V 2 CR
     received   V 2 CR Y CR      the echo first, then the answer
-    received   Y CR V 2 CR      or a late echo after the answer, or within the next one
+    received   Y CR V 2 CR      or a late echo after the answer, or within the next answer
 
 For a limited time after lines have been sent, received lines that exactly equal them, in the same order,
 are dropped.  The beginning of a line that may be an echo is held back until the rest of it arrives, or
-other characters show that it is not an echo; nothing else is lost.
+until other characters or the end of that time show that it is not an echo; no other data is dropped.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class EchoFilter:
             an apparent echo is only detected.
 
     Attributes:
-        seen: the number of received lines equal to sent ones.
+        seen: the number of received lines that equal sent ones, and have at least `SHORTEST` characters.
     """
 
     def __init__(self, drops: bool) -> None:
@@ -35,26 +35,29 @@ class EchoFilter:
 
     @property
     def shows(self) -> bool:
-        """True if the line appears to echo although `drops` is False."""
+        """True if `drops` is False, but the line appears to echo."""
         return not self.drops and self.seen >= ENOUGH
 
     @property
     def keeps(self) -> bool:
-        """True while characters are being held back."""
+        """True while received characters are held back because they may be the start of an echo."""
         return bool(self._kept)
 
     def sent(self, data: bytes, now: float, seconds: float) -> None:
-        """Record sent characters.
+        """Record sent characters, which may come back as an echo.
 
         Args:
-            now: the time in seconds, on any clock.
+            now: the time in seconds, on the clock that is also used for `rest`.
             seconds: the time that these characters take on the line.
         """
         self._wanted += data
         self.until = max(self.until, now + LATE_S) + seconds
 
     def rest(self, data: bytes, now: float) -> bytes:
-        """Return the received data without the echo, plus held-back characters that turned out not to be an echo."""
+        """Return received data without the echo, after held-back characters that turned out not to be an echo.
+
+        If `drops` is False, the data is returned unchanged.
+        """
         if not self._wanted:
             return data
         found = bytearray()

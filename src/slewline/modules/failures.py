@@ -6,7 +6,7 @@ from ..errors import SlewlineError
 
 
 class ModuleFailure(SlewlineError, OSError):
-    """A command that a module has not executed, or a module whose state is no longer known."""
+    """A failure: a module has not executed a command, or the state of the module is no longer known."""
 
     def __str__(self) -> str:  # OSError would print numbers
         return str(self.args[0]) if self.args else ""
@@ -33,7 +33,7 @@ class EndlessInput(ModuleFailure):
 
 
 class DamagedAnswer(ModuleFailure):
-    """An answer with a wrong checksum or a faulty character, or one that is not an answer of this part at all."""
+    """An answer with a wrong checksum or a faulty character, or received data that is not an answer of this part."""
 
 
 class RefusedCommand(ModuleFailure):
@@ -50,12 +50,12 @@ class RefusedCommand(ModuleFailure):
 
 
 class MotionRefused(ModuleFailure):
-    """A command that was not sent, because it may step the motor."""
+    """A command that was not sent, because it may step the motor and motion is not allowed."""
 
 
 class ReplacementRefused(ModuleFailure):
-    """A dialogue that was not played, because it would replace the program of the module."""
+    """A dialogue that was not sent to a module, because it would replace the program of the module."""
 
 
 class ListingDiffers(ModuleFailure):
-    """A listing that differs from the program sent to the module, or from the module's second listing."""
+    """A listing or a value read from a module that differs from the data sent, or from every other reading."""

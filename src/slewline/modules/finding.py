@@ -1,7 +1,7 @@
 """Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
-The search sends a query that changes nothing.  At a wrong rate, a module may receive different
-characters, but they form no command at any other rate of the part (tests/modules/test_finding.py).
+The search sends a query that changes nothing.  A module that is set to another rate of the part may
+receive different characters, but these form no command (tests/modules/test_finding.py).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def find(
     Args:
         where: the port, a device or URL that pySerial accepts.
         sheet: the sheet of the part.
-        baud: the rate; None: search for it, if straps set it.
+        baud: the rate; None: search for it if straps set it, otherwise use the usual rate of the part.
         checked: whether lines have checksums; None: detect this.
         address: the address of the module on a shared line; None: no address.
         transcript, may_move, report: as for `Module`.
@@ -58,8 +58,8 @@ def find(
         raw: records all characters on the line.
 
     Raises:
-        UsageError: there is no such port; the part lacks a given setting; or `echo` is True without an echo.
-        NoAnswer, DamagedAnswer: no answer, or not one of this part, or checksums that differ from `checked`.
+        UsageError: there is no such port; the part lacks a given setting; `echo` is True without an echo.
+        NoAnswer, DamagedAnswer: there is no answer, it is not one of this part, or it contradicts `checked`.
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
@@ -84,7 +84,10 @@ def find(
 
 # -------------------------------------------------------------------------------------------- parts that answer lines
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Query at one rate after another, with and without checksums; return the module when it answers."""
+    """Query a module at one rate after another, or at `baud` only; return the module when it answers.
+
+    If `checked` is None, the answers show whether lines have checksums.
+    """
     first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
     rates = [*first.rates] if baud is None else [baud]
@@ -119,7 +122,7 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
 
 
 def _check_deviations(module: Module) -> None:
-    """Query, and check that the complete answer has no known deviations from the sheet.
+    """Query a module, and check that its complete answer has no known deviations from the sheet.
 
     Raises:
         DamagedAnswer: two answers in a row have the same deviations.
@@ -150,7 +153,7 @@ def _at(speech: Speech, baud: int, checked: bool) -> Speech:
 
 
 def _received(module: Module) -> bytes:
-    """Query once; return the answer up to a carriage return, or as far as it was received."""
+    """Query a module once; return its answer up to a carriage return, or all data received before silence."""
     module.tidy()
     module.send(module.speech.framed(module.speech.probe))
     received, probe = b"", module.speech.probe
@@ -165,7 +168,7 @@ def _received(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer that has a checksum refuses a line without one."""
+    """Return whether an answer to a line without a checksum has a checksum, and reports a damaged line."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return received.endswith(CR) and checked.is_garbled(checked.stripped(received[:-1]))
@@ -173,7 +176,7 @@ def _has_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, received: bytes) -> bool:
-    """Return whether an answer without a checksum refuses a line with one because it is not a command."""
+    """Return whether an answer to a line with a checksum has no checksum, and reports an invalid command."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(received.removesuffix(CR))
@@ -182,7 +185,7 @@ def _lacks_checksums(speech: Speech, received: bytes) -> bool:
 
 
 def _is_answer(speech: Speech, received: bytes) -> bool:
-    """Return whether the data is an answer to the query, or reports that the module is busy."""
+    """Return whether the data is an answer to the query `speech.probe`, or reports that the module is busy."""
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
         line = speech.stripped(received.removesuffix(CR))
@@ -192,7 +195,10 @@ def _is_answer(speech: Speech, received: bytes) -> bool:
 
 
 def _of_old_firmware(module: Module) -> bool:
-    """Query with the checksums of old firmware, if lines have checksums; return whether the module answers."""
+    """Query a module with the checksums of old firmware; return whether it answers.
+
+    If it answers, these checksums are used from now on.  If lines have no checksums, no query is sent.
+    """
     speech = module.speech
     if not isinstance(speech, LineSpeech) or not speech.checked:
         return False
@@ -220,7 +226,10 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
 
 # ------------------------------------------------------------------------------------------ parts that answer queries
 def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Let the part detect the rate, and query it; return the module.  A silent part may be in program entry."""
+    """Let a module detect the rate, and query it; return the module when it answers.
+
+    If it is silent, program entry may be open: entry is then ended, and the query repeated.
+    """
     speech = module.speech
     (leave,) = speech.sheet.leave
     module.send(speech.wake)
@@ -242,7 +251,7 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
 
 
 def _probed(module: Module) -> None:
-    """Query, and check that the answer is one that this part can give."""
+    """Query a module, and check that its answer is one that this part can give."""
     speech = module.speech
     what = next(what for what, (command, _) in speech.questions.items() if command == speech.probe)
     with suppress(RefusedCommand):
@@ -251,7 +260,7 @@ def _probed(module: Module) -> None:
 
 # -------------------------------------------------------------------------------------------- parts with an adapter
 def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Query whether the part takes commands, and return the module.
+    """Query the adapter of a part, and return the module when the adapter answers.
 
     A line that an earlier host may have left incomplete is ended first.
     """

@@ -1,4 +1,4 @@
-"""A real module: it sends commands and returns answers, but sends no command that may step the motor unless allowed."""
+"""Communication with a real module; a command that may step the motor is only sent if motion is allowed."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class DialogueRecord(Protocol):
     """A recorder of a dialogue, such as `DialogueFile`."""
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Record sent characters."""
+        """Record characters sent to the module, with the instants (ns) of the first and the last character."""
 
     def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Record received characters."""
+        """Record characters received from the module, with the instants (ns) of the first and the last character."""
 
     def note(self, text: str) -> None:
         """Record a remark."""
@@ -46,10 +46,11 @@ class NoRecord:
 
 
 class ModuleAnswer(NamedTuple):
-    """An answer, without checksums, and its instants (ns of `time.monotonic_ns`).
+    """A module's answer, without checksums, and its instants (ns of `time.monotonic_ns`).
 
-    `lines` is empty if a command is not answered; `sent_ns` is the instant of sending, `first_ns` and `last_ns` are
-    those of the first and the last character of the answer.
+    `sent_ns` is the instant just before the command was sent, `first_ns` and `last_ns` are the instants of
+    the first and the last character of the answer.  For a command that is never answered, `lines` is empty,
+    and all three instants are equal.
     """
 
     lines: tuple[str, ...]
@@ -71,7 +72,7 @@ class Module:
         speech: the protocol of the module.
         transcript: records the dialogue.
         may_move: whether commands that may step the motor are also sent.
-        report: called once with a message for the user about a long exchange.
+        report: called with a message for the user at the first exchange that takes long.
 
     Attributes:
         port, speech, transcript, may_move, report: the arguments.
@@ -100,14 +101,14 @@ class Module:
     def ask(self, command: str) -> ModuleAnswer:
         """Send a command; return its answer.
 
-        A command that arrived damaged is sent again; so is a query that is refused, or whose answer is damaged or
-        missing.
+        A command is sent again if the module reports that it arrived damaged.  A query is also sent again if it
+        is refused for a reason other than "busy", or if its answer is damaged or missing.
 
         Raises:
             MotionRefused: the command may step the motor, which is not allowed.
             RefusedCommand: the module has refused the command.
-            NoAnswer, DamagedAnswer: there is no valid answer; the effect of a command that is no query is unknown.
-            EndlessInput: characters still arrive after the time of the longest answer.
+            NoAnswer, DamagedAnswer: there is no valid answer; a command other than a query may have been executed.
+            EndlessInput: characters still arrive after the time that the longest answer takes.
             PortLost: the port is gone.
         """
         repeatable = self.speech.is_question(command)
@@ -139,14 +140,14 @@ class Module:
         longest: int | None = None,
         wait_s: float = 0.0,
     ) -> ModuleAnswer:
-        """Send a command once; return its answer, even if that is a refusal.
+        """Send a command once; return its answer, even if the module refuses the command.
 
         Args:
             data: the characters to send; None: the command in the format of the part.
-            again: the command was sent before, and not answered.
-            enough: returns whether received data is enough, so that the wait may end.
+            again: whether the command was sent before, and not answered.
+            enough: returns whether the data received so far is enough, so that the wait may end.
             longest: the maximum number of characters in the answer; None: that of the protocol.
-            wait_s: the minimum time to wait, even if the part needs less.
+            wait_s: the minimum time to wait for an answer (s), even if that of the protocol is shorter.
 
         Raises:
             MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.
@@ -179,10 +180,10 @@ class Module:
         return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
 
     def value(self, what: str) -> str:
-        """Return the value in the answer to a query; `what` is one of `speech.questions`.
+        """Return the value in the answer to a query; `what` is a key of `speech.questions`.
 
         Raises:
-            DamagedAnswer: the answer is not one of this part, after several attempts.
+            DamagedAnswer: even after several attempts, the answer is not one that this part can give.
             RefusedCommand, NoAnswer, PortLost: as for `ask`.
         """
         command, shape = self.speech.questions[what]
@@ -216,7 +217,7 @@ class Module:
 
     # ----------------------------------------------------------------------------------------------------- characters
     def send(self, data: bytes) -> int:
-        """Send unmodified characters; return the instant just before they were written (ns)."""
+        """Send characters unmodified; return the instant (ns) just before they were written."""
         sent_ns = self.port.write(data)
         self.transcript.host(data, sent_ns)
         return sent_ns
@@ -224,12 +225,12 @@ class Module:
     def chunks(self, silence: float, seconds: float, what: str = "unsolicited data") -> Iterator[Chunk]:
         """Yield received characters until there is silence.
 
-        Every exchange with a module waits here, and nowhere else.
+        Every exchange with a module waits in this method, and nowhere else.
 
         Args:
-            silence: the number of seconds without a character that ends the wait.
-            seconds: the longest wait, even if characters still arrive.  Time for which this process was stopped
-                does not count.
+            silence: the time without a character, in seconds, after which the wait ends.
+            seconds: the longest wait, in seconds, even if characters still arrive.  Time for which this process
+                was stopped does not count.
             what: the expected data, for messages.
 
         Raises:
@@ -257,7 +258,7 @@ class Module:
                 )
 
     def report_once(self, text: str) -> None:
-        """Report the reason for a long wait to the user, once."""
+        """Report the reason for a long wait to the user, unless this method has already reported one."""
         if not self._is_reported:
             self._is_reported = True
             self.report(f"{self.name}: {text}")
@@ -269,12 +270,12 @@ class Module:
             longest: the maximum number of characters expected.
 
         Raises:
-            EndlessInput: there is no silence after the time that this number of characters takes.
+            EndlessInput: characters still arrive after the time allowed for this number of characters.
         """
         return b"".join(chunk.data for chunk in self.chunks(silence, self.speech.seconds(longest, silence)))
 
     def tidy(self, longest: int = 0) -> None:
-        """Record unsolicited characters, such as a late answer, until there is silence.
+        """If unsolicited characters have arrived, such as a late answer, record them and wait for silence.
 
         Args:
             longest: the maximum number of characters expected.
@@ -305,7 +306,7 @@ class Module:
 
     # --------------------------------------------------------------------------------------------------------- inside
     def _note_entry(self, command: str) -> None:
-        """Record whether program entry is open after a command."""
+        """Update `entering` if a command begins or ends program entry."""
         row = self.speech.row(command)
         if row is not None and row.role in ("enter", "leave"):
             self.entering = row.role == "enter"

@@ -2,7 +2,7 @@
 
     /dev/ttyUSB0   COM3   /tmp/controller (a pty)   socket://HOST:PORT   rfc2217://HOST:PORT   slewline://PART
 
-Silence is measured by reads without data, so that a port in virtual time uses its own time.
+Silence is measured by counting reads without data, so that a port in virtual time uses its own time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class ModulePort(Closing):
 
     Args:
         where: the port, a device or URL that pySerial accepts.
-        setting: the rate and format.
+        setting: the rate and format of the line.
         raw: records all characters on the line.
         echo: whether the line echoes; the echo is then dropped.
 
@@ -93,7 +93,7 @@ class ModulePort(Closing):
             termios.tcsetattr(device, termios.TCSANOW, settings)
 
     def change(self, setting: LineSetting) -> None:
-        """Set another rate, that of the given setting.
+        """Change the rate of the port to that of the given setting.
 
         Raises:
             PortLost: the port is gone, or does not support the rate.
@@ -107,7 +107,7 @@ class ModulePort(Closing):
         """Check that sent characters do not come back, unless the port was opened with `echo`.
 
         Raises:
-            NoAnswer: they do come back.
+            NoAnswer: sent characters come back.
         """
         if self.echo.shows:
             raise NoAnswer(
@@ -159,11 +159,11 @@ class ModulePort(Closing):
         return self.echo.rest(data, self.clock())
 
     def clock(self) -> float:
-        """Return a monotonic time in seconds, of the wall clock or of a module in virtual time."""
+        """Return a monotonic time in seconds: the computer's or, for a port in virtual time, the virtual time."""
         return float(getattr(self.line, "clock", time.monotonic)())
 
     def pause(self, seconds: float) -> None:
-        """Let time pass on the line."""
+        """Wait for a number of seconds; a port in virtual time lets its virtual time pass."""
         getattr(self.line, "sleep", time.sleep)(seconds)
 
     def _do(self, call: Callable[[], Any]) -> Any:

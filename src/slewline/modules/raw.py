@@ -1,11 +1,12 @@
-r"""The raw characters on a line, in a file: the answers of a module are kept, however they are interpreted.
+r"""A file with all raw characters on a line, recorded before they are interpreted in any way.
 
     ; slewline raw 1: us since 2026-11-29 17:20:00 UTC, > to the module or < from it, characters (\r, \n, \\ and \xNN)
                0 = 9600 7O2
             1042 > V2\r
            18231 < V70\r\n
 
-A line is written as soon as it has arrived.  No file is created until a character has been received.
+Each line is written immediately.  However, no file is created until a character has been received; lines
+recorded earlier are written then.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ FULL = f"; {LARGEST // 1_000_000} MB: the rest is not recorded"
 
 
 class RawRecord:
-    """A record of all characters on a line.
+    """A recorder of all characters on a serial line, in a file.
 
     Args:
         path: the file to create; it must not exist.
-        failed: called once, with a message, if the record ends early.
+        failed: called once, with a message, if the recording ends early.
 
     Attributes:
         path, failed: the arguments.
@@ -58,7 +59,7 @@ class RawRecord:
             self._line(ns, "<", _shown(data))
 
     def note(self, text: str) -> None:
-        """Record a change of the line settings."""
+        """Record the new settings of the line, given as text."""
         self._line(monotonic_ns(), "=", text)
 
     def close(self) -> None:
@@ -110,5 +111,5 @@ class RawRecord:
 
 
 def _shown(data: bytes) -> str:
-    r"""Return bytes as ASCII: a carriage return as \r, other control codes and non-ASCII bytes as \xNN."""
+    r"""Return bytes as printable ASCII: \r, \n, \t and \\ as shown here, other unprintable bytes as \xNN."""
     return data.decode("latin-1").encode("unicode_escape").decode("ascii")

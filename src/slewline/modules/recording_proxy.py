@@ -54,14 +54,14 @@ def prompt_port(url: str, *more: Any, **options: Any) -> Any:
 
 
 class LatenessHistogram:
-    """A histogram of character delays, in bins of 10 µs; delays of 10 ms or more are in the last bin."""
+    """A histogram of the delays of characters in a proxy, in bins of 10 µs; the last bin is for 10 ms or more."""
 
     def __init__(self) -> None:
         self.counts = [0] * (BINS + 1)
         self.worst_ns = 0
 
     def note(self, late_ns: int, characters: int = 1) -> None:
-        """Count characters that had a given delay (ns)."""
+        """Count a number of characters that were passed on with a given delay (ns)."""
         self.counts[min(late_ns // (BIN_US * 1000), BINS)] += characters
         self.worst_ns = max(self.worst_ns, late_ns)
 
@@ -71,7 +71,7 @@ class LatenessHistogram:
         return sum(self.counts)
 
     def within_us(self, share: float) -> float:
-        """Return the delay (µs) that is not exceeded by a given share of all characters, such as 0.99."""
+        """Return the delay (µs) within which a given share of all characters, such as 0.99, was passed on."""
         wanted, seen = share * self.characters, 0
         for number, count in enumerate(self.counts[:-1]):
             seen += count
@@ -90,7 +90,7 @@ class LatenessHistogram:
 
 
 class DialogueRecorder:
-    """A writer of a dialogue file; its thread has the priority of the thread that creates the writer."""
+    """A writer of a dialogue file in a separate thread, which has the priority of the thread that creates it."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file
@@ -104,7 +104,7 @@ class DialogueRecorder:
         self._calls.put(partial(write, data, ns))
 
     def note(self, text: str) -> None:
-        """Write a remark."""
+        """Write a remark into the file."""
         self._calls.put(partial(self.file.note, text))
 
     def _write(self) -> None:
@@ -124,7 +124,7 @@ class DialogueRecorder:
 
 
 class ProxyEnd:
-    """One end of a proxy, which its port uses as a line: characters received here are output at the other end."""
+    """One end of a proxy, which serves as the line of its port: data received here is output at the other end."""
 
     greetings, share = TEXT, CHUNK
 
@@ -146,7 +146,10 @@ class ProxyEnd:
         return self.setting.baud
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect the receiver of the characters that this end outputs."""
+        """Connect a receiver: `host` takes the characters that this end outputs, and returns the number it dropped.
+
+        `resume` makes the receiver continue to send when there is room again.
+        """
         self.write, self.resume = host, resume
         self.event(f"{self.name}: connected")
 
@@ -156,7 +159,7 @@ class ProxyEnd:
         self.event(f"{self.name}: {why}")
 
     def event(self, text: str) -> None:
-        """Record an event."""
+        """Record an event as a remark in the dialogue file."""
         self.proxy.recorder.note(text)
 
     def take(self, data: bytes) -> None:
@@ -183,7 +186,7 @@ class ProxyEnd:
         call()
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Do nothing, so that a host that has finished sending receives answers until it closes the connection.
+        """Ignore `call`, so that a host that has finished sending receives answers until it closes the connection.
 
         Only the module knows when its answers end.
         """
@@ -199,7 +202,7 @@ class HostEnd(ProxyEnd):
     """The end of a proxy that is connected to the host program."""
 
     def room(self) -> int:
-        """Return the number of bytes that the host may send now; if there is no room, let it try again later."""
+        """Return the number of bytes that the host may send now; if there is no room, call `resume` after `FULL_S`."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
             self.proxy.loop.after(FULL_S, self.resume)
@@ -210,7 +213,7 @@ class HostEnd(ProxyEnd):
         self.proxy.set_port("rtscts", on)
 
     def opened_at(self, baud: int) -> None:
-        """Set the rate of the serial port."""
+        """Set the serial port to the rate at which the host has opened its port, and record a change."""
         if self.proxy.set_port("baudrate", baud):
             self.proxy.setting = LineSetting(baud, self.setting.word)
             self.event(f"the host has set {baud} baud")
@@ -225,7 +228,7 @@ class Proxy:
         recorder: records all characters.
         open_host: opens the port for the host, given the loop and the host's end of the proxy.
         report: called with messages for the user.
-        echo: whether the module's line echoes; the echo then goes neither to the host nor into the record.
+        echo: whether the module's line echoes; the echo is then neither sent to the host nor recorded.
 
     Raises:
         UsageError: a port cannot be opened.
@@ -258,11 +261,11 @@ class Proxy:
 
     @property
     def waiting(self) -> int:
-        """Number of characters waiting for the serial port."""
+        """Number of characters that wait to be sent to the serial port."""
         return len(self.device.stream.outgoing)
 
     def set_port(self, name: str, value: Any) -> bool:
-        """Set a property of the serial port; return whether it has changed."""
+        """Set a property of the serial port; return whether it has changed, and was not refused by the port."""
         port = self.device.port
         try:
             if getattr(port, name) == value:
@@ -286,7 +289,7 @@ class Proxy:
         self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that woke the loop
 
     def _answers(self, data: bytes, now_ns: int) -> bytes:
-        """Return the received characters that the module sent, without the line's echo if the echo is to be dropped."""
+        """Return data received on the module's line, without the line's echo if the echo is to be dropped."""
         data = self.echo.rest(data, now_ns / NS_PER_S)
         if self.echo.shows and not self._is_reported:
             self._is_reported = True
@@ -318,7 +321,7 @@ class Proxy:
         self.loop.ask(lambda: None)
 
     def close(self) -> None:
-        """Close the ports and the file."""
+        """Close both ports and the dialogue file."""
         self.port.close()
         self.device.close()
         self.loop.close()

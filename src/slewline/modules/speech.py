@@ -1,4 +1,4 @@
-"""The protocol of a part on a serial line, from its data sheet: rate, format, frames, and ends of answers."""
+"""The protocols of parts on a serial line, from their data sheets: rates, formats, frames, ends of answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FETCH_S = 50e-6  # per byte of memory, at most: the end of an endless line is se
 class LineSpeech(Speech):
     """The protocol of a part that answers every line with one or more lines.
 
-    `kept` contains the bits that are set in every checksum of the part; some old modules set none of them.
+    `kept` is a mask of the bits that are set in every checksum of the part; for some old modules, it is 0.
     """
 
     kept = KEPT
@@ -52,7 +52,7 @@ class LineSpeech(Speech):
 
     @property
     def probe(self) -> str:
-        """Query used as the probe: the last of the part's queries."""
+        """Query that is used to check whether a module answers: the last of the part's queries."""
         if not self.questions:
             raise UsageError(f"{self.sheet.part}: its sheet has no queries; add `questions` to its dialect")
         return [*self.questions.values()][-1][0]
@@ -72,7 +72,7 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line of an answer has arrived; a listing ends with a line that no program has."""
+        """Return whether the last line of an answer has arrived; the last line of a listing cannot be in a program."""
         if not received.endswith(CR):
             return False
         row = self.row(command)
@@ -82,14 +82,14 @@ class LineSpeech(Speech):
         return (last[:-1] if self.checked else last).decode("latin-1") in self.dialect.answers
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in an answer; a listing is as long as for a full memory."""
+        """Return the maximum number of characters in the answer to a command; for a listing, that of a full memory."""
         row = self.row(command)
         if row is None or row.role != "list":
             return super().longest(command)
         return (self.sheet.buffer_bytes + 1) * (self.dialect.longest or super().longest(command))
 
     def stripped(self, line: bytes) -> str:
-        """Return a line without its checksum."""
+        """Return a line of an answer without its checksum, if lines have checksums."""
         text = super().stripped(line)
         if not self.checked:
             return text
@@ -98,7 +98,7 @@ class LineSpeech(Speech):
         return text[:-1]
 
     def refusal(self, line: str) -> str:
-        """Return the sheet's text for an answer that is a refusal or reports "busy"; empty for all others."""
+        """Return the sheet's text for an answer that is a refusal or reports "busy"; empty for any other answer."""
         return self.dialect.answers[line] if line in (*self.dialect.refusals, self.dialect.busy) else ""
 
     def is_garbled(self, line: str) -> bool:
@@ -106,7 +106,7 @@ class LineSpeech(Speech):
 
 
 class QuerySpeech(Speech):
-    """The protocol of a part that answers only queries, and detects its rate from two carriage returns."""
+    """The protocol of a part that answers only queries, and detects the rate from two carriage returns."""
 
     wake = CR + CR
     answers_all = False
@@ -130,17 +130,17 @@ class QuerySpeech(Speech):
 
     @property
     def usual_baud(self) -> int:
-        """Second-highest rate, because the highest one needs a fast crystal."""
+        """Default rate: the second-highest one, because the highest one needs a fast crystal."""
         return self.rates[min(1, len(self.rates) - 1)]
 
     @property
     def probe(self) -> str:
-        """Query used as the probe: the first of the part's queries."""
+        """Query that is used to check whether a module answers: the first of the part's queries."""
         return next(iter(self.questions.values()))[0]
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Queries, each with the pattern of its answer, by the name of the register that it reads."""
+        """Queries and the patterns of their answers, keyed by the name of the register that the query reads."""
         names = {register.letter: register.name for register in self.sheet.registers} | dict(self.dialect.asked)
         return {
             names.get(letter, letter): (
@@ -157,7 +157,7 @@ class QuerySpeech(Speech):
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:
-        """Return a query preceded by a carriage return, which ends the unanswered query if part of it has arrived."""
+        """Return a query after a carriage return, which ends the unanswered query if only part of that arrived."""
         return CR + self.framed(command)
 
     def row(self, command: str) -> Row | None:
@@ -175,16 +175,18 @@ class QuerySpeech(Speech):
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
 
     def answer_timeout(self, command: str) -> float:
-        """Return the length of silence, in seconds, after which an answer is no longer expected."""
         looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
         return super().answer_timeout(command) + looked
 
     def longest(self, command: str) -> int:
-        """Return the maximum number of characters in an answer; a listing may contain the whole memory."""
+        """Return the maximum number of characters in an answer; if it is a listing, that of the whole memory."""
         return super().longest(command) + self.sheet.buffer_bytes * bool(self.listed_lines(command))
 
     def listed_lines(self, command: str) -> int:
-        """Return the number of memory lines that a query requests, without the line for the pointer; 0 if none."""
+        """Return the number of memory lines that a query requests, not counting the line with the memory pointer.
+
+        If the command does not list memory, the result is 0.
+        """
         found = re.fullmatch(rf"{re.escape(self.dialect.query)} ?{self.dialect.listing}[ ,]+([0-9]+)", command)
         return int(found[1]) if found else 0
 

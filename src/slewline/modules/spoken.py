@@ -1,6 +1,7 @@
-"""The protocol of a part on a real port: the base class of all kinds of protocol.
+"""The base class of all protocols of parts on a real port.
 
-A protocol object is made from a sheet, by the class for its kind of line; it performs no input or output.
+A protocol object is made from a sheet, by the class for the part's kind of line; the object performs no
+input or output.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ SLACK_S = 5.0  # time for an exchange, in addition to twice the time of its char
 
 
 class Speech:
-    """The protocol of a part.
+    """The protocol of a part: a base class for each kind of protocol.
 
     Args:
         sheet: the sheet of the part.
@@ -70,12 +71,12 @@ class Speech:
 
     @property
     def probe(self) -> str:
-        """A query that may be sent at any time and changes nothing."""
+        """Query that is used to check whether a module answers; it may be sent at any time and changes nothing."""
         raise NotImplementedError
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """Commands that query a value, each with the pattern of its answer, by the name of the value."""
+        """Commands that query a value and the patterns of their answers, keyed by the name of the value."""
         raise NotImplementedError
 
     def framed(self, command: str) -> bytes:
@@ -87,7 +88,7 @@ class Speech:
         raise NotImplementedError
 
     def again(self, command: str) -> bytes:
-        """Return a query in the form used to repeat an unanswered one."""
+        """Return a query in the form in which it is sent again after it was not answered."""
         return self.framed(command)
 
     def row(self, command: str) -> Row | None:
@@ -121,7 +122,7 @@ class Speech:
         return getattr(self.sheet.dialect, "busy", None)
 
     def value(self, what: str, reply: str) -> str:
-        """Return a value as text, taken from an answer by the pattern of its query."""
+        """Return a queried value as text; `reply` is the part of the answer that the query's pattern captures."""
         return reply
 
     def is_garbled(self, line: str) -> bool:
@@ -130,7 +131,7 @@ class Speech:
 
     # -----------------------------------------------------------------------------------------------common to all kinds
     def _refuse(self, checked: bool | None, address: int | None) -> None:
-        """Refuse a checksum or an address, because the part has neither."""
+        """Raise a UsageError if a checksum or an address is given, because lines for the part have neither."""
         for name, value in (("--checksum", checked), ("--address", address)):
             if value:
                 raise UsageError(f"{name}: not supported by the {self.sheet.part.upper()}; leave out {name}")
@@ -141,7 +142,7 @@ class Speech:
         return self.word.parity != "none"
 
     def answers(self, command: str) -> bool:
-        """Return whether a command is answered."""
+        """Return whether the part answers a command."""
         row = self.row(command)
         return self.answers_all or (row is not None and row.role == "question")
 
@@ -151,7 +152,7 @@ class Speech:
         return row is not None and row.role in ("question", "list")
 
     def moves(self, command: str) -> bool:
-        """Return whether a command may step the motor if it is sent outside program entry; an unknown command may."""
+        """Return whether a command may step the motor outside program entry; True for an unknown command."""
         row = self.row(command)
         return row is None or row.may_step
 
@@ -166,7 +167,7 @@ class Speech:
         return LONGEST
 
     def seconds(self, characters: int, silence: float) -> float:
-        """Return the time limit for an exchange, in seconds, which applies however many characters arrive.
+        """Return the time limit (s) for an exchange, which ends the exchange even if characters still arrive.
 
         Args:
             characters: the maximum number of characters in both directions together.

@@ -1,9 +1,9 @@
 """Run the panel as a separate process: python -m slewline.panel --attach HOST:PORT.
 
-It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts it before there is a
-control port passes --attach -, and later writes HOST:PORT as a line to its standard input.  The token of the control
-port, if it has one, is passed in the environment, SLEWLINE_TOKEN: a command line is visible to everybody on the
-machine.
+It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts the panel before there
+is a control port passes --attach -, and later writes HOST:PORT as a line to the panel's standard input.  The token of
+the control port, if it has one, is passed in the environment variable SLEWLINE_TOKEN, because a command line is visible
+to all users of the machine.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CONNECT_S = 5.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the panel; return the exit status."""
+    """Run the panel with these command line arguments (None: those of the process); return the exit status."""
     parser = argparse.ArgumentParser("python -m slewline.panel", description="The panel of a slewline server.")
     parser.add_argument(
         "--attach", metavar="HOST:PORT", required=True, help="the control port of the server; -: read it"
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Open the panel with these options, and run it until it is ended."""
+    """Open the panel with these options, run it until it is stopped, and return the exit status."""
     from .relay import Access
     from .web_server import PanelServer
 

@@ -1,9 +1,9 @@
-"""Protection against foreign access: pages of other sites, foreign names bound to our address, frames around the page.
+"""Protection against pages of other sites, foreign names bound to our address, and frames around the panel's page.
 
 In each request a browser sends the name that it has resolved (Host) and, when it opens a websocket, the origin of the
 page (Origin).  A foreign page cannot forge either; a foreign name bound to 127.0.0.1 shows up in Host.
 
-Loopback names and addresses cannot be bound by others, so they are accepted with any port: through a tunnel (ssh -L) or
+Others can bind neither loopback names nor addresses, so these are accepted with any port: through a tunnel (ssh -L) or
 a container (docker -p), the port seen by the browser differs from the one on which we listen.
 """
 
@@ -49,10 +49,10 @@ class Guard:
     """A guard that refuses requests that no page of the panel would make, and adds security headers to answers.
 
     Args:
-        app: the application that answers all other requests.
+        app: the application that answers the requests that are not refused.
         port: the port on which the panel listens.
-        name: the name or address on which it listens.
-        allow_remote: browsers on other machines may connect, by an address or by that name.
+        name: the name or address on which the panel listens.
+        allow_remote: browsers on other machines may connect, by any address or by `name`.
     """
 
     def __init__(self, app: ASGIApp, port: int, name: str, allow_remote: bool = False) -> None:
@@ -82,7 +82,7 @@ class Guard:
             await PlainTextResponse(f"{why}\n", 403)(scope, receive, send_guarded)
 
     def refused(self, headers: Headers, is_socket: bool) -> str | None:
-        """Return the reason why a request is refused; None if it is allowed."""
+        """Return the reason why a request is refused; None if it is allowed.  `is_socket`: it opens a websocket."""
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not self.is_ours(hosts[0]):
             return "This panel has a different name or address."
@@ -92,7 +92,7 @@ class Guard:
         return None
 
     def is_ours(self, host: str) -> bool:
-        """Return whether a host is a loopback name, our name with our port, or, if allowed, any other address."""
+        """Return whether a Host header has a loopback name, our name and port, or (with `allow_remote`) any address."""
         found = HOST.fullmatch(host.lower())
         if found is None:
             return False
@@ -103,7 +103,7 @@ class Guard:
 
 
 def is_address(name: str) -> bool:
-    """Return whether a name is in fact an address, which cannot be bound to another address."""
+    """Return whether a host name is in fact an address, which nobody can bind to another address."""
     try:
         return ip_address(name.strip("[]")) is not None
     except ValueError:

@@ -1,4 +1,4 @@
-"""The connection between a page and the control port: each line is one message, and passes unchanged.
+"""The connection between a page and the control port: each message is one line, which passes unchanged.
 
     page  --- one websocket ---  relay  --- TCP ---  control port
 
@@ -9,7 +9,7 @@ The control port answers the requests on a connection in order, so a request tha
 all later ones, including `pause`.  Each request that waits therefore has its own connection.
 
 Memory use is bounded: a message is passed on before the next one is read, in both directions, so a side that does not
-read blocks only its own sender; a page has at most `WAITS` waiting requests.
+read blocks only the messages sent to it; a page has at most `WAITS` waiting requests.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Hangup(Exception):
     """A request to close the websocket.
 
     Args:
-        code: the code of the protocol; codes of 4000 and above are the panel's own.
+        code: the websocket close code; codes of 4000 and above are the panel's own.
         why: the reason, shown by the page.
     """
 
@@ -52,11 +52,11 @@ class Hangup(Exception):
 
 
 class NotAllowed(Exception):
-    """The refusal of a request, which does not reach the server.
+    """The refusal of a request from a page; the request is not passed on to the control port.
 
     Args:
         why: the error in the reply.
-        number: the `id` of the request.
+        number: the `id` of the request; None if it has none.
     """
 
     def __init__(self, why: str, number: Any = None) -> None:
@@ -79,7 +79,7 @@ class Access:
         """Return whether the page that sends this first message may operate the bench.
 
         Raises:
-            Hangup: the token is wrong, or missing where it is needed.
+            Hangup: the message is not valid, or its token is wrong, or missing where it is needed.
         """
         try:
             token = parsed(greeting).get("token")
@@ -101,8 +101,8 @@ def parsed(text: str) -> dict[str, Any]:
     """Return a message as the server will read it.
 
     Raises:
-        NotAllowed: the message is not an object, or is more than one line: JSON allows line feeds between its tokens,
-            and the server would read the text after one as a separate, unchecked request.
+        NotAllowed: the message is too long, is not an object, or is more than one line: JSON allows line feeds
+            between its tokens, and the server would read the text after a line feed as a separate, unchecked request.
     """
     if len(text.encode("utf-8", "replace")) > LONGEST:
         raise NotAllowed(f"the request has more than {LONGEST} bytes")
@@ -118,10 +118,10 @@ def parsed(text: str) -> dict[str, Any]:
 
 
 def checked(text: str, writes: bool) -> str:
-    """Return the verb of a request.
+    """Return the verb of a page's request; `writes`: the page may operate the bench.
 
     Raises:
-        NotAllowed: no page may use this verb, or this page is read-only and the verb is not.
+        NotAllowed: the request is not valid, no page may use its verb, or the page is read-only and the verb is not.
     """
     request = parsed(text)
     do, number = request.get("do"), request.get("id")
@@ -144,8 +144,8 @@ class Relay:
         """Pass messages in both directions until one side has disconnected.
 
         Args:
-            admit: called with this relay, and with True if the page has the token, else False; it raises
-                `Hangup` if there are too many pages of this kind.
+            admit: called with this relay, and with True if the page has sent a token, else False; it raises
+                `Hangup` if too many pages with a token, or without one, are open already.
         """
         try:
             await self.page.accept()
@@ -188,7 +188,7 @@ class Relay:
             await self.page.send_text(text)
 
     async def hang_up(self, error: Hangup | KeyError) -> None:
-        """Close the websocket; a KeyError means a message that is not text."""
+        """Close the websocket for this reason; a KeyError means that the page has sent a message that is not text."""
         code, why = (error.code, error.why) if isinstance(error, Hangup) else (POLICY, "Messages are text.")
         with suppress(WebSocketDisconnect, RuntimeError):
             await self.page.close(code, why)
@@ -214,7 +214,7 @@ class Relay:
         return reader, writer
 
     async def upwards(self, writer: asyncio.StreamWriter, writes: bool) -> None:
-        """Pass on requests to the control port, and refuse any that are not allowed."""
+        """Pass on the page's requests to the control port, but refuse requests that are not allowed."""
         while True:
             text = await self.page.receive_text()
             try:
@@ -228,15 +228,15 @@ class Relay:
             await writer.drain()
 
     async def downwards(self, reader: asyncio.StreamReader) -> None:
-        """Pass on replies and events to the page; stop reading while the page does not read."""
+        """Pass on replies and events to the page; read none from the control port while the page does not read."""
         while True:
             await self.send(await line_of(reader))
 
     def wait(self, text: str) -> None:
-        """Pass on a request whose reply may take a long time.
+        """Start a task that passes on a request whose reply may take a long time.
 
         Raises:
-            NotAllowed: too many such requests are already waiting.
+            NotAllowed: `WAITS` such requests of this page are already waiting.
         """
         if len(self.waits) >= WAITS:
             raise NotAllowed(f"{WAITS} requests are already waiting; wait until one ends", json.loads(text).get("id"))
@@ -245,7 +245,7 @@ class Relay:
         task.add_done_callback(self.waits.discard)
 
     async def wait_for(self, text: str) -> None:
-        """Send a request on its own connection, and pass on the reply to the page."""
+        """Send a request to the control port on a connection of its own, and pass on the reply to the page."""
         number = json.loads(text).get("id")
         try:
             reader, writer = await self.connected()
@@ -279,7 +279,10 @@ async def line_of(reader: asyncio.StreamReader) -> str:
 
 
 async def first_to_end(*coroutines: Any) -> None:
-    """Run both directions until one ends, then cancel the other; a page that disconnects is not an error."""
+    """Run coroutines until one of them ends, then cancel the others; if it failed, raise its error.
+
+    A page that disconnects is not an error.
+    """
     tasks = [asyncio.ensure_future(coroutine) for coroutine in coroutines]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -1,10 +1,10 @@
-"""The web server of the panel: the files of the page, and its websocket.
+"""The web server of the panel: it serves the files of the page, and the page's websocket.
 
     panel = PanelServer(access, "127.0.0.1", 0)
     print(panel.url)
     panel.run()
 
-`run` serves until `stop`, SIGINT or SIGTERM.
+`run` serves until `stop` is called, or SIGINT or SIGTERM arrives.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ END_S = 1
 
 
 class HttpConnection(H11Protocol):
-    """A connection that is closed if no request arrives in time; beyond a limit, the oldest idle one is closed."""
+    """An HTTP connection, closed if no request arrives in time, or as the oldest idle one of too many connections."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Accept a connection, or refuse it if there are too many connections and none of them is idle."""
+        """Accept a connection; if there are then too many, close the oldest idle one, or this one if none is idle."""
         super().connection_made(transport)
         if len(self.connections) > CONNECTIONS:
             idle = [one for one in self.connections if isinstance(one, HttpConnection) and one.is_idle]
@@ -71,19 +71,19 @@ class HttpConnection(H11Protocol):
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """A websocket that stops reading while the page does not read its pongs, which nothing else would limit."""
+    """A websocket that stops reading while the page does not read the pongs, whose number nothing else would limit."""
 
     is_paused = False
 
     def handle_ping(self) -> None:
-        """Answer a ping; stop reading while the page does not read the answers."""
+        """Answer a ping from the page; stop reading while the page does not read the answers."""
         super().handle_ping()
         if not self.writable.is_set() and not self.read_paused:
             self.read_paused = self.is_paused = True
             self.transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """Continue to read, now that the page has read the answers."""
+        """Start to read again, now that the page has read the answers."""
         super().resume_writing()
         if self.is_paused and self.queue.empty():  # otherwise the server waits for the next message of the page
             self.read_paused = False
@@ -92,9 +92,9 @@ class PageSocket(WebSocketsSansIOProtocol):
 
 
 class Pages:
-    """The open pages: pages with the token, read-only pages, and pages that have not sent their token yet.
+    """The open pages: pages with the token, read-only pages, and pages that have not sent their first message yet.
 
-    Each kind has its own limit, so that other pages never shut out the user's own.
+    Each of these kinds has its own limit, so that pages without the token never shut out the user's own pages.
     """
 
     def __init__(self) -> None:
@@ -120,10 +120,10 @@ class Pages:
             self.readers.discard(relay)
 
     def admit(self, relay: Relay, own: bool) -> None:
-        """Count a page, once its first message has arrived, as a page with the token or as one without it.
+        """Count a page, now that its first message has arrived, as one with the token (`own`) or as one without it.
 
         Raises:
-            Hangup: there are too many pages of its kind.
+            Hangup: there are already too many pages of that kind.
         """
         self.undecided.pop(relay, None)
         pages = self.own if own else self.readers

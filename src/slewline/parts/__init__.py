@@ -3,7 +3,7 @@
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
 
-With `to`, the pins of the part are wired to its neighbour's pins in the standard way.
+With `to`, the pins of the part are wired in the standard way to the pins of that chip or part.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class ListedPart:
     """A kind of part: its description, and the location of its class as `module:name` within this folder.
 
-    `fixed` holds the options of the class that define the kind; users cannot set them.
+    `fixed` has the values of those options of the class that define the kind; users cannot set these options.
     """
 
     description: str
@@ -93,10 +93,10 @@ CATALOGUE = Catalogue("part", Part, "slewline.parts", {kind: f"{__name__}.{row.a
 
 
 def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
-    """Return the class of a part by its kind: "uart", the name of an entry point, or module:Class.
+    """Return the class of a kind of part: a built-in kind ("uart"), the name of an entry point, or module:Class.
 
     Args:
-        allow_code: whether a kind may be module:Class; importing it runs the module's code.
+        allow_code: whether `kind` may be module:Class; importing it runs the module's code.
 
     Raises:
         UnknownName: the kind is unknown; the message lists the known kinds.
@@ -106,7 +106,7 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
 
 
 def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the options of a class that a user may set: all except the options that the kind fixes."""
+    """Return the options of a class that a user may set: all except the options in `fixed`."""
     return tuple(row for row in cls.options if row.name not in fixed)
 
 
@@ -118,12 +118,13 @@ def make_part(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     **mounted: Shaft,
 ) -> Part:
-    """Check all options, and return a new part of a class, mounted on a shaft if its class requires one.
+    """Check all options, and return a new part of a class.
 
     Args:
-        fixed: options that the kind fixes.
+        fixed: the values of the options that the kind fixes.
+        mounted: `on`, the shaft on which the part is mounted; empty if it is not mounted.
 
     Raises:
-        UsageError: the class does not have an option, or does not allow its value.
+        UsageError: the class does not have one of the options, or does not allow its value.
     """
     return cls(kernel, name, **mounted, **fixed, **checked(name, options_of(cls, fixed), options))

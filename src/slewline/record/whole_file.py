@@ -80,7 +80,9 @@ class WholeFile(WholeOrNothing):
         self._mode: int | None = None  # of the file that it replaces
         with self.refusals():
             if own and self.path.is_symlink():
-                raise UsageError(f"{path}: is a symbolic link, which is not followed here; remove the link")
+                raise UsageError(
+                    f"{path}: is a symbolic link, which is not followed here; move it away, or use another folder"
+                )
             self._target = Path(os.path.realpath(path))  # of a symbolic link, which stays
             if self._target.is_dir():
                 raise UsageError(f"{path}: is a directory; give the name of a file in it")

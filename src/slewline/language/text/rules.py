@@ -29,7 +29,7 @@ def ends(source: Source) -> None:
 
 
 def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
-    """Yield pairs of loops: every loop, with each loop that is inside it."""
+    """Yield pairs of loops, outer and inner: every loop, with each of the loops inside it."""
     for block in source.blocks:
         counted = [statement for statement in block.statements if statement.row.role == "loop"]
         for outer in counted:
@@ -39,7 +39,7 @@ def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
 
 
 def loops(source: Source) -> None:
-    """Report nested loops, for a part with a single loop count, and loops of one pass."""
+    """Report nested loops, since the part has only one loop count, and loops that run only once."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
     alternatives = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
     for outer, inner in nested(source):
@@ -54,7 +54,7 @@ def loops(source: Source) -> None:
 
 
 def kinds_of_loops(source: Source) -> None:
-    """Report a loop within a loop of its own kind, for a part with one count per kind."""
+    """Report a loop inside a loop of the same kind, since the part has only one count for each kind."""
     for outer, inner in nested(source):
         if inner.row is outer.row:
             found = f"the loop of line {inner.line} is inside this one, and has the same count"
@@ -63,7 +63,7 @@ def kinds_of_loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """Report a one-byte branch that crosses the end of a page: it branches into the page of the next byte."""
+    """Report branches with a one-byte address at the end of a page: they branch into the next page."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:
@@ -96,7 +96,7 @@ def misplaced(source: Source) -> None:
 
 
 def entries(source: Source) -> None:
-    """Report programs without an end, and unused labels."""
+    """Report programs without a command that ends their entry, and unused labels."""
     used = {(id(block), target.label) for _, target, block in branches(source)}
     leave, about_labels = listed(source.sheet.leave), source.sheet.sections.get("labels", "")
     for block in source.blocks:

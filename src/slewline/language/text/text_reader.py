@@ -24,7 +24,7 @@ class TextReader(Reader):
         self.spoken = spoken_as(self.sheet, TextDialect)
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Read the commands of the line; `labels` name the first.  Return labels that still need an instruction."""
+        """Read the commands of the line, the first of which `labels` name; return labels with no instruction yet."""
         text, spoken = self.text, self.spoken
         if not self.fits():
             return ()
@@ -60,7 +60,7 @@ class TextReader(Reader):
         return labels
 
     def fits(self) -> bool:
-        """Return whether the line can be sent; report one that is too long, or has a character that is not a byte."""
+        """Return whether the line can be sent; if not, report its length, or a character with a code above 255."""
         text, limit = self.text, self.spoken.line_limit
         odd = next((at for at, letter in enumerate(text) if ord(letter) > 0xFF), None)
         if len(text) > limit:
@@ -87,7 +87,7 @@ class TextReader(Reader):
         self.error(first, end, "extra-argument", found, "", row.where, self.without(row, argument))
 
     def without(self, row: Row, extra: str) -> str:
-        """Return the remedy for text after a command: leave it out or, if it is a command, use another line."""
+        """Return the remedy for text after a command: leave it out or, if it begins a command, use a new line."""
         if odd := slip_remedy(self.sheet, extra):  # a character that in itself explains the problem
             return odd
         elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
@@ -98,7 +98,7 @@ class TextReader(Reader):
 
     # ------------------------------------------------------------------------------------------------------- labels
     def end(self, labels: tuple[str, ...]) -> None:
-        """Report labels at the end of a text, without an instruction."""
+        """Report that the text ends before the instruction that `labels` name."""
         self.unnamed(0, len(self.text), labels)
 
     def unnamed(self, at: int, end: int, labels: tuple[str, ...]) -> None:
@@ -106,7 +106,7 @@ class TextReader(Reader):
         self.bad_label(at, end, f"{self.spoken.label(labels[-1])} without an instruction")
 
     def is_label(self, at: int) -> bool:
-        """Return whether the letter and mark at a column are a label of the part; report them if they are not."""
+        """Return whether the label at a column is valid, and has no space after it; if not, report the label."""
         letter, letters = self.text[at], self.sheet.labels
         label = self.spoken.label(letter)
         if letter not in letters:
@@ -120,19 +120,19 @@ class TextReader(Reader):
         return True
 
     def bad_label(self, at: int, end: int, found: str, allowed: str = "", remedy: str = "") -> None:
-        """Report the problem of a label."""
+        """Report a problem with a label, in columns `at` to `end`."""
         self.error(at, end, "bad-label", found, allowed, self.sheet.sections.get("labels", ""), remedy)
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def rest(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """Return the arguments after the letter; None, with a report, if they cannot be sent."""
+        """Return the arguments, () for a string, query or display; None, after a report, if they cannot be sent."""
         forms = {self.spoken.quote: self.string, self.spoken.query: self.asked, self.spoken.display: self.shown}
         if row.form not in forms:
             return self.operands(row, at)
         return () if forms[row.form](row, at) else None
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """Return the arguments; report and return None if one is missing, or is neither a number nor a label."""
+        """Return the arguments; None, after a report, if one is missing or is neither a number nor a label."""
         rest, needed = self.text[at:], len(row.args)
         words = list(_WORD.finditer(rest))
         end = len(self.text)
@@ -154,7 +154,7 @@ class TextReader(Reader):
         return known if len(known) == needed else None
 
     def spacing(self, row: Row, at: int) -> None:
-        """Report unusual spaces: the chip is expected to accept them, but a single space is more readable."""
+        """Report wrong separators of arguments, and note unusual spaces, which the chip is expected to accept."""
         rest, end = self.text[at:], len(self.text)
         if not _ARGUMENTS.fullmatch(rest.strip(" ")):
             allowed = "one comma or one space between arguments"
@@ -166,7 +166,10 @@ class TextReader(Reader):
             self.source.report(self.spot(at, end), "spacing", "note", found, section=section, remedy=remedy)
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
-        """Return the argument in a word at a column; if the word is not a value, report it and return None."""
+        """Return the argument in a word at a column; None, after a report, if the word is not a valid argument.
+
+        A number out of range is reported as well, but an argument is still returned.
+        """
         end, place = at + len(word), self.spot(at, at + len(word))
         where = row.where.split("; ")[-1] if self.spoken.tokens else row.where  # a table of ranges is named last
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"
@@ -182,7 +185,7 @@ class TextReader(Reader):
         return Operand(*place, arg.fit(value))
 
     def into_range(self, row: Row, arg: Arg, number: int) -> str:
-        """Return the remedy for a number out of range: the nearest allowed number, except for a branch target."""
+        """Return the remedy for a number out of range: the nearest number, or where branch targets are listed."""
         if "t" in row.flow and arg is row.args[-1]:
             return "a target is the address of an instruction of this program, as slewline asm lists them"
         return f"the nearest is {min(max(number, arg.low), arg.high)}"
@@ -194,7 +197,7 @@ class TextReader(Reader):
 
     # ---------------------------------------------------------------------------------------- arguments of other kinds
     def string(self, row: Row, at: int) -> bool:
-        """Read a string up to the next quotation mark, which must end the line; return whether there is a mark."""
+        """Read a string up to its closing quotation mark; report text after it; return whether there is a mark."""
         end = self.text.find(row.form, at)
         if end < 0:
             remedy = "a string ends with a quotation mark; a semicolon here would start a comment"
@@ -220,7 +223,7 @@ class TextReader(Reader):
         return False
 
     def shown(self, row: Row, at: int) -> bool:
-        """Read a display command, such as [38H,2,65,66: address, count, data; return whether it can be sent."""
+        """Read a display command (address, count, data), such as [38H,2,65,66; return whether it can be sent."""
         words = BETWEEN.split(self.text[at:].strip().removesuffix("]"))
         numbers = [number(word) for word in words]
         if len(words) < 2 or None in numbers or any(found is not None and found > 0xFF for found in numbers):

@@ -10,13 +10,13 @@ from .forms import TextDialect
 
 
 def usage(row: TextRow, spoken: TextDialect) -> str:
-    """Return the syntax of a command in ASCII: `L count,target`."""
+    """Return the syntax of a command in ASCII, such as `L count,target`."""
     others = {spoken.query: " letter", spoken.quote: f"characters{row.form}", spoken.display: "address,count,data..."}
     return f"{row.form}{others.get(row.form) or ' ' + ','.join(arg.name for arg in row.args)}".rstrip()
 
 
 def binary(row: TextRow, spoken: TextDialect) -> str:
-    """Return how a command is sent in binary: letter, count, data, low bytes first."""
+    """Return, as text, how a command is sent in binary: letter, count, data (the low byte of a number first)."""
     letter = f"{spoken.byte(row):02X}"
     if not row.terminated:
         return letter
@@ -27,7 +27,7 @@ def binary(row: TextRow, spoken: TextDialect) -> str:
 
 
 def stored(row: TextRow) -> str:
-    """Return the bytes of a command in the program buffer, as text; empty if it is not stored."""
+    """Return the bytes of a command in the program buffer, as text; empty if the command is not stored."""
     return f"{row.code:02X} {_data(row)}".rstrip() if row.stored else ""
 
 

@@ -1,4 +1,4 @@
-"""How numbers and arguments are written: 135, 87H, 0ABH, # for switches; separated by a comma or a space."""
+"""The notation of numbers and arguments: 135, 87H, 0ABH, # for switches; separated by a comma or a space."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def number(word: str) -> int | None:
 
 
 def query_meant(letter: str, letters: Iterable[str]) -> str:
-    """Return the remedy for a query with a lower-case letter; empty if its capital cannot be queried either."""
+    """Return the remedy for a query letter in lower case; empty if its capital is not a query letter either."""
     return f"write ? {letter.upper()}: letters are upper case" if letter.upper() in {*letters} - {letter} else ""
 
 

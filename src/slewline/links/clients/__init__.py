@@ -1,1 +1,1 @@
-"""Clients of served registers, for host programs in Python."""
+"""Clients of a slewline server, for programs in Python: for served registers and for the control port."""

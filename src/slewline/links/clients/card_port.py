@@ -1,13 +1,14 @@
-"""The client for a parallel card that `slewline serve` offers on TCP with `--registers`, for a host program.
+"""A client, for host programs, of a parallel card that `slewline serve` offers on TCP with `--registers`.
 
     from slewline.links.clients.card_port import CardPort
 
     with CardPort("127.0.0.1", 4002) as card:            # slewline serve PART --pty x --registers 127.0.0.1:4002
-        card.command("O 81H")                            # direct answers to the bus
+        card.command("O 81H")                            # the chip now sends its answers over the bus
         print(card.ask("? P"))                           # P=00000000
 
-The registers are those of parts/boards/parallel_card.py, the messages those of links/ports/register_port.py.  This file
-and chipset_port.py need only the standard library: both can be copied to another machine.
+The registers are described in parts/boards/parallel_card.py, the messages in
+links/ports/register_port.py.  This file and chipset_port.py need only the standard library: both can be
+copied to another machine.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ ON_BUS = (0x05, 0x01)  # mode register: mask, and value while messages are sent 
 
 
 class CardPort(ChipsetPort):
-    """A chip on its parallel bus, reached over TCP through a parallel card; arguments and errors as for `ChipsetPort`.
+    """A chip on its parallel bus, reached over TCP through a card; arguments and errors as for `ChipsetPort`.
 
-    On connection the card releases all lines that an earlier program has left driven.
+    On connection, the card releases all lines that an earlier program has left driven.
 
     Attributes:
         messages: the bytes that the chip has sent and that no call has returned yet.
-        heeds: True if FPL is evaluated, because this program has sent a mode command that directs messages to the bus.
+        heeds: True if FPL is evaluated, because this program's last mode command directs messages to the bus.
     """
 
     can_foresee = False
@@ -53,7 +54,7 @@ class CardPort(ChipsetPort):
         """Repeat a request until a status bit has a given value; return the status.
 
         Args:
-            request: the request; its answer is the status.
+            request: the first byte of a request whose answer is the status; the second is the time to wait.
             ms: the longest wait, in milliseconds of chip time.
             bit: the mask of the bit.
             wanted: the value of the status under this mask.
@@ -72,7 +73,7 @@ class CardPort(ChipsetPort):
                 )
 
     def free(self, ms: int) -> None:
-        """Wait until the chip is ready for a byte, for at most `ms` milliseconds of chip time; read its messages.
+        """Read pending messages until the chip is ready for a byte; each wait is at most `ms` ms of chip time.
 
         Raises:
             TimeoutError: the chip is not ready in time.
@@ -81,7 +82,7 @@ class CardPort(ChipsetPort):
             self._fetch()
 
     def _fetch(self, asked: bool = False) -> None:
-        """Read a message byte; `asked`: True if IO_REQUEST is already low."""
+        """Read a message byte into `messages`; pass True if IO_REQUEST is already low."""
         if not asked:
             self.out(CONTROL, REQUEST)
             self.until(ANSWER, STEP_MS, IS_READY, 0)
@@ -104,7 +105,7 @@ class CardPort(ChipsetPort):
             self._fetch(asked=True)
 
     def write(self, data: bytes) -> None:
-        """Send bytes with handshakes, all in one message; the chip must be ready to take them.
+        """Send bytes, each with its handshake, in one TCP message; the chip must be ready to take them.
 
         Raises:
             TimeoutError: the chip has not taken one of the bytes.
@@ -119,7 +120,7 @@ class CardPort(ChipsetPort):
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:
-        """Send a command and a carriage return; return once they are received, even if not yet executed.
+        """Send a command and a carriage return; return when both are received, perhaps before execution.
 
         Raises:
             TimeoutError: the chip does not take the command within `ms` milliseconds of chip time.
@@ -142,13 +143,13 @@ class CardPort(ChipsetPort):
             self.write(bytes([byte]))
 
     def ask(self, query: str, ms: int = 5000) -> str:
-        """Send a query such as "? P", or "? M,3" for the memory pointer and three lines, and return the answer.
+        """Send a query and return its answer: "? P", or "? M,3" for the memory pointer and three lines of memory.
 
         Returns:
             The answer without its last carriage return.
 
         Raises:
-            TimeoutError: no answer within `ms` milliseconds of chip time; the mode register may direct it elsewhere.
+            TimeoutError: no answer within `ms` ms of chip time; the mode register may direct answers elsewhere.
         """
         self.command(query, ms)
         while (match := answer_to(query).search(self.messages)) is None:
@@ -160,7 +161,7 @@ class CardPort(ChipsetPort):
         return answer
 
     def listen(self, ms: int) -> bytes:
-        """Wait until the chip sends something, for at most `ms` milliseconds of chip time, and return the bytes sent.
+        """Return the message bytes not yet returned; if there are none, wait for some, up to `ms` ms of chip time.
 
         Raises:
             TimeoutError: the chip has sent nothing.
@@ -174,7 +175,7 @@ class CardPort(ChipsetPort):
 
 
 def answer_to(query: str) -> re.Pattern[bytes]:
-    """Return the pattern of the answer to a query."""
+    """Return the regular expression that matches the answer to a query."""
     listing = LISTING.fullmatch(query)
     letter, lines = ("Y", int(listing[1])) if listing else (query.removeprefix("?").strip()[:1], 0)
     return re.compile(re.escape(f"{letter}=").encode() + rb"[0-9]+\r" + rb"[^\r]*\r" * lines)

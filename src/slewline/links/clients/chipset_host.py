@@ -3,13 +3,13 @@
     from slewline.links.clients.chipset_host import ChipsetHost
 
     with ChipsetHost("127.0.0.1", 4001) as host:
-        host.command("SET_POS", 12345, axis=2)           # SET_2 goes first
+        host.command("SET_POS", 12345, axis=2)           # sends SET_2 first
         host.command("UPDATE")
         host.wait("motion_complete")
         print(host.query("GET_TRGT_POS"))
 
-The calls are those of `bench.host(x)`, except that nothing is queued: each call returns when it is done.  Times are
-wall-clock times, written as everywhere else: "10 s", "500 ms".
+The methods are those of the host that `bench.host(x)` returns, except that nothing is queued: each call
+returns when it is done.  Times are wall-clock times, written as on a bench: "10 s", "500 ms".
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class ChipsetHost:
         received: all words read, a list of ints, 0 to 65535.
 
     Raises:
-        ConnectionError: there is no server, it serves no chipset, or another host is connected.
-        TimeoutError: no answer; every call may raise it.
+        ConnectionError: there is no server, the server has no chipset, or it has another host already.
+        TimeoutError: there is no answer in time; every method may raise this error.
     """
 
     def __init__(self, host: str, port: int, timeout: Time = "10 s") -> None:
@@ -51,7 +51,7 @@ class ChipsetHost:
         self.updated = False  # the cycle of the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
-        """Send a command and verify the checksum; return the command's value, or None if it returns no value.
+        """Send a command and verify the checksum; return the value that the chipset returns, None if there is none.
 
         Args:
             name: the mnemonic.
@@ -60,7 +60,7 @@ class ChipsetHost:
             axis: the axis to select first; 0 keeps the current axis.
 
         Raises:
-            UsageError: no such command, or arguments that do not fit it.
+            UsageError: there is no such command, or the arguments do not fit it.
             ChecksumError: the checksum is wrong, or the chipset does not know the command.
         """
         row = packets.row(self.sheet, name)
@@ -68,10 +68,10 @@ class ChipsetHost:
         return packets.values(row.reads, found)[0] if row.reads else None
 
     def query(self, name: str, axis: int = 0) -> int:
-        """Send a command and return the value that it returns, in the units of the command.
+        """Send a command without arguments, and return the value in its answer, in the units of the command.
 
         Raises:
-            UsageError: no such command, or one that returns nothing.
+            UsageError: there is no such command, or it returns nothing.
             ChecksumError: as for `command`.
         """
         if not packets.row(self.sheet, name).reads:
@@ -79,10 +79,10 @@ class ChipsetHost:
         return self.command(name, axis=axis)  # type: ignore[return-value]
 
     def ask(self, command: str, axis: int = 0) -> int:
-        """Send a command as text, as written in a script ("GET_STATUS"), and return the value that it returns.
+        """Send a command written as in a script ("GET_STATUS"), and return the value in its answer.
 
         Raises:
-            UsageError: not a command, or one that returns nothing.
+            UsageError: the text is not a command, or the command returns nothing.
             ChecksumError: as for `command`.
         """
         line = packets.command(self.sheet, command)
@@ -91,10 +91,13 @@ class ChipsetHost:
         return packets.values(line.row.reads, self._exchange(packet_of(line.row, line.values), axis))[0]
 
     def send(self, data: str | bytes, axis: int = 0) -> None:
-        """Send packets: text contains commands, one per line; bytes are a command byte and the bytes of its words.
+        """Send the commands of a text, one per line, or a packet as bytes: a command byte, and two bytes per word.
+
+        `axis`, if not 0, is selected before each command of a text.  For bytes, no axis is selected and no
+        checksum read.
 
         Raises:
-            UsageError: the text has a line that is not a command, or the bytes end within a word; nothing is sent.
+            UsageError: a line of the text is not a command, or the bytes end within a word; nothing is sent.
             ChecksumError: as for `command`; the remaining commands are not sent.
         """
         if isinstance(data, str):
@@ -106,13 +109,13 @@ class ChipsetHost:
             raise UsageError(f"{data!r}: expected a code of one byte and words of two bytes each")
 
     def packet(self, code: int, *words: int, reads: int = 0, checksum: bool = True) -> tuple[int, ...]:
-        """Send any packet, a command byte and words; return the words that are read afterwards.
+        """Send any packet, a command byte and words; return the words read in reply, without the checksum.
 
         Args:
             code: the command byte, 0 to 255.
             words: the words to write, each 0 to 65535.
             reads: the number of words to read, not counting the checksum.
-            checksum: read a checksum at the end, and verify it.
+            checksum: True: a checksum is read after these words, and verified.
 
         Raises:
             ChecksumError: as for `command`.
@@ -120,11 +123,11 @@ class ChipsetHost:
         return self._exchange(Packet(code, words, reads, checksum))
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = "1 ms") -> int:
-        """Poll the status word of the current axis until a bit is 1 (0 if its name begins with "!"); return the word.
+        """Poll the status word of the current axis until a bit is 1, or 0 for "!bit"; return the status word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
-                the update takes effect.
+            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in
+                which the update takes effect.
             timeout: the longest wait, by the wall clock.
             every: the pause between two polls, by the wall clock.
 
@@ -170,5 +173,5 @@ class ChipsetHost:
 
 
 def seconds(time: Time) -> float:
-    """Return a time in wall-clock seconds."""
+    """Return a time such as "500 ms" as a number of seconds."""
     return picoseconds(time) / PS_PER_S

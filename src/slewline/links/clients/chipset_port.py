@@ -8,14 +8,16 @@
         port.ready()
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
-Only the lowest four bits of an address are used, so 0x342 is the command register too.  The messages are those of
-register_port.py.  A server with another card (--card) sends the register offsets in its first line; they are in `at`.
+Only the lowest four bits of an address are used, so 0x342 is the command register too.  The messages
+are described in links/ports/register_port.py.  If the server has another card than that of the
+application note (--card), its first line contains the register offsets; the attribute `at` has them.
 
-A packet is one message.  In lockstep, OUT does not wait for its answer, nor does a poll whose result can
-be predicted: after a command, or after the second byte of a word, the first poll finds HostRdy low, and
-the next one finds it high; after the first byte of a word, a poll finds it high.  The server executes
-these requests at the same instants as if the client had waited for every answer.  An older server
-reports that it does not know the request 90 02; the client then uses the old protocol.
+`packet` sends its requests in one message.  In lockstep, OUT does not wait for its answer, nor does a
+poll (a read of the status register) whose result can be predicted: after a command, or after the second
+byte of a word, the first poll finds HostRdy low, and the next one finds it high; after the first byte of
+a word, a poll finds it high.  The server executes these requests at the same instants as if the client
+had waited for every answer.  An older server reports that it does not know the request 90 02; the
+client then uses the old protocol.
 
 This file needs only the standard library: it can be copied to another machine.
 """
@@ -46,12 +48,12 @@ class ChipsetPort:
 
     Attributes:
         part: the name of the chipset.
-        axes: the number of its axes.
-        at: offsets of the registers "data", "command", "status" and "reset"; a card without a reset has no such key.
+        axes: the number of axes of the chipset.
+        at: offsets of the registers, keyed "data", "command", "status", and "reset" if the card has one.
 
     Raises:
-        ConnectionError: there is no server, it serves no chipset, or another host is connected.
-        TimeoutError: no answer; every call may raise it.
+        ConnectionError: there is no server, the server has no chipset, or it has another host already.
+        TimeoutError: there is no answer in time; every method may raise this error.
     """
 
     can_foresee = True  # the accesses predict the next poll
@@ -73,7 +75,7 @@ class ChipsetPort:
             raise
 
     def _greeted(self) -> tuple[str, int, dict[str, int]]:
-        """Return the part name, the number of axes, and the register offsets."""
+        """Read the first line of the server; return the part name, the number of axes, and the register offsets."""
         line = bytearray()
         while not line.endswith(b"\n") and len(line) < 200:
             line += self._read(1)
@@ -107,10 +109,10 @@ class ChipsetPort:
         return self._exchange(b"".join(map(bytes, requests)), len(requests))
 
     def series(self, *requests: tuple[int, int]) -> bytes:
-        """Send requests as one series, which is abandoned if a wait in it fails; return the answers, one byte each.
+        """Send requests as a series, which is abandoned if a wait in it fails; return the answers, a byte each.
 
-        Requests after a failed wait are not executed and are answered with FF.  An older server receives the requests
-        one by one, and also executes those after a failed wait.
+        Requests after a failed wait are not executed and are answered with FF.  An older server receives the
+        requests one by one, and also executes those after a failed wait.
         """
         if self._version() == OLDER:
             return self.exchange(*requests)
@@ -131,7 +133,7 @@ class ChipsetPort:
             raise
 
     def _version(self) -> int:
-        """Return the server's answer to HELLO, which contains its version; OLDER for a server of an older version."""
+        """Return the server's answer to HELLO, its version (plus LOCKSTEP in lockstep); OLDER for an older server."""
         if self.hello is None:
             answer = self._exchange(bytes((HELLO, VERSION)), 1)[0]
             self.hello = OLDER if answer & ~LOCKSTEP < VERSION else answer
@@ -141,8 +143,8 @@ class ChipsetPort:
     def out(self, address: int, byte: int) -> None:
         """Write a byte to a register, as OUT does on a PC.
 
-        When the call returns, the byte has been written, except in lockstep: there it may still be in transit, but
-        the server executes any later request of this program after it.
+        When the call returns, the byte has been written, except in lockstep: there it may still be in transit,
+        but the server writes it before it executes any later request of this program.
 
         Args:
             address: the register address, of which only the lowest four bits are used: `at["data"]`,
@@ -185,7 +187,7 @@ class ChipsetPort:
         return byte
 
     def ready(self, ms: int = PATIENCE_MS) -> bool:
-        """Wait up to `ms` milliseconds (0 to 255) of chipset time for HostRdy high; return whether it is high."""
+        """Wait up to `ms` milliseconds (0 to 255) of chipset time until HostRdy is high; return whether it is."""
         request = READY, allowed("ms", ms, 0xFF)
         self.settle()
         if self.stays_low:
@@ -193,7 +195,7 @@ class ChipsetPort:
         return not self.stays_low and bool(self.exchange(request)[0] & HOSTRDY)
 
     def settle(self) -> None:
-        """Wait until all requests have been executed, or are blocked because HostRdy stays low."""
+        """Wait until all requests sent have been executed, or cannot be executed because HostRdy stays low."""
         if self.sent and not self.stays_low:
             self._collect()
 
@@ -202,11 +204,11 @@ class ChipsetPort:
         return self.can_foresee and OLDER != self._version() >= LOCKSTEP
 
     def _forget(self) -> None:
-        """Stop predicting polls until a command is written while HostRdy is high."""
+        """Stop predicting the results of polls until a command is written while HostRdy is high."""
         self.foreseen, self.high, self.halves = [], False, None
 
     def _used(self, request: int, _value: int = 0) -> None:
-        """Predict the next polls after an access to the data or command register."""
+        """Predict the results of the next polls, after an access to the data or command register."""
         if request == OUT + self.at["command"] and self.high:
             self.halves = set()
         elif self.halves is not None:
@@ -218,7 +220,7 @@ class ChipsetPort:
         self.foreseen = [0xFF] if self.high else [0xFF & ~HOSTRDY, 0xFF]
 
     def _go(self, request: int, value: int) -> None:
-        """Send a request without waiting for its answer."""
+        """Send a request without waiting for its answer; while HostRdy stays low, only keep the request."""
         if len(self.sent) == UNDER_WAY and not self.stays_low:
             self._collect()
         if len(self.sent) == UNDER_WAY:
@@ -235,7 +237,10 @@ class ChipsetPort:
             raise
 
     def _collect(self) -> int:
-        """Read the answers to pending requests; return the last.  Keep a failed poll and all later requests."""
+        """Read the answers to pending requests; return the last, or a status with HostRdy low if a poll failed.
+
+        A failed poll and all requests after it are kept, to be sent again.
+        """
         answers = self._exchange(b"", len(self.sent))
         both = zip(self.sent, answers, strict=True)
         vain = next((at for at, (sent, got) in enumerate(both) if sent[0] == POLL and not got & HOSTRDY), None)
@@ -244,7 +249,7 @@ class ChipsetPort:
         return 0xFF & ~HOSTRDY if self.stays_low else answers[-1]
 
     def _again(self, requests: list[tuple[int, int]]) -> int:
-        """Send requests again, in place of the kept ones; return the last answer."""
+        """Replace the kept requests with `requests`, and send these; return the last answer as `_collect` does."""
         self.sent, self.stays_low = list(requests), False
         if not requests:
             return 0xFF
@@ -252,7 +257,7 @@ class ChipsetPort:
         return self._collect()
 
     def _poll(self) -> int:
-        """Return the status register: predicted if possible, otherwise as read."""
+        """Return the content of the status register: predicted if possible, otherwise as read from the server."""
         if self.stays_low:
             status = self._exchange(framed(SERIES, [(IN + self.at["status"], 0)]), 1)[0]
             self.high = bool(status & HOSTRDY)
@@ -324,13 +329,16 @@ class ChipsetPort:
 
 
 def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
-    """Return a series as one message: SERIES, or ON, which is executed only if the previous message succeeded."""
+    """Return requests as one message, of the kind SERIES or ON.
+
+    The server executes ON only if the previous message succeeded.
+    """
     data = b"".join(map(bytes, requests))
     return bytes((kind, len(data) // 2)) + data
 
 
 def allowed(what: str, number: int, most: int) -> int:
-    """Return `number`, which must be in the range 0 to `most`; `what` names it in the message.
+    """Return `number`, which must be in the range 0 to `most`; `what` is its name in the error message.
 
     Raises:
         ValueError: the number is out of range.

@@ -11,8 +11,8 @@
         print(event["event"])
     await client.close()
 
-Requests are those of docs/reference/control.md.  Any number may be pending at the same time: each has a number, which
-its reply repeats.
+The requests are described in docs/reference/control.md.  Several requests may be pending at the same
+time: each has an id, which its reply repeats.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class ConnectionEnded(SlewlineError, ConnectionError):
 class ControlClient:
     """A connection to a control port, made by `connect`.
 
-    `view` is the view sent by `subscribe`, with all later changes; `now_ps` is the last virtual time received.
-    `on_event` is called with every event, after `view` is updated; `on_end` is called with the reason when the
-    connection has ended.
+    `view` is the view received by `subscribe`, with all later changes; `now_ps` is the latest virtual time
+    received (ps).  `on_event` is called with every event, after `view` is updated; `on_end` is called with
+    the reason when the connection has ended.
     """
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, token: str | None = None) -> None:
@@ -62,14 +62,14 @@ class ControlClient:
 
     @classmethod
     async def connect(cls, address: str, token: str | None = None, *, remote: bool = False) -> ControlClient:
-        """Connect to a port, HOST:PORT, and check that it answers.
+        """Connect to a control port, HOST:PORT, and check that it answers.
 
         Args:
             token: the token of the server; None if the server has none.
-            remote: the server may be on another machine.
+            remote: True if the server may be on another machine.
 
         Raises:
-            UsageError: the address is invalid, no server answers, it is not a control port, or the token is wrong.
+            UsageError: the address is invalid, no control port answers there, or the token is wrong.
         """
         host, port = parse_address(address, remote)
         try:
@@ -95,7 +95,7 @@ class ControlClient:
 
     # ------------------------------------------------------------------------------------------------------- requests
     async def request(self, do: str, **keys: Any) -> Data:
-        """Send a request, and return its reply.
+        """Send the request `do` with its keys, and return the reply.
 
         Raises:
             UsageError: the server refuses the request; the message is the server's.
@@ -118,7 +118,7 @@ class ControlClient:
         return reply
 
     async def subscribe(self, every: str) -> Data:
-        """Subscribe to events, at a minimum interval such as "50 ms"; return the view, which later events update."""
+        """Subscribe to events, at a minimum interval such as "50 ms"; return the view.  Later events update `view`."""
         self.view = (await self.request("subscribe", every=every)).get("view", self.view)
         return self.view
 
@@ -160,7 +160,7 @@ class ControlClient:
         self._end(why)
 
     def _take(self, line: Data) -> None:
-        """Handle a line from the server."""
+        """Handle a line from the server: a reply or an event."""
         self.now_ps = line.get("time_ps", self.now_ps)
         if "event" not in line:
             number: int = line.get("id", next(iter(self._owed), 0))  # the error for a refused first line has no number
@@ -187,7 +187,7 @@ class ControlClient:
 
 
 def reach(address: str, token: str | None = None) -> None:
-    """Check that a control port answers at an address, HOST:PORT, before anything is displayed.
+    """Check that a control port answers at an address, HOST:PORT, so that an error comes before any display.
 
     Raises:
         UsageError: no control port answers, or the token is missing or wrong.
@@ -204,7 +204,10 @@ def reach(address: str, token: str | None = None) -> None:
 
 
 def merged(old: Any, new: Any) -> Any:
-    """Return a view with changes merged in: objects key by key, object lists of equal length item by item."""
+    """Return a view with changes merged in: objects key by key, lists of objects item by item if equally long.
+
+    All other values are replaced.
+    """
     if isinstance(old, dict) and isinstance(new, dict):
         return {**old, **{key: merged(old[key], value) if key in old else value for key, value in new.items()}}
     if not isinstance(old, list) or not isinstance(new, list) or len(old) != len(new):

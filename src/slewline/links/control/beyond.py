@@ -1,4 +1,4 @@
-"""The relay that forwards a client's requests to the process of a branch, and returns replies and events."""
+"""The relay between a client and the process of a branch, a run that began with a return to the past."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ class Beyond:
         del self.owed[at : at + 1]
 
     def gone(self, why: str) -> None:
-        """Close the connection, with the report that the branch has ended."""
+        """Close the connection; answer outstanding requests with the error that the branch has ended, and `why`."""
         self.close(f"the branch has ended: {why}")
 
     def close(self, why: str = "another branch is shown now") -> None:
-        """Close the connection to the branch; answer the client's outstanding requests with an error."""
+        """Close the connection to the branch; answer the client's outstanding requests with the error `why`."""
         self.stream.close()
         self.socket.close()
         owed, self.owed = self.owed, []
@@ -96,5 +96,5 @@ class Beyond:
 
 
 def in_ps(seconds: float) -> int:
-    """Return seconds as whole picoseconds."""
+    """Return a time in seconds as whole picoseconds."""
     return int(seconds * PS_PER_S)

@@ -1,18 +1,20 @@
 """The control port: pins, time, faults and status, for tests and panels in any language.
 
-A client connects by TCP, sends one JSON object per line, and receives one JSON object per line in reply, in order.  A
-reply has `time_ps`, the virtual time; a reply with `error` reports the fault, and the request had no effect.
-`requests.py` has the requests, as rows; docs/reference/control.md shows them.  A client that subscribes receives events
-as well: lines with `event`, between the replies.
+A client connects by TCP, sends one JSON object per line, and receives one JSON object per line in reply,
+in order.  A reply has `time_ps`, the virtual time; a reply with `error` reports the fault, and the
+request had no effect.  `requests.py` defines the requests, as rows; docs/reference/control.md shows
+them.  A client that subscribes receives events as well: lines with `event`, between the replies.
 
-In lockstep, `until` lets time pass as `advance` does; when paced, time passes by itself.  A client may send its next
-request at any time; it is read after the reply to the previous request has been sent.  A client that has closed its
-side still receives every reply; its last line may lack the line feed.  Empty lines are ignored.
+In lockstep, `until` lets time pass as `advance` does; when paced, time passes by itself.  A client may
+send its next request at any time; the server reads it after sending the reply to the previous request.
+A client that has closed its side still receives every reply; its last line may lack the line feed.
+Empty lines are ignored.
 
-Clients on this machine are allowed; those on other machines only if the server has a token, which every client must
-then send with its first request.  If the first line of a connection is not such a request, the connection is closed and
-the rest is not read: a browser that was made to POST here begins with an HTTP request line.  Connections that
-`links/sockets/preamble.py` recognises are closed before that line ends.
+Clients on this machine are allowed; those on other machines only if the server has a token, which every
+client must then send with its first request.  If the first line of a connection is not such a request,
+the connection is closed and the rest is not read: a browser that was made to POST here begins with an
+HTTP request line.  A connection whose protocol `links/sockets/preamble.py` recognises is closed even
+before its first line ends.
 """
 
 from __future__ import annotations
@@ -71,10 +73,10 @@ class Control(Closing):
     """A control port, for any number of simultaneous clients.
 
     Args:
-        token: the token that every client must send with its first request, at least 8 characters; None: no token.
+        token: the token, at least 8 characters, that clients send in their first request; None: no token.
 
     Raises:
-        UsageError: the address is in use, or other machines could reach it and there is no token.
+        UsageError: the address is in use; the token is short, or missing where other machines have access.
     """
 
     def __init__(self, server: ServerFace, address: str | Path, token: str | None = None) -> None:
@@ -105,7 +107,7 @@ class Control(Closing):
 
 
 class Client:
-    """A client of the control port: requests are read and replies sent one after another."""
+    """A client of the control port, whose requests are read and answered one after another."""
 
     def __init__(self, control: Control, connection: socket.socket) -> None:
         self.control, self.server, self.connection = control, control.server, connection
@@ -125,13 +127,14 @@ class Client:
 
     @property
     def token(self) -> str | None:
-        """Token that a client must send with its first request."""
+        """Token that a client must send with its first request; None if no token is required."""
         return self.control.token
 
     def room(self) -> int:
         """Return the number of bytes that may be read now.
 
-        It is 0 while a reply is pending, and while the client does not read its replies.
+        It is 0 while a reply or a received request is pending, while the client does not read its replies, and
+        after the client has been refused.
         """
         return 0 if self.waiting or self.postponed or self.stream.outgoing or self.refused else LONGEST
 
@@ -148,7 +151,7 @@ class Client:
         self.work()
 
     def work(self) -> None:
-        """Answer received requests for a share of a loop turn; leave the rest until all others have been served."""
+        """Answer received requests for a share of a loop turn; postpone the rest until all others have been served."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -173,7 +176,7 @@ class Client:
                 return
 
     def greet(self, line: bytes) -> bool:
-        """Return whether the first line is an object with the server's token, if any; close the connection if not."""
+        """Return whether the first line is an object, with the token if there is one; if not, close the connection."""
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
@@ -208,7 +211,7 @@ class Client:
             self.reply(request, self.failed(request, error))
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return the reply for an error: a slewline error's message; for others, that the terminal shows it."""
+        """Return the reply for an error: its message if it is slewline's own, else that the terminal shows it."""
         if isinstance(error, SlewlineError):
             return {"error": str(error)}
         do = request.get("do", "request")
@@ -222,7 +225,7 @@ class Client:
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
     ) -> None:
-        """Reply when a condition is met, at `limit_ps` at the latest; `pushes`: let paused time run until then."""
+        """Send `reply(met)` when a condition is met, or at `limit_ps`; `pushes`: let paused time run until then."""
         answer = self.answer_later(request)
         wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
 
@@ -234,7 +237,10 @@ class Client:
         self.server.pace.wait(wait)
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
-        """Register a delayed reply; return the function that sends it.  A subscribed client may have several."""
+        """Return a function that later sends the reply to a request.
+
+        Until the reply is sent, further requests are read only if the client has subscribed.
+        """
         self.waiting = not self.every_s
 
         def answer(found: Data) -> None:
@@ -254,14 +260,14 @@ class Client:
         return self.seen
 
     def watch(self, every_s: float) -> None:
-        """Start checking for changes every `every_s` seconds, but at most every 5 ms; 0 stops the checks."""
+        """Start checking for changes every `every_s` seconds, or every 5 ms if that is longer; 0 stops the checks."""
         self.every_s = every_s and max(every_s, OFTENEST_S)
         self.watching += 1
         if self.every_s:
             self.server.loop.after(self.every_s, partial(self.notify, self.watching))
 
     def notify(self, watching: int) -> None:
-        """Send changes, unless the client has not yet read the previous ones; stop if the subscription has changed."""
+        """Send changes, unless earlier ones are still unread; repeat while `watching` is the subscription."""
         if watching != self.watching or not self.stream.open:
             return
         self.server.loop.after(self.every_s, partial(self.notify, watching))
@@ -278,7 +284,7 @@ class Client:
             self.gather()
 
     def gather(self) -> None:
-        """Search the view for changes, but only for a share of a loop turn, so that no module's answer is delayed."""
+        """Search the view for changes, in several loop turns so as not to delay a module's answer; then send them."""
         end_s = perf_counter() + GATHER_S
         for path, value in self.gathering or ():
             old = at(self.seen, path)
@@ -296,7 +302,7 @@ class Client:
             self.sent = *self.sent[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
-        """Start sending requests to the control port of a branch; if `where` is "", answer them here again."""
+        """Send `event`, then route requests to a branch's control port at `where`; "": answer them here again."""
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
@@ -305,20 +311,20 @@ class Client:
         self.seen, self.sent = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def lead(self, where: str) -> None:
-        """Route later requests to the control port of a branch, or to this port if `where` is ""."""
+        """Route later requests to a branch's control port at the address `where`; "": answer them here."""
         self.beyond = None
         if where:
             with suppress(OSError):  # the branch has ended: the server detects that, too, and shows the first run
                 self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
-        """Send an event to a subscribed client."""
+        """Send an event, if the client has subscribed."""
         if self.every_s and self.stream.open:
             event = {"event": "", "time_ps": self.server.branches.now_ps} | found
             self.stream.write(json.dumps(event).encode() + b"\n")
 
     def go_on(self) -> None:
-        """Answer the requests received while others were answered, and continue to read."""
+        """Answer received requests that had to wait, then resume reading."""
         self.postponed = False
         self.work()
         if not self.postponed:
@@ -330,7 +336,7 @@ class Client:
         self.stream.write(json.dumps(about | {"time_ps": self.server.branches.now_ps} | found).encode() + b"\n")
 
     def gone(self, _why: str) -> None:
-        """Record that the connection is closed: pending waits stay active, but their replies are discarded."""
+        """Close the connection and remove the client; pending waits stay active, but their replies are discarded."""
         self.watching += 1
         if self.beyond is not None:
             self.beyond.close()
@@ -341,7 +347,7 @@ class Client:
 
 
 def numbered(line: bytes) -> Data:
-    """Return {"id": ...} of an unreadable request, so that the client can match the error to it; {} without id."""
+    """Return {"id": ...} of an invalid request, so that the client can match the error to it; {} without an id."""
     try:
         request = as_object(line)
     except (SlewlineError, ValueError):

@@ -23,13 +23,13 @@ Line = TypeVar("Line", bound=HostLine)
 
 
 class Verbs:
-    """Handlers of requests: `do_drive` handles `drive`, and so on; one that returns None replies later."""
+    """Handlers of requests: `do_drive` handles `drive`, and so on; a handler that returns None replies later."""
 
     def __init__(self, server: ServerFace, client: ClientFace) -> None:
         self.server, self.client, self.bench = server, client, server.bench
 
     def limit(self, request: Data) -> int:
-        """Return the instant at which the wait of a request times out (ps)."""
+        """Return the instant (ps) at which the wait of a request times out, by default 60 s from now."""
         return self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
 
     def chip(self, name: str) -> Chip:
@@ -44,7 +44,7 @@ class Verbs:
         return chips[name]
 
     def axis(self, request: Data) -> OneAxis:
-        """Return the axis of the chip in a request; the first one if the request has no axis number."""
+        """Return the axis that a request names, of the chip that it names; by default the first axis of that chip."""
         return self.chip(request["chip"]).axis(request.get("axis", 1))
 
 
@@ -117,7 +117,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_clear(self, request: Data) -> Data:
-        """End the faults of a line and reply with the numbers of affected characters, or end those of an EEPROM."""
+        """End the faults of an EEPROM or of a line; for a line, reply with the numbers of affected characters."""
         if "chip" in request:
             return self.eeprom(request, False)
         line = self.line(request["line"])
@@ -135,7 +135,7 @@ class PinVerbs(Verbs):
         return status(self.server)
 
     def do_findings(self, request: Data) -> Data:
-        """Reply with the latest findings of one chip or part, or of all chips and parts."""
+        """Reply with the latest findings, since `start` if given, of one chip or part, or of all chips and parts."""
         start = picoseconds(request.get("start", 0))
         owner = self.bench[request["source"]] if "source" in request else self.bench
         found = [one for one in owner.findings if one.time_ps >= start]

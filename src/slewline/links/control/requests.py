@@ -29,7 +29,7 @@ def read(line: bytes) -> Data:
     """Return the request in a line, after checking it.
 
     Raises:
-        UsageError: the line is not a JSON object with a known "do", or it has unknown keys or wrong values.
+        UsageError: the line is not a JSON object with a known "do", or a key or value is not allowed.
     """
     request = as_object(line)
     do = request.get("do")
@@ -48,7 +48,7 @@ def kind_of(do: str) -> Data:
 
 # -------------------------------------------------------------------------------------------------------------- schema
 def schema() -> Data:
-    """Return the JSON schema of all requests and replies; `definitions` contains `drive`, `drive_reply` and so on."""
+    """Return the JSON schema of requests, replies and events; `definitions` has `drive`, `drive_reply` etc."""
     made: Data = {row.name: request_schema(row) for row in REQUESTS}
     made |= {f"{row.name}_reply": reply_schema(row) for row in REQUESTS}
     made |= {row.name: event_schema(row) for row in EVENTS}

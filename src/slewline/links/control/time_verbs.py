@@ -31,7 +31,7 @@ class TimeVerbs(Verbs):
         return {}
 
     def do_go(self, request: Data) -> Data:
-        """End a pause: time follows the wall clock again or, in lockstep, runs for waits."""
+        """End a pause: time follows the wall clock again or, in lockstep, runs only while a wait needs it."""
         pace = self.server.pace
         if isinstance(pace, Paced):
             pace.go(request.get("rate"))
@@ -47,14 +47,14 @@ class TimeVerbs(Verbs):
         return found
 
     def do_step(self, request: Data) -> None:
-        """Pause time, but let it run until the next event of the kind in the request."""
+        """Pause time, then let it run until the next event of the requested kind."""
         condition = self.next_event(request)
         self.server.pace.pause_time()
         self.server.breakpoints.arm()
         self.push(request, condition, self.limit(request))
 
     def push(self, request: Data, condition: Condition, limit_ps: int) -> None:
-        """Let paused time run until a condition is met or `limit_ps`; a breakpoint, `pause` or `go` ends it early."""
+        """Let paused time run until a condition is met, or to `limit_ps`; `pause`, `go` or a breakpoint stops this."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
         is_awaited = request["do"] != "advance"
@@ -67,7 +67,7 @@ class TimeVerbs(Verbs):
         self.client.wait(request, reply if is_awaited else lambda _over: {}, pushing, limit_ps, True)
 
     def outcome(self, met: bool, condition: Condition) -> Data:
-        """Return whether a condition was met, and if not, the reason.
+        """Return the reply to a wait: whether its condition was met and, if not, the reason.
 
         The reason consists of the faults of the condition, and the activity of each busy chip and part.
         """
@@ -133,7 +133,7 @@ class TimeVerbs(Verbs):
         return InstantCondition(self.bench.kernel, at)
 
     def renewed(self, request: Data, before: Condition) -> Condition:
-        """Return the condition of a pending request for the current bench; `before` is its former condition."""
+        """Return a pending request's condition for the current bench; `before` is the one for the former bench."""
         by = {"until": self.condition, "step": self.next_event}.get(request["do"], lambda _request: NEVER)
         condition = before if isinstance(before, InstantCondition) else by(request)
         if isinstance(before, InstantCondition):
@@ -144,14 +144,14 @@ class TimeVerbs(Verbs):
         return condition
 
     def do_breakpoints(self, request: Data) -> Data:
-        """Replace the breakpoints, if the request contains any; reply with the current breakpoints."""
+        """Replace the breakpoints, if the request has a list of new ones; reply with the current breakpoints."""
         breakpoints = self.server.breakpoints
         if "breakpoints" in request:
             breakpoints.replace(request["breakpoints"])
         return {"breakpoints": [*map(str, breakpoints.conditions)], "rows": breakpoints.rows}
 
     def do_back(self, request: Data) -> None:
-        """Go back to a past instant of the current branch, or of the branch in the request."""
+        """Go back to a past instant of the branch in the request, by default of the current branch."""
         at = moment(request["time"])
         self.server.branches.back(at, request.get("branch"), self.client.answer_later(request))
 
@@ -165,7 +165,7 @@ class TimeVerbs(Verbs):
 
 
 class Pushing(Condition):
-    """A condition that also ends its wait when a breakpoint, `pause` or `go` breaks it off."""
+    """A condition whose wait also ends when a breakpoint, `pause` or `go` breaks it off."""
 
     def __init__(self, condition: Condition, broken_off: Callable[[], bool]) -> None:
         condition.begin()
@@ -180,5 +180,5 @@ class Pushing(Condition):
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """Method that predicts, from promised edges, when the condition is met (ps); None if none can predict it."""
+        """Method that predicts from promised edges when the condition is met (ps); None if that is impossible."""
         return self.condition.foreseen

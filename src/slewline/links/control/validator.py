@@ -1,9 +1,9 @@
-"""The validator of requests: it refuses values outside the schema; messages name the place, the value and a remedy.
+"""The validator of requests: errors for values outside the schema name the place, the value and a remedy.
 
-A kind is a JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`, `maxLength`,
-`items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf` of objects, one of which is
-selected by the keys.  Beyond JSON schema, a text with a pattern and a range is a quantity, whose value must be in the
-range.
+A kind is a JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`,
+`maxLength`, `items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf`
+with several objects, of which the keys of the value select one.  Beyond JSON schema, a text with a
+pattern and a range is a quantity, whose value must be in the range.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ NAMES = {
 
 
 def as_object(line: bytes) -> Data:
-    """Return a line as a JSON object.
+    """Return the JSON object in a line.
 
     Raises:
-        UsageError: the line is not an object, contains a number that JSON does not allow, or is nested too deeply.
+        UsageError: the line is not an object, has a number that JSON forbids, or is nested too deeply.
     """
     try:
         found = json.loads(line, parse_constant=_refuse, parse_float=_finite)
@@ -70,16 +70,16 @@ def _finite(text: str) -> float:
 
 
 def deeper(value: object, levels: int) -> bool:
-    """Return whether objects and lists are nested more deeply than `levels`."""
+    """Return whether the objects and lists in a value are nested more deeply than `levels`."""
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
     return inner is not None and (not levels or any(deeper(each, levels - 1) for each in inner))
 
 
 def check(value: Any, kind: Data, place: str) -> Any:
-    """Return a value after checking it against a kind; a whole number becomes an int, whether 1 or 1.0 was sent.
+    """Return a value after checking it against a kind; where the kind is an integer, 1.0 becomes 1.
 
     Args:
-        place: the place of the value, for messages: the verb and the keys.
+        place: the place of the value in the request, for messages: the verb and the keys.
 
     Raises:
         UsageError: the value is not of this kind.
@@ -161,10 +161,10 @@ def check_names(value: Data, keys: Mapping[str, Any], place: str) -> None:
 
 
 def chosen(value: Any, forms: list[Data], place: str) -> Data:
-    """Return the form whose keys match those of a value; if there is only one form, return that one.
+    """Return the form whose keys match those of a value; if there is only one form, return it unchecked.
 
     Raises:
-        UsageError: there are several forms, and the value is no object or its keys match none of the forms.
+        UsageError: there are several forms, and the value is not an object or its keys match none of them.
     """
     if len(forms) == 1:
         return forms[0]
@@ -178,7 +178,7 @@ def chosen(value: Any, forms: list[Data], place: str) -> Data:
 
 
 def keys_of(form: Data) -> str:
-    """Return the keys of a form, the optional ones in brackets."""
+    """Return the keys of a form as text, optional ones in brackets, without those common to all requests."""
     return ", ".join(name if name in form["required"] else f"[{name}]" for name in own(form["properties"]))
 
 
@@ -193,7 +193,7 @@ def listed(keys: Mapping[str, Any] | list[str]) -> str:
 
 
 def at(place: str, name: str) -> str:
-    """Return the place of the value of a key in an object: "drive: level", "find: on.pin"."""
+    """Return the place of a key's value, given the place of the object: "drive: level", "find: on.pin"."""
     return f"{place}.{name}" if ": " in place else f"{place}: {name}"
 
 
@@ -218,7 +218,7 @@ def expected(kind: Data) -> str:
 
 
 def in_words(kind: Data) -> str:
-    """Return a kind in words, without its range."""
+    """Return a description of the values of a kind, without their range."""
     if "enum" in kind:
         return ", ".join(map(str, kind["enum"]))
     if "oneOf" in kind:
@@ -243,7 +243,7 @@ def span(kind: Data) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as shown in a message: text and numbers, truncated; for everything else, the type."""
+    """Return a value for a message, truncated if long; for lists and objects, "a list of 3", "an object"."""
     if isinstance(value, str):
         return repr(value) if len(value) <= LONGEST else f"{value[:LONGEST]!r}..."
     if isinstance(value, list):

@@ -103,13 +103,13 @@ class RequestSpec:
 
     @property
     def name(self) -> str:
-        """Name of the request in the schema, with its form if there are several."""
+        """Name of the request in the schema; if it has several forms, with the form: `until_time`."""
         return f"{self.do}_{self.form}" if self.form else self.do
 
 
 @dataclass(frozen=True)
 class EventSpec:
-    """An event, as a row: the client receives a line with `event`, these keys, and `time_ps`."""
+    """An event, as a row: the client receives a line with `event`, `time_ps`, and the keys of the row."""
 
     event: str
     description: str

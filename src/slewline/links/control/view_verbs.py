@@ -79,7 +79,7 @@ class ViewVerbs(Verbs):
         return {"view": self.server.views.view()}
 
     def do_subscribe(self, request: Data) -> Data:
-        """Start sending events to the client, and reply with the current view; an interval of 0 stops them."""
+        """Start sending events to the client, or stop if the interval is 0; reply with the current view."""
         return {"view": self.client.subscribe(picoseconds(request["every"]) / 1e12)}
 
     def do_said(self, request: Data) -> Data:
@@ -121,7 +121,7 @@ class ViewVerbs(Verbs):
             self.server.loop.ask(partial(self.go_on_with, request, work, answer))
 
     def do_find(self, request: Data) -> Data:
-        """Reply with the first or last instant of an event in a window; null if there is none."""
+        """Reply with the instant at which an event first or last occurs in a window; null if it does not occur."""
         found = self.server.scope.find(request["on"], *self.of_window(request), request.get("last", False))
         return {"found_ps": found}
 
@@ -132,7 +132,7 @@ class ViewVerbs(Verbs):
         return min(start, stop), stop
 
     def do_export(self, request: Data) -> Data:
-        """Reply with the content of a file of recorded pins."""
+        """Reply with the history of recorded pins in a window, as the content of a VCD or CSV file."""
         form = request["form"]
         pins = [name for name in dict.fromkeys(request["signals"]) if name in self.bench.recorded]
         if not pins:
@@ -153,7 +153,7 @@ class ViewVerbs(Verbs):
 
     # ---------------------------------------------------------------------------------------------- commands, actions
     def do_send(self, request: Data) -> Data:
-        """Send commands to a chip."""
+        """Send commands to a chip, as its host would."""
         chip, text = self.chip(request["chip"]), request["text"]
         served = [line for line in self.server.lines.values() if chip in line.chips]
         lines = {line.port for line in served if isinstance(line, ConnectorLine)}
@@ -183,7 +183,7 @@ class ViewVerbs(Verbs):
         return {}
 
     def do_assemble(self, request: Data) -> Data:
-        """Reply with an assembled program and its problems."""
+        """Assemble a program without sending it; reply with its instructions, its length and its problems."""
         chip, text = self.chip(request["chip"]), request["text"]
         problems = lint(text, chip.sheet, checks_of(type(chip), chip.sheet))
         try:
@@ -224,7 +224,7 @@ class ViewVerbs(Verbs):
 
 
 def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
-    """Return the arguments for a verb of a part, each converted to the kind of its parameter.
+    """Return `values` as the arguments of a part's verb, each checked against the kind of its parameter.
 
     Raises:
         UsageError: there are too few or too many arguments, or one is of the wrong kind.
@@ -241,7 +241,7 @@ def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
 
 
 def argument(parameter: Parameter) -> Data:
-    """Return the kind of a verb's parameter, from its annotation."""
+    """Return the kind of a verb's parameter, as a JSON schema made from its annotation."""
     types = [PARAMETERS[each] for each in str(parameter.annotation).split(" | ")]
     return INTEGER if types == ["integer"] else {"type": types}
 
@@ -264,7 +264,7 @@ def problem_data(problem: Problem) -> Data:
 
 
 def sheet_data(sheet: Sheet) -> Data:
-    """Return the parts of a data sheet that a panel needs, as JSON data."""
+    """Return the content of a data sheet that a panel needs, as JSON data."""
     pins = [
         {
             "number": pin.number,

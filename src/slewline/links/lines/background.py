@@ -4,8 +4,8 @@
     thread       [ write, fsync, read back, rename ]
     others     continue
 
-A later `write` replaces content that is not yet being written, so at most two versions of the content
-are pending.
+In this example, a GS-C200 stores its program (command M) and then answers Y.  A later `write`
+replaces content whose writing has not begun, so at most two versions of the content are pending.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class BackgroundStore:
     Args:
         store: the store that writes; it must have no other user.
         timeout_s: the time in seconds for which `pending` waits for the write, so that a module need not
-            poll again and again when virtual time passes faster than the wall clock.  None: it waits until
-            the data is written, for virtual time that does not follow the wall clock.
+            poll again and again when virtual time passes faster than the wall clock.  None, for virtual time
+            that does not follow the wall clock: `pending` waits until the data is written.
 
     Raises:
         StoreError: the store cannot be read.
@@ -49,7 +49,7 @@ class BackgroundStore:
 
     # ---------------------------------------------------------------------------------------------------------- store
     def read(self) -> bytes:
-        """Return the content that is being written; if none is, return the content of the file.
+        """Return the content that is being written; if no write is in progress, return the content of the file.
 
         Raises:
             StoreError: as for `FileStore.read`.
@@ -64,13 +64,13 @@ class BackgroundStore:
         return self._content.read()
 
     def write(self, data: bytes) -> None:
-        """Start writing this content; `pending` reports a failure."""
+        """Start replacing the content with `data`; `pending` reports a failure."""
         data = bytes(data)
         self._content.write(data)
         self._do(lambda: self._write(data), alone=True)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Start writing bytes into the content, at an address or at its end; `pending` reports a failure.
+        """Start writing bytes into the content, by default at its end; `pending` reports a failure.
 
         Raises:
             UsageError: the address is beyond the end.
@@ -84,7 +84,7 @@ class BackgroundStore:
         """Return whether the content is still being written.
 
         Raises:
-            StoreError: the write has failed; this is raised once.
+            StoreError: the write has failed; only the first call after the failure raises this.
         """
         if not self.wait(self.timeout_s):
             return True
@@ -95,7 +95,7 @@ class BackgroundStore:
         return False
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until no write is in progress, for at most `seconds` if given; return whether none is."""
+        """Wait until no write is in progress, for at most `seconds` if given; return whether all writes have ended."""
         thread = self._thread
         if thread is not None:
             thread.join(seconds)

@@ -30,7 +30,7 @@ BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a ch
 
 
 def connector(bench: Bench, line: str, chips: Sequence[Chip]) -> SerialPort:
-    """Return the serial connector of a computer, wired to modules.
+    """Create the serial connector of a computer, wire it to modules, and return it.
 
     Raises:
         UsageError: the modules differ in rate or format.
@@ -49,7 +49,7 @@ def connector(bench: Bench, line: str, chips: Sequence[Chip]) -> SerialPort:
 
 
 def uart(bench: Bench, chip: Chip) -> SerialPort:
-    """Return a serial connector wired to the UART of figure 10.16, which only receives."""
+    """Connect a chip to the UART of figure 10.16, which only receives; return a serial connector wired to it."""
     name = f"{chip.name}_line"
     receiver = bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
     port = bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
@@ -59,17 +59,17 @@ def uart(bench: Bench, chip: Chip) -> SerialPort:
 
 
 def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -> Board:
-    """Return an interface board on the channel `over` of a chip; `card` selects the board if there are several."""
+    """Create a board on the channel `over` of a chip, and return it; `card` selects one of several boards."""
     kind, tail = BOARDS[type(channel_over(chip, over))]
     which = {} if card is None else {"card": card}
     return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip, **which))
 
 
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
-    """Return a controller on an IEEE-488 bus with chips, and the chips, keyed by address.
+    """Return a controller on an IEEE-488 bus with chips, and a dictionary of these chips, keyed by address.
 
-    A chip without a device on such a bus is connected to a new one, with the next free address (5 or higher)
-    and the interrupt logic it needs.
+    A chip that no device connects to such a bus is connected to a new device, with the next free address (5
+    or higher) and the interrupt logic that the device needs.
 
     Raises:
         UsageError: two chips have the same address, or one is on the bus as a listener without an address.
@@ -127,6 +127,6 @@ def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
-    """Return the rate and format of a chip's serial port, as strapped: baud, bits, parity, stop bits."""
+    """Return the rate and format of a chip's serial port, as set by straps: baud, bits, parity, stop bits."""
     port = chip.sheet.through(SerialChannel)
     return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop

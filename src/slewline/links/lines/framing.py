@@ -54,7 +54,7 @@ SHARE = 256  # bytes in a turn of the loop
 
 
 class FramedLine(HostLine):
-    """Lines of text sent to a host computer on the bench, and the answers of that computer."""
+    """A line that carries text to a host computer on the bench, and the answers of that computer."""
 
     share = SHARE
 
@@ -109,7 +109,7 @@ class FramedLine(HostLine):
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
     def _act(self, do: Callable[[Any, Any, Send], object], request: Request[bytes] | None = None) -> None:
-        """Perform an action on the host computer, and record it for another bench to repeat after the same input."""
+        """Perform an action on the host computer, and record it, to be repeated on another bench after equal input."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
         do(self.computer, request, self.give)
@@ -120,7 +120,7 @@ class FramedLine(HostLine):
         return self.computer
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the computer of another bench."""
+        """Connect the line to the computer of the same name on another bench; `coming` are bytes not yet received."""
         super().move(bench, coming)
         self.chip, self.computer = self.chips[0], cast("BusHost", bench.parts[self.computer.name])
 
@@ -143,7 +143,7 @@ class FramedLine(HostLine):
         self._act(lambda _computer, _request, send: send(line_of(text), None))
 
     def whole(self, data: bytes) -> bytes:
-        """Return the complete lines received; the start of an incomplete line is kept until its end arrives."""
+        """Return the complete lines in received bytes; keep the start of an incomplete line until its end arrives."""
         data = bytes(self.line) + data
         end = max(data.rfind(b"\r"), data.rfind(b"\n")) + 1
         self.line = bytearray(data[end:][: LONGEST + 1])
@@ -158,7 +158,7 @@ class FramedLine(HostLine):
         return CHUNK  # an excess is refused line by line, so that ? and ! are always read
 
     def sent(self) -> bool:
-        """Return True: another host may begin at any time, as it may want to discard the pending commands."""
+        """Return True: another host may begin at any time, even to discard pending commands."""
         return True  # the next host may want to discard the commands of the last one
 
     def quiet(self) -> bool:
@@ -174,7 +174,8 @@ def line_of(text: str) -> bytes:
 def takes(computer: BusHost) -> bool:
     """Return whether the chip takes a command now.
 
-    READY alone does not show this: a program that admits no live commands leaves it high.
+    READY alone does not show this: it stays high during a program even if the chip then takes no live
+    commands.
     """
     sheet, pins = computer.chip.sheet, computer.chip.pins
     running = sheet.role("running")
@@ -188,5 +189,5 @@ async def taken(kernel: Kernel, port: CommandPort) -> None:
 
 
 async def answer(question: str, request: Request[bytes], send: Send) -> None:
-    """Answer a query with the data read."""
+    """Answer the query `question` with the data that `request` has read."""
     send(line_of(f"{question} {request.result.hex(' ').upper()}"), None)

@@ -1,12 +1,13 @@
-r"""The transcript of a server: both directions of every line, in virtual time, and events.
+r"""The transcript of a server: the data in both directions of every line, and events, in virtual time.
 
-         0.012292 x  < F\r                        from the host to the module
-         0.017729 x  > R\r                        and back
-         0.020000 y  < 2 6c                        a byte to a chipset register; a byte from one: > 0 5c
-         0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, discarded data
+         0.012292 x  < F\r                          on line x, from the host to the module
+         0.017729 x  > R\r                          from the module to the host
+         0.020000 y  < 2 6c                         6c to register 2 of a chipset; > 0 5c: from 0
+         0.500000 x  ! 127.0.0.1:40522 has gone     connections, faults, findings, discarded data
 
-Characters in one direction share a line up to a carriage return.  The instant is that of the first
-character: towards the module, when the server received it; from the module, when its last bit ended.
+Characters in one direction share a row, up to a carriage return or 64 characters.  The instant is that
+of the first one: towards the module, when the server received it; from the module, when its last bit
+ended.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ TO_CHIP, TO_HOST, EVENT = "<", ">", "!"
 
 
 class TranscriptFile:
-    """A transcript; without a path, nothing is written.
+    """The transcript of a server, in a file; without a path, nothing is written.
 
     Args:
-        path: a file, to which the transcript is appended; "-" is standard error.
-        failed: called once, when the file cannot be written; the transcript ends there.
+        path: the file, to which the transcript is appended; "-" is standard error.
+        failed: called once, with a message, when the file cannot be written; the transcript ends there.
 
     Raises:
-        UsageError: the file cannot be written, or is not a regular file; a FIFO would block without a reader.
+        UsageError: the file cannot be written, or not a regular file (a FIFO would block without a reader).
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class TranscriptFile:
         self.reopen()
 
     def move(self, kernel: Kernel) -> None:
-        """Take the time from another kernel."""
+        """Take the times from another kernel from now on."""
         self.kernel = kernel
 
     def reopen(self) -> None:
@@ -68,7 +69,7 @@ class TranscriptFile:
             raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
     def characters(self, line: str, to: str, data: bytes) -> None:
-        """Write characters that were transferred on a line, in the direction `to`."""
+        """Collect characters that a line has transferred in the direction `to` ("<" or ">"); write full rows."""
         if self.file is None:
             return
         for byte in data:
@@ -96,7 +97,7 @@ class TranscriptFile:
             )
 
     def write(self, ps: int, line: str, to: str, text: str) -> None:
-        """Write one line of the transcript; a full disk does not stop the server."""
+        """Write one row of the transcript; if that fails (a full disk), end the transcript, but not the server."""
         if self.file is None:
             return
         try:
@@ -112,7 +113,7 @@ class TranscriptFile:
                 file.close()
 
     def close(self) -> None:
-        """Write the remaining characters, and close the file."""
+        """Write the characters still collected, and close the file; standard error stays open."""
         for line in list(self.open):
             self.end(line)
         self._let_go()

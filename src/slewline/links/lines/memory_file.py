@@ -1,12 +1,13 @@
-"""A non-volatile memory: one file for the memory of one chip.
+"""A file for the non-volatile memory of one chip.
 
-    the line "slewline memory 1" | length, 4 bytes | CRC-32, 4 bytes | data         numbers with their high byte first
+    the line "slewline memory 1" | length, 4 bytes | CRC-32, 4 bytes | data
     the line "slewline memory 2" | length, 4 bytes | CRC-32, 4 bytes | data | record | record ...
 
     record    address, 4 bytes | length, 4 bytes | CRC-32 of address, length and data, 4 bytes | data
 
-A module answers Y when its program is in the memory, so `write` and `append` return only when a power cut can no longer
-undo them; if they are interrupted, the former content stays in place.
+Numbers have their high byte first.  A module answers Y when its program is in the memory, so `write`
+and `append` return only when a power cut can no longer undo them; if they are interrupted, the former
+content stays in place.
 
     write                                        append
     write a temporary file, fsync it             add a record after the last one, fsync it
@@ -14,13 +15,13 @@ undo them; if they are interrupted, the former content stays in place.
     rename it over the file
     fsync the directory
 
-The first append ever, an append after a failure, and an append that would make the records much longer
-than the rest of the file write the whole file instead.
+An append rewrites the whole file instead if it is the first one of a process or after a `write`, if the
+previous one failed, or if the records would become much longer than the rest of the file.
 
 New content is on the disk under another name before it gets its final name, so a disk that stores
 wrong data is detected in time.  After the last step, nothing can fail.  A power failure during an
 append leaves an incomplete record at the end, which is dropped.  If a complete record follows a broken
-one, the broken one was damaged later: this is reported as damage.
+one, the broken one was damaged after it had been written: this is reported as damage.
 """
 
 from __future__ import annotations
@@ -48,11 +49,12 @@ LARGEST = 1 << 24  # bytes of a file: fifty times a 64K memory with its records
 
 
 class FileStore:
-    """A memory in a file, replaced completely or not at all; changes to a large memory are appended.
+    """The content of a memory, in a file; a `write` or `append` takes effect completely or not at all.
 
-    The temporary file has a fixed name, so that a process killed repeatedly leaves one such file, not many.  Two stores
-    must not share a file.  Symbolic links are not followed: one with the name of the temporary file is removed, never
-    opened, and one in place of the file is refused.
+    `append` writes only the changes, for a large memory.  The temporary file has a fixed name, so that a
+    process killed repeatedly leaves one such file, not many.  Two stores must not share a file.  Symbolic
+    links are not followed: a link with the name of the temporary file is removed, a link in place of the
+    memory file is refused.
 
     Args:
         path: the file, which need not exist; its directory must.
@@ -67,7 +69,7 @@ class FileStore:
         self.on_failure: Hook[[str]] = Hook()  # error of a failed read or write
 
     def read(self) -> bytes:
-        """Return the content; empty if nothing was ever written.
+        """Return the content of the memory; empty if the file does not exist.
 
         Raises:
             StoreError: the file cannot be read, is damaged, or is not a slewline memory.
@@ -79,18 +81,19 @@ class FileStore:
         """Replace the content, even if it is damaged; return when the new content is safely on the disk.
 
         Raises:
-            StoreError: the new content is not safely on the disk; or the file, unchanged, is not a slewline memory.
+            StoreError: the new content is not safely on the disk; or the file is not a slewline memory, and is
+                left unchanged.
         """
         self._content, self._end = None, 0
         with self._refusals("write"):
             self._replace(packed(data))
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Write bytes into the content, at an address or at its end; return when they are safely on the disk.
+        """Write bytes at the address `at`, or at the end if it is None; return when they are safely on the disk.
 
         Raises:
             StoreError: the bytes are not safely on the disk; or the file is damaged, or not a slewline memory.
-            UsageError: the address is beyond the end.
+            UsageError: the address is beyond the end of the content.
         """
         with self._refusals("write"):
             if self._content is None:
@@ -105,7 +108,7 @@ class FileStore:
                 raise
 
     def _keep(self, content: bytearray, place: bytes, data: bytes) -> None:
-        """Append a record, or rewrite the whole file with all of the content."""
+        """Append `data` as a record for its `place` (address and length), or rewrite the file with `content`."""
         record = place + CHECK.pack(crc32(place + data)) + data
         longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(content)), LARGEST)
         end, self._end = self._end, 0
@@ -117,7 +120,7 @@ class FileStore:
             self._base = self._end = len(whole)
 
     def _appended(self, record: bytes, end: int) -> bool:
-        """Append a record to the file; return False if the file does not exist, or is not `end` bytes long."""
+        """Append a record; return False, without doing so, if the file is missing or is not `end` bytes long."""
         try:
             with self._opened(self.path, os.O_RDWR) as file:
                 if self.system.lseek(file, 0, os.SEEK_END) != end:
@@ -168,7 +171,7 @@ class FileStore:
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:
-        """Return the content of the memory, from all bytes of its file."""
+        """Return the content of the memory, given all bytes of its file; raise StoreError if they are damaged."""
         if not found:
             return bytearray()
         if len(found) >= HEADER.size:
@@ -212,7 +215,7 @@ class FileStore:
 
     @contextmanager
     def _refusals(self, verb: str) -> Iterator[None]:
-        """Raise operating-system errors as StoreError, and report them."""
+        """Convert operating-system errors in the block into StoreError; report every StoreError to `on_failure`."""
         try:
             yield
         except StoreError as error:
@@ -226,12 +229,12 @@ class FileStore:
 
 
 def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
-    """Return all bytes of a file without records: the header and the data."""
+    """Return the bytes of a memory file that has no records: the header and the data."""
     return HEADER.pack(magic, len(data), crc32(data)) + data
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Apply the records from a position in a file on; return whether at most an incomplete record follows them."""
+    """Apply the records from `at` on to `content`; return False if one is damaged, not only cut off at the end."""
     while (place := record_at(found, at)) is not None:
         address, length = place
         if address > len(content):
@@ -242,7 +245,7 @@ def repeated(content: bytearray, found: bytes, at: int) -> bool:
 
 
 def record_at(found: bytes, at: int) -> tuple[int, int] | None:
-    """Return the address and length of the record at `at`; None if it is incomplete, damaged, or has no data."""
+    """Return the address and length of the data in the record at `at`; None if incomplete, damaged or empty."""
     if at + RECORD.size >= len(found):
         return None
     address, length, check = RECORD.unpack_from(found, at)

@@ -2,9 +2,10 @@
 
     module --- sent at 12.0 ms ---> | gate |  ... a cable's delay later ---> delivered: the host has it
 
-Without a gate, data is delivered immediately.  A bench that has gone back in time repeats all data since
-then.  Delivered data is not sent again; data that the gate still delays is dropped, and the data of the
-new run goes to the gate.  So a host receives no byte twice, and no byte that was withdrawn before delivery.
+Without a gate, data is delivered immediately.  A bench that has gone back to an earlier instant sends
+all data after that instant again.  Of this new run, data that was already delivered is not sent again;
+the rest goes to the gate, where it replaces the data of the former run that is still delayed.  So a
+host receives no byte twice, and no byte that was withdrawn before delivery.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Gate = Callable[[Callable[[], object], int], object]  # takes a call and its ins
 
 
 class SentBytes(NamedTuple):
-    """Bytes sent by a module: the instant at which they ended (ps), and the host that is to receive them.
+    """Bytes from a module, the instant at which the last one ended (ps), and the host that is to receive them.
 
     `to` is None if any host may receive them.
     """
@@ -29,7 +30,7 @@ class SentBytes(NamedTuple):
 
 
 class Leaving:
-    """Sent bytes; `left` is True once they have been delivered, `void` once they have been withdrawn."""
+    """Bytes on their way to the host; `left` is True once they have been delivered, `void` once withdrawn."""
 
     __slots__ = ("left", "sent", "void")
 
@@ -41,7 +42,7 @@ class Outlet:
     """The delivery of data from modules to a host.
 
     Args:
-        deliver: sends bytes to the host.
+        deliver: sends bytes to the host; its second argument is the only host that may get them, or None.
     """
 
     def __init__(self, deliver: Callable[[bytes, object], object]) -> None:
@@ -52,7 +53,7 @@ class Outlet:
         self.log: deque[Leaving] = deque()
 
     def send(self, data: bytes, at_ps: int, to: object = None) -> None:
-        """Deliver bytes that ended at an instant (ps), or pass them to the gate."""
+        """Deliver bytes that ended at `at_ps`: immediately or, if there is a gate, when the gate lets them out."""
         leaving = Leaving(SentBytes(at_ps, data, to))
         if self.since_ps is not None:
             self.log.append(leaving)
@@ -73,22 +74,22 @@ class Outlet:
             self.deliver(leaving.sent.data, leaving.sent.to)
 
     def remember(self, now_ps: int) -> None:
-        """Start recording all data, at an instant (ps), unless a record exists."""
+        """Start a record of all data sent after `now_ps`, unless there is a record already."""
         if self.since_ps is None:
             self.since_ps = now_ps
 
     def forget(self, before_ps: int) -> None:
-        """Discard the record up to an instant (ps), because no run will go back to before it."""
+        """Discard the record of data delivered up to an instant (ps): no run will go back to an earlier instant."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
             while self.log and self.log[0].left and self.log[0].sent.ps <= before_ps:
                 self.log.popleft()
 
     def resend(self, outputs: Iterable[SentBytes]) -> bytes:
-        """Send the data that another run sends after the start of the record, except the data already delivered.
+        """Send the `outputs` of another run since the start of the record, except the data already delivered.
 
         Returns:
-            The bytes that were delivered but do not occur in the new run: they cannot be withdrawn.
+            The bytes already delivered that the new run does not send: they cannot be withdrawn.
         """
         since = -1 if self.since_ps is None else self.since_ps
         before = [each for each in self.log if each.sent.ps > since]

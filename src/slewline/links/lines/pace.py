@@ -1,14 +1,16 @@
-"""The progress of virtual time while the server waits for the outside.
+"""The progress of virtual time in a server: with the wall clock, or in lockstep with the clients.
 
-    paced       virtual time follows the wall clock: v = origin + rate * (wall - origin of the wall).  Whenever the
-                loop wakes, the bench runs up to the present instant; then the loop sleeps until the instant of the
-                next event.  A bench that falls behind catches up; one that falls behind by more than a second (a
-                machine that was asleep, a rate that is too high) skips the rest, which is reported.
+    paced       virtual time follows the wall clock: v = origin + rate * (wall - origin of the wall).
+                Whenever the loop wakes, the bench runs up to the present instant; then the loop sleeps
+                until the instant of the next event.  A bench that falls behind catches up; one that
+                falls behind by more than a second (a machine that was asleep, a rate that is too high)
+                skips its lag, which is reported.
 
-    lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
-                them, an `advance`, an `until`.  An endless motion advances only during such waits.
+    lockstep    virtual time stops, except while a wait needs it: until the bytes on a line have been
+                sent and answered, or during an `advance` or an `until`.  An endless motion advances
+                only during waits.
 
-A pause stops time in both modes: time then runs only for waits that push it, such as a single step.  In
+A pause stops time in both modes: time then runs only for waits with `pushes`, such as a single step.  In
 both modes, time runs in slices of a few wall-clock milliseconds, so that clients are served in between.
 """
 
@@ -37,7 +39,7 @@ LOST_NS = NS_PER_S  # a longer lag is skipped
 
 @dataclass
 class Lag:
-    """The lag behind the wall clock: the events, those over 1 ms late, the worst delay, and the time skipped."""
+    """The lag behind the wall clock: number of events, number over 1 ms late, longest delay, time skipped (ns)."""
 
     events: int = 0
     late: int = 0
@@ -45,7 +47,7 @@ class Lag:
     lost_ns: int = 0
 
     def note(self, late_ns: int) -> None:
-        """Count an event that was due `late_ns` ago."""
+        """Count an event that was due `late_ns` of wall-clock time ago."""
         self.events += 1
         self.late += late_ns > LATE_NS
         self.worst_ns = max(self.worst_ns, late_ns)
@@ -68,7 +70,7 @@ class Pace:
         self.paused = False
 
     def move(self, bench: Bench) -> None:
-        """Run time on another bench, which is at the same instant."""
+        """Switch to another bench, which is at the same instant."""
         self.bench, self.kernel = bench, bench.kernel
 
     def start(self) -> None:
@@ -76,11 +78,11 @@ class Pace:
         self.kernel.run(self.kernel.now + POWER_UP_PS)
 
     def pause_time(self) -> None:
-        """Pause time at this instant."""
+        """Stop virtual time at the present instant, until `go`."""
         self.paused = True
 
     def go(self) -> None:
-        """Let time run again."""
+        """Let virtual time run again, after `pause_time`."""
         self.paused = False
 
     def goal(self) -> int:
@@ -92,7 +94,7 @@ class Pace:
         raise NotImplementedError
 
     def _pushed(self) -> int:
-        """Return the instant up to which waits push paused time (ps)."""
+        """Return the instant (ps) up to which time may run in a pause: the latest limit of the waits with `pushes`."""
         return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
@@ -103,10 +105,10 @@ class Pace:
         raise NotImplementedError
 
     def present(self) -> None:
-        """Bring the bench to the present instant, because an external input has arrived."""
+        """Bring the bench to the present instant of the wall clock, for an external input; in lockstep, do nothing."""
 
     def wait(self, wait: Wait) -> None:
-        """Add a wait."""
+        """Begin a wait; from now on, check whether it is met or has timed out."""
         wait.begin()
         self.waits.append(wait)
 
@@ -139,7 +141,7 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """Return the goal (ps), limited by the ends of the waits and the instants at which they may be met."""
+        """Return the goal (ps), limited to the earliest instant at which a wait ends, or may be met."""
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))
             if wait.when is not None:
@@ -157,7 +159,7 @@ class Pace:
 
 
 def rate_of(rate: str | float) -> Fraction:
-    """Return a rate, in virtual seconds per wall-clock second.
+    """Return a rate as a fraction, in virtual seconds per wall-clock second.
 
     Raises:
         UsageError: the rate is not a number above 0.
@@ -184,12 +186,12 @@ class Paced(Pace):
         self.origin_ps = self.origin_ns = 0
 
     def start(self) -> None:
-        """Start serving: virtual time and the wall clock start together."""
+        """Start serving: power up the chips, then let virtual time follow the wall clock from this instant."""
         super().start()
         self._begin()
 
     def _begin(self) -> None:
-        """Start virtual time and the wall clock together at the present instant."""
+        """Make the present instant of virtual time correspond to the present instant of the wall clock."""
         self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
 
     def go(self, rate: str | float | None = None) -> None:
@@ -199,16 +201,16 @@ class Paced(Pace):
         super().go()
 
     def _goal(self) -> int:
-        """Return the instant that the wall clock has reached (ps)."""
+        """Return the virtual instant that corresponds to the present instant of the wall clock (ps)."""
         passed = self.clock() - self.origin_ns
         return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
 
     def nanoseconds(self, ps: int) -> int:
-        """Return the wall-clock time in ns that corresponds to a virtual time in ps, rounded up."""
+        """Return the wall-clock duration in ns that corresponds to a virtual duration in ps, rounded up."""
         return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
 
     def pass_time(self) -> bool:
-        """Run time up to the wall clock, for at most one slice; return whether it has been reached."""
+        """Run time up to the goal set by the wall clock, for at most one slice; return whether it has been reached."""
         due = self.kernel.next_time()
         goal = self.goal()
         if due is not None and due <= goal and not self.paused:
@@ -220,11 +222,11 @@ class Paced(Pace):
         return super().pass_time()
 
     def present(self) -> None:
-        """Run time up to the wall clock, because an external input has arrived."""
+        """Run time up to the present instant of the wall clock, for at most one slice, for an external input."""
         self.pass_time()
 
     def pause(self) -> float | None:
-        """Return the number of seconds until the next event is due; None to sleep until a byte arrives."""
+        """Return the wall-clock seconds until the next event or end of a wait; None to sleep until a byte arrives."""
         self.kernel.settle()
         if self.paused:
             return 0 if self.goal() > self.kernel.now else None
@@ -248,5 +250,5 @@ class Lockstep(Pace):
         return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:
-        """Return None: the loop may sleep until a byte arrives, as only clients let time run."""
+        """Return None: the loop may sleep until a byte arrives, because only requests of clients let time run."""
         return None

@@ -1,6 +1,7 @@
 """The interface between ports and a line: bytes in, bytes out, one host at a time.
 
-The line ends in modules on a bench (`HostLine`), or in a module at the end of a cable (`modules/recording_proxy.py`).
+The line ends in modules on a bench (`HostLine`), or in a module on a real cable
+(`modules/recording_proxy.py`).
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ class AnyLine(Protocol):
 
     @property
     def baud(self) -> int | str | None:
-        """Rate of the line; None if it has none."""
+        """Rate of the line, baud; None if the line has no rate."""
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when more may come."""
+        """Connect a host: `host` sends it bytes and returns the number dropped; `resume` reads more bytes from it."""
 
     def leave(self, why: str) -> None:
         """Disconnect a host that has left; `why` is the reason."""
@@ -41,7 +42,7 @@ class CableLine(AnyLine, Protocol):
 
 
 class PortLine(AnyLine, Protocol):
-    """A line that can be used by a port opened by host programs."""
+    """A line for a port that host programs open, such as a TCP port or a pseudo-terminal."""
 
     @property
     def name(self) -> str:
@@ -56,19 +57,19 @@ class PortLine(AnyLine, Protocol):
         """Maximum number of bytes read from a host per turn of the loop."""
 
     def obey(self, on: bool) -> None:
-        """Select whether characters wait for CTS; this has no effect if the chip has none."""
+        """Select whether characters to the chip wait for its CTS; this has no effect if the chip has no CTS."""
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set."""
+        """Record the rate (baud) that a host has set on its port."""
 
     def event(self, text: str) -> None:
         """Record an event on the line."""
 
     def sent(self) -> bool:
-        """Return whether everything received has been sent on, so that another host may begin."""
+        """Return whether all bytes received from the host have been sent on, so that another host may begin."""
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been sent on."""
+        """Call a function when all bytes received from the host have been sent on."""
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been answered, or after a timeout."""
+        """Call a function when all bytes received from the host have been answered, or after a timeout."""

@@ -20,7 +20,7 @@ BACKLOG = 256  # requests that may wait for the part; the next answer makes room
 
 
 class RequestLine(HostLine):
-    """Requests to a part with a queue, and the part's answers."""
+    """A line on which hosts send requests to the queue of a part, and receive the part's answers."""
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile, part: Part) -> None:
         super().__init__(name, chips, pace, log)
@@ -41,15 +41,15 @@ class RequestLine(HostLine):
         return queue
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the part of another bench."""
+        """Connect the line to the part of the same name on another bench."""
         super().move(bench, coming)
         self._part = bench.parts[self._part.name]
 
     def answer(self, answers: Callable[[Any, Any], bytes], work: Request[Any] | None = None) -> None:
-        """Queue the answer to a request, for the current host only: a later host has not sent the request.
+        """Queue the answer to a request of the present host; drop the answer if that host has left by then.
 
         Args:
-            answers: a function of the part and the executed request that returns the answer.
+            answers: returns the answer, given the part and the executed request `work`.
         """
         host = self.host
 
@@ -68,7 +68,7 @@ class RequestLine(HostLine):
         do(self._part, work, self.give)
 
     def let_in(self) -> None:
-        """Accept more bytes, if they had to wait and there is room."""
+        """Accept more bytes from the host, if it had to wait and there is room now."""
         if self.full and self.space() > 0 and self.resume is not None:
             self.resume()
 

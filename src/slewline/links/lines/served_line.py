@@ -4,9 +4,9 @@
                          |       |
          <--- stream --- | noise | <--- a character ends <~~~ rxd  <~~~ txd
 
-A byte from the host begins on the virtual line at the instant of its arrival, or after the previous
-byte; a character from the module is sent at the instant at which its last bit ends.  Both are
-transmitted at the rate of the line.
+A byte from the host begins on the virtual line at the instant of its arrival, or at the end of the
+previous byte, if that is later; a character from the module is sent to the host at the instant at which
+its last bit ends.  Both are transmitted at the rate of the line.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ class Detour(Protocol):
 class HostLine:
     """The modules as seen by a link: bytes in, bytes out, one host at a time.
 
-    `host` receives the bytes; it is None while no host is connected, and the bytes are then lost, as on an unconnected
-    wire.
+    `host` receives the bytes from the modules; it is None while no host is connected, and these bytes are
+    then lost, as on an unconnected wire.
     """
 
     ports: tuple[str, ...] = ("tcp", "pty")  # ports on which it can be served
@@ -90,7 +90,7 @@ class HostLine:
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when more may come."""
+        """Connect a host: `host` sends it bytes and returns the number dropped; `resume` reads more bytes from it."""
         self.host, self.host_name, self.resume = host, name, resume
         self.log.event(self.name, f"{name} is connected")
 
@@ -100,7 +100,7 @@ class HostLine:
         self.host, self.host_name = None, ""
 
     def look_for_ends(self) -> None:
-        """Report requests that have been incomplete since the last check: their host would wait for ever."""
+        """Report incomplete requests that have not changed since the last check: their host would wait for ever."""
         coming = [] if self.pace.paused else [chip.unfinished for chip in self.chips]
         if any(coming) and coming == self.coming_ends:
             self.pace.bench.conclude()
@@ -129,14 +129,14 @@ class HostLine:
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
-        """Return whether all lines to the chips of this line are quiet.
+        """Return whether this line, and all other lines to its chips, are quiet.
 
         The commands on this line may cause answers on the other lines.
         """
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been answered, or after a timeout."""
+        """Call a function when all bytes received from the host have been answered, or after a timeout."""
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.pace.lockstep:  # time passes for received bytes, not for a waiting host
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
@@ -148,7 +148,7 @@ class HostLine:
             self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything received has been sent on, or after a timeout."""
+        """Call a function when all bytes received from the host have been sent on, or after a timeout."""
         self.pace.wait(Wait(self.sent, self.kernel.now + ANSWER_TIMEOUT_PS, lambda _sent: call()))
 
     def event(self, text: str) -> None:
@@ -156,7 +156,7 @@ class HostLine:
         self.log.event(self.name, text)
 
     def give(self, data: bytes, to: object = None) -> None:
-        """Send bytes to the host, or to `to` only, unless a gate delays them."""
+        """Send bytes to the connected host, or only to the host `to`, through the gate if there is one."""
         self.outlet.send(data, self.kernel.now, to)
 
     def _deliver(self, data: bytes, to: object) -> None:
@@ -172,23 +172,23 @@ class HostLine:
     # ------------------------------------------------------------------------------------------------ another bench
     @property
     def part(self) -> Part:
-        """Part on the bench at the end of the line."""
+        """Part on the bench in which the line ends."""
         raise NotImplementedError
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the part of this name on another bench; `coming` are characters not yet received."""
+        """Connect the line to the part of the same name on another bench; `coming` are characters not yet received."""
         self.kernel = bench.kernel
         self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
 
     # -------------------------------------------------------------------------------------------- kinds of lines
     def obey(self, on: bool) -> None:
-        """Select whether characters wait for CTS; this has no effect if the chip has none."""
+        """Select whether characters to the chip wait for its CTS; this has no effect if the chip has no CTS."""
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set on its port, where the rate has no effect."""
+        """Record the rate (baud) that a host has set on its port; it has no effect on the line."""
 
     def note(self, direction: str, data: bytes) -> None:
-        """Write bytes in a direction into the transcript."""
+        """Write bytes that were transferred in a direction ("<" or ">") into the transcript."""
         self.log.characters(self.name, direction, data)
 
     def feed(self, data: bytes) -> None:
@@ -211,16 +211,16 @@ class HostLine:
         """Discard the start of an incomplete request, whose end will go to another destination."""
 
     def sent(self) -> bool:
-        """Return whether everything received has been sent on, so that another host may begin."""
+        """Return whether all bytes received from the host have been sent on, so that another host may begin."""
         raise NotImplementedError
 
     def quiet(self) -> bool:
-        """Return whether everything received has been sent to the chip and answered."""
+        """Return whether all bytes received from the host have been sent to the chip and answered."""
         raise NotImplementedError
 
 
 class Act(NamedTuple):
-    """An action of a line on its part, at an instant (ps), after a number of inputs to it; see `Acts.add`."""
+    """An action `do` of a line on its part, at an instant (ps), after `inputs` inputs to it; see `Acts.add`."""
 
     inputs: int
     ps: int
@@ -228,7 +228,7 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """The actions of a line on its part that are not inputs, and so are in no journal: waits for answers, and sending.
+    """The actions of a line on its part that no journal has, not being inputs: awaiting and sending answers.
 
     Args:
         part: the name of the part.
@@ -241,11 +241,11 @@ class Acts:
         self.number = 0  # of acts since the beginning
 
     def on_input(self, do: str, what: dict[str, Any]) -> None:
-        """Count an input that is about to be made, if it is one of the part."""
+        """Count an input to the bench that is about to be made, if it is an input to the part."""
         self.inputs += do == "input" and what["part"] == self.part
 
     def add(self, ps: int, do: Callable[[Any, Any, Send], object]) -> None:
-        """Record an action: a function of the part, the result of the part's last input, and a sender of answers."""
+        """Record an action: a function that takes the part, the result of the part's last input, and a `Send`."""
         self.done.append(Act(self.inputs, ps, do))
         self.number += 1
 
@@ -286,7 +286,7 @@ class ConnectorLine(HostLine):
         return self.port
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the connector of another bench."""
+        """Connect the line to the same connector on another bench; `coming` are characters not yet received."""
         super().move(bench, coming)
         self.port.on_character.remove(self._character)
         self._end_in(cast("SerialPort", bench.parts[self.port.name]))
@@ -296,7 +296,7 @@ class ConnectorLine(HostLine):
 
     @property
     def baud(self) -> int | str:  # type: ignore[override]
-        """Rate of the line."""
+        """Rate of the line, baud."""
         return self.port.baud
 
     @property
@@ -305,17 +305,17 @@ class ConnectorLine(HostLine):
         return self.uart.setting
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host."""
+        """Connect a host; record in the transcript if the chip never answers on this line."""
         super().attach(name, host, resume)
         if self.mute:
             self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
-        """Record the rate that a host has set on its port, where it has no effect, unlike on a cable."""
+        """Record the rate (baud) that a host has set on its port; unlike on a cable, it has no effect."""
         self.port.opened_at(baud)
 
     def feed(self, data: bytes) -> None:
-        """Send bytes to the chip, with the planned faults."""
+        """Send bytes to the chip, with the faults that are planned for them."""
         if not self.to_chip.plans:
             self.port.write(data)
             return
@@ -325,18 +325,18 @@ class ConnectorLine(HostLine):
                 self.port.write(bytes([passed]), fault)
 
     def obey(self, on: bool) -> None:
-        """Select whether characters wait for CTS, on a chip that has it."""
+        """Select whether characters to the chip wait for its CTS, if the chip has CTS."""
         port, wanted = self.port, None if on else False
         if isinstance(port, AdaptiveHost) and port.uart.control.heeding is not wanted:
             port.heed(wanted)
 
     @property
     def clear(self) -> bool | None:
-        """True while CTS permits sending; None if the chip has no CTS."""
+        """True while CTS permits sending to the chip; None if the chip has no CTS."""
         return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
 
     def space(self) -> int:
-        """Return the number of bytes that may arrive now; at 0, `resume` is called after half of the backlog."""
+        """Return the number of bytes that may arrive now; at 0, `resume` is called when half of them can be out."""
         uart = self.uart
         room = BACKLOG - uart.backlog
         if room <= 0:
@@ -345,13 +345,13 @@ class ConnectorLine(HostLine):
         return room
 
     def sent(self) -> bool:
-        """Return whether every character has been sent."""
+        """Return whether every character has been sent to the chip."""
         return self.uart.idle
 
     def quiet(self) -> bool:
-        """Return whether every character has been sent, and no answer is in transit.
+        """Return whether every character has been sent to the chip, and no answer is in transit.
 
-        Characters that wait for CTS are ignored while the chip waits for another host.
+        While the chip waits for one of its other hosts, characters that wait for CTS do not count.
         """
         if self.coming or not (self.uart.idle or self._waits_for_rate()):
             return False

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Adapters:
-    """Unplugged ports of a server."""
+    """The unplugged ports of a server, which can be plugged in again."""
 
     def __init__(self, server: ServerFace) -> None:
         self.server = server

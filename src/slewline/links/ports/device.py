@@ -1,13 +1,14 @@
-"""A real serial port: the modules are at the far end of a cable.
+"""A real serial port of this machine: the host is at the far end of its cable.
 
-Its rate and format are those of the line.  A character from the cable ends when the operating system delivers it, and
-only then begins on the virtual line: the module receives it one character time later than on the cable, and its answer
-is late by another character time.
+Its rate and format are those of the line.  A character from the cable ends when the operating system
+delivers it, and only then begins on the virtual line: the module receives it one character time later
+than a module on the cable would, and the answer is late by another character time.
 
-A port that disappears (an adapter that is unplugged) is searched for every half second until it is back.
+If the port disappears (an adapter that is unplugged), the server tries to open it again every half
+second.
 
-The loop cannot wait for a Windows COM port.  Two threads copy its bytes to a socket and back; the loop waits for the
-other end of the socket.
+The loop cannot wait for a Windows COM port.  Two threads copy its bytes to a socket and back; the loop
+waits for the other end of the socket.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ LOOK_S = 0.5  # a thread reads for at most this time before it checks whether to
 
 
 class Threads:
-    """A serial port as one end of a pair of sockets: one thread reads the port, one writes to it."""
+    """A serial port in the form of a socket: one thread copies from the port to the socket, another one back."""
 
     def __init__(self, port: Any) -> None:
         self.port, self.why, self.over = port, "closed", False
@@ -67,7 +68,7 @@ class Threads:
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
-        """Shut down the socket when one thread ends, so that the other one ends, too; keep any error as the reason."""
+        """Shut down the socket when one thread ends, so that the other one ends, too; keep any error as `why`."""
         try:
             yield
         except Exception as error:  # a port that is closed during a read fails in many ways
@@ -102,7 +103,7 @@ class DevicePort(Closing):
     """A line on a serial port of this machine.
 
     Args:
-        report: called when the port disappears, and when it is back.
+        report: called with a message when the port disappears, and when it is back.
         make: opens the port.  It must not accept URLs, which would let a bench file connect to any address.
 
     Raises:

@@ -1,17 +1,18 @@
 r"""A GPIB controller on a port that accepts the commands of a Prologix GPIB-ETHERNET (on a pty, GPIB-USB).
 
     ++addr 5\n                  commands begin with ++; the next lines are for the device at this address
-    V 0\n                       any other line is data for it, with the terminator selected by ++eos
-    ++read eoi\n                ... and this reads its answer
-    ESC + ESC CR ESC LF ESC ESC these four as data; without ESC a + is dropped, and CR and LF end a line
+    V 0\n                       other lines are data for the device, plus the terminator set by ++eos
+    ++read eoi\n                reads the answer of the device
+    ESC + ESC CR ESC LF ESC ESC the data +, CR, LF, ESC; without ESC, + is dropped, CR and LF end a line
 
-Requests are executed one after another, at the bus pins, and answered in the same order.  ++ifc and ++rst are executed
-immediately: they recover the bus when a device no longer responds.
+Requests are executed one after another, at the bus pins, and answered in the same order.  ++ifc and
+++rst are executed immediately: they recover the bus when a device no longer responds.
 
-The circuit in the manual has no EOI.  The controller only knows the end of the group that a command has
-selected for reading, and treats its last byte as if it carried EOI.  A read ends there, at the byte that
-++read names, or when no byte has arrived for read_tmo_ms.  If no group has been selected, the chip still
-sends one byte, and reports this, so one byte is read.
+The circuit in the manual has no EOI.  The controller only knows the end of the group of data that a
+command has selected for reading, and treats the last byte of the group as if it carried EOI.  A read
+ends at this byte, at the byte that ++read names, or when no byte has arrived for read_tmo_ms.  If no
+group has been selected, the controller reads one byte, because the chip still sends one; the chip
+reports this.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ class Selection:
         self.left = 0  # bytes per group
 
     def data_received(self, chip: Chip, data: bytes) -> None:
-        """Record the data that commands in bytes sent to the chip have selected for reading."""
+        """Find commands that select data for reading in bytes sent to the chip; record the size of the data."""
         as_text = self.mode is None or chip.pins[self.mode.name].level != 0
         for byte in data:
             found = self.decoder.feed(byte, as_text, self.entering)
@@ -111,12 +112,12 @@ class Selection:
 
 
 class PrologixLine(RequestLine):
-    """Lines sent by a host to a GPIB controller on the bench, and the answers.
+    """A line on which a host sends lines of text to a GPIB controller on the bench, and receives the answers.
 
     Args:
         controller: the controller on the bus.
-        devices: the chips on the bus, keyed by the addresses of their devices; the first one is addressed
-            initially.
+        devices: the chips on the bus, keyed by the bus addresses of their devices; the first device is
+            addressed initially.
     """
 
     share = SHARE
@@ -139,7 +140,7 @@ class PrologixLine(RequestLine):
         return cast("GpibController", self.part)
 
     def move(self, bench: Bench, coming: Sequence[SentBytes]) -> None:
-        """Connect the line to the controller of another bench."""
+        """Connect the line to the same controller on another bench."""
         super().move(bench, coming)
         self.devices = {address: bench.chips[chip.name] for address, chip in self.devices.items()}
 
@@ -159,7 +160,7 @@ class PrologixLine(RequestLine):
             self.half = b""
 
     def _bound(self, line: bytes) -> None:
-        """Report, once, a line that is too long, even if it is still incomplete."""
+        """Report a line that is too long, once, even before it is complete."""
         if len(line) > LONGEST and not self.too_long:
             text = f"a line has more than {LONGEST} bytes, so it is not sent; end lines with CR or LF"
             self.controller.finding("gpib-line", text)
@@ -236,13 +237,13 @@ class PrologixLine(RequestLine):
             self._say(UNKNOWN)
 
     def _say(self, text: str) -> bool:
-        """Queue a line as the answer; return True, for a command that was accepted."""
+        """Queue a line of text as the answer to a command; return True, because the command has been accepted."""
         reply = f"{text}\r\n".encode("ascii", "replace")
         self.answer(lambda _controller, _work: reply)
         return True
 
     def _setting(self, name: str, arguments: Sequence[str]) -> bool:
-        """Answer with a setting, or change it; return False if the arguments are wrong."""
+        """Answer with the value of a setting, or set it to the argument; return False if the arguments are wrong."""
         if not arguments:
             return self._say(str(self.settings[name]))
         row = SETTINGS[name]
@@ -258,7 +259,7 @@ class PrologixLine(RequestLine):
             self.kept = dict(self.settings)
 
     def do_addr(self, arguments: Sequence[str]) -> bool:
-        """Answer with the address, or change it; return False if the arguments are wrong."""
+        """Answer with the current address, or address another device; return False if the arguments are wrong."""
         if not arguments:
             return self._say(f"{self.settings['addr']}{self.secondary}")
         address = addressed(arguments)
@@ -281,14 +282,14 @@ class PrologixLine(RequestLine):
         return True
 
     def _look_for(self, command: str, address: int) -> None:
-        """Report an address that no device has."""
+        """Report the address in a command, if no device has it."""
         if address not in self.selected:
             there = ", ".join(map(str, self.selected))
             message = f"++{command} {address}: no device has this address; devices are at {there}"
             self.controller.finding("gpib-address", message)
 
     def do_spoll(self, arguments: Sequence[str]) -> bool:
-        """Poll the status of the addressed device or of another one; return False if the arguments are wrong."""
+        """Poll the status of the addressed device, or of the one in the arguments; return False if they are wrong."""
         address = addressed(arguments) if arguments else self.settings["addr"]
         if address is None:
             return False
@@ -362,13 +363,13 @@ class PrologixLine(RequestLine):
 
 
 def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:
-    """Return the arguments as decimal numbers; None if there are none, or one is not in the range."""
+    """Return the arguments as decimal numbers; None without arguments, or if one is not a number in the range."""
     found = [int(each) if re.fullmatch("[0-9]{1,4}", each) else -1 for each in arguments]
     return found if found and all(low <= each <= high for each in found) else None
 
 
 def addressed(arguments: Sequence[str]) -> int | None:
-    """Return the primary bus address (PAD) in the arguments PAD [SAD]; None if they are not an address."""
+    """Return the primary bus address (PAD) in the arguments PAD [SAD]; None if the arguments are not valid."""
     primary, secondary = numbers(arguments[:1], 0, HIGHEST), arguments[1:]
     if primary is None or len(secondary) > 1 or (secondary and numbers(secondary, *SECONDARY) is None):
         return None

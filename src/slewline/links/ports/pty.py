@@ -1,19 +1,20 @@
 """A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
 
-A Linux pseudo-terminal is not a UART.  It passes 8 bits per character, whatever rate and format the host
-has set; a 7-bit line uses the lower 7.  It always reports 8 bits and no parity, which the C library
-compares with the requested settings: opening it as 7O2 fails (EINVAL), unless the call changes something
-else.  So the first open succeeds, and the second one, with the same request, fails.  The remedy:
+A Linux pseudo-terminal is not a UART.  It passes 8 bits per character, whatever rate and format the
+host has set; a 7-bit line uses the lower 7.  It always reports 8 bits and no parity, which the C
+library compares with the requested settings: a call that requests 7O2 fails (EINVAL), unless it
+changes some other setting.  So the first open succeeds, and the second one, with the same request,
+fails.  The remedy:
 
     packet mode with EXTPROC      the master wakes at every change of settings
-    a marker after each change    a flag without effect; the next call clears it, which is a change
-    PARODD inverted with each     makes a change even if a call only adds flags to the current ones
+    a marker after each change    a flag without effect; the next call clears it: this changes a setting
+    PARODD inverted each time     so that even a call that only adds flags to the current ones changes it
 
-The C library reads the settings back immediately.  Two markers alternate, so the settings that it reads
-differ from the former ones, whether or not the server has already set the next marker.  A call fails
-only if it comes before the server wakes: within a few tens of microseconds after the previous call, or
-longer on a busy machine.  The host cannot detect the cause; the user is informed (`HINT`).  stty makes its
-own comparison, and always reports an error.  TCP and RFC 2217 do not have this problem.
+The C library reads the settings back immediately.  Two markers alternate, so the settings that it
+reads differ from the former ones, whether or not the server has already set the next marker.  A call
+fails only if it comes before the server wakes: within a few tens of microseconds after the previous
+call, or longer on a busy machine.  The host cannot detect the cause; the user is informed (`HINT`).
+stty makes its own comparison, and always reports an error.  TCP and RFC 2217 do not have this problem.
 
 macOS has no EXTPROC of this kind: a pseudo-terminal there is for hosts that use 8N1 (`PLAIN`).
 """
@@ -49,7 +50,7 @@ class PacketStream(SocketStream):
     """The master of a pseudo-terminal in packet mode: each read begins with a byte that describes the rest.
 
     Args:
-        changed: called when the settings have changed.
+        changed: called when the settings of the pseudo-terminal may have changed.
     """
 
     def __init__(
@@ -63,7 +64,7 @@ class PacketStream(SocketStream):
         super().__init__(loop, end, line.take, lambda _why: None, line.room)
 
     def fetch(self, room: int) -> bytes | None:
-        """Read a packet, and return its bytes after the first one; none if only the settings have changed."""
+        """Read a packet, and return its bytes after the first one; empty if only the settings have changed."""
         data = self.end.recv(room + 1)
         if data[:1] != b"\0":  # the settings have changed, or a queue was flushed
             self.changed()
@@ -74,7 +75,7 @@ class PtyPort(Closing):
     """A line on a pseudo-terminal, which does not show when a host connects or disconnects.
 
     Args:
-        link: the name of a symbolic link, which is removed at the end; a link named in a bench
+        link: the name of a symbolic link, which is removed when the port closes; a link named in a bench
             file must be in the folder that the file's gate (`FileGate`) allows.
 
     Raises:
@@ -142,7 +143,7 @@ class PtyPort(Closing):
             self.line.opened_at(baud)
 
     def _mark(self, found: list[Any]) -> None:
-        """Apply the settings found, with the next marker, which the host's next call will clear."""
+        """Set the settings `found`, plus the next marker, which the host's next call will clear."""
         import termios
 
         markers = (LFLAG, termios.IEXTEN), (IFLAG, termios.IGNBRK)

@@ -1,30 +1,30 @@
 """The registers of an interface board on TCP: IN and OUT of a PC program, as short messages.
 
-A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, and
-the number of axes.  It also has the register offsets, as in "data=0 status=1 command=1", unless they are
-those of the application note.  After that every request is two bytes and every answer is one byte, in the
-order of the requests:
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part,
+and the number of axes.  It also has the register offsets, as in "data=0 status=1 command=1", unless
+they are those of the application note.  After that every request is two bytes and every answer is one
+byte, in the order of the requests:
 
     0r --    IN      read register r of the board (parts/boards/board.py)       the byte
-    1r bb    OUT     write bb to register r                              bb again, when it is written
-    24 nn    READY   wait at most nn ms until bit 7 of the status is 1   the status; bit 7 is 0 after a timeout
-    34 nn    ANSWER  wait until bit 7 is 0; only for a parallel card     the status
-    44 nn    MESSAGE wait until bit 6 is 0; only for a parallel card     the status
-    54 nn    POLL    read the status at most nn ms until bit 7 is 1      the status
-    90 --    HELLO   query the version                                   02, in lockstep 82; FF: no series supported
-    C0 nn    SERIES  nn of the requests above follow, except HELLO       a byte for each
-    C1 nn    ON      as SERIES, unless a wait in the last series failed  a byte for each
+    1r bb    OUT     write bb to register r                              bb again, once it is written
+    24 nn    READY   wait until status bit 7 is 1, at most nn ms         the status; bit 7 is 0: timeout
+    34 nn    ANSWER  the same until bit 7 is 0; parallel card only       the status
+    44 nn    MESSAGE the same until bit 6 is 0; parallel card only       the status
+    54 nn    POLL    read the status until bit 7 is 1, at most nn ms     the status
+    90 --    HELLO   query the version                                   02, lockstep: 82; FF: no series
+    C0 nn    SERIES  nn requests follow, any of the above except HELLO   a byte for each
+    C1 nn    ON      as SERIES; skipped if a wait in the last one failed a byte for each
     other    not a request                                               FF, as from an empty address
 
-A series is one message, one input of the board and one answer, and takes a fraction of the time that its
-requests would take singly.  A failed wait ends it: the remaining requests are not executed, and each is
-answered with FF.  So a host may send more before it has an answer, as if every wait had succeeded, and
-learns afterwards at which wait a real program would still be polling.  A series and the ON messages that
-continue it are executed as one series if they arrive together.
+A series is one message, one input of the board and one answer, and takes a fraction of the time that
+its requests would take singly.  A failed wait ends it: the remaining requests are not executed, and
+each is answered with FF.  So a host may send further requests before it has an answer, as if every
+wait had succeeded, and learns afterwards at which wait a real program would still be polling.  A
+series and the ON messages that continue it are executed as one series if they arrive together.
 
-A host may send the next request before it has the answer to the previous one: a whole packet, including
-its waits, is one round trip.  Requests are executed one after another; each access is made at the pins
-of the chip, and takes a bus cycle of 750 ns of virtual time.
+A host may send the next request before it has the answer to the previous one: a whole packet of
+requests, including their waits, takes one round trip.  Requests are executed one after another; each
+access is made at the pins of the chip, and takes a bus cycle of 750 ns of virtual time.
 
 In lockstep, time passes only for accesses, so a polling host would poll a hundred times for each word.
 Therefore, after an IN that reads bit 7 of the status as 0, time passes until the bit is 1, but no more
@@ -61,7 +61,7 @@ SHARE = 64  # bytes per turn of the loop: 32 accesses take a millisecond
 
 
 class RegisterLine(RequestLine):
-    """Requests to an interface board on the bench, and the board's answers."""
+    """A line on which a host sends requests to an interface board on the bench, and receives the answers."""
 
     ports = ("tcp",)
     greetings = REGISTERS
@@ -95,7 +95,7 @@ class RegisterLine(RequestLine):
         return f"slewline registers {VERSION} {sheet.part} {sheet.axes}{placed(self.board.layout)}\r\n".encode("ascii")
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host; record in the transcript an incomplete request of the previous host."""
+        """Connect a host; record in the transcript if the previous host left an incomplete request."""
         if self.half:
             self.log.event(self.name, f"the previous host left an incomplete request, {self.half[:8].hex(' ', -2)}")
         self.half, self.strange = b"", False
@@ -187,7 +187,7 @@ class RegisterLine(RequestLine):
         return bytes([access.result])
 
     def _note(self, offset: int, byte: int, ps: int) -> None:
-        """Write a byte read into the transcript, unless it is a status that equals the last one."""
+        """Write a byte that was read into the transcript, unless it is a status equal to the last status read."""
         if self.silent:
             return
         if offset != self.status or byte != self.shown:
@@ -224,13 +224,13 @@ class RegisterLine(RequestLine):
         """Do nothing: the transcript shows the accesses, not the bytes of the requests."""
 
     def _show(self, direction: str, offset: int, byte: int, ps: int) -> None:
-        """Write an access into the transcript: "< 2 31", "> 0 5c"."""
+        """Write an access into the transcript, such as "< 2 31" (write) or "> 0 5c" (read)."""
         if not self.silent:
             self.log.write(ps, self.name, direction, f"{offset:x} {byte:02x}")
 
 
 def placed(layout: Layout) -> str:
-    """Return the register offsets of a board, for the greeting; "" if they are the usual ones."""
+    """Return the register offsets of a board, for the greeting; "" if usual, or if it has no command register."""
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
@@ -238,7 +238,7 @@ def placed(layout: Layout) -> str:
 
 
 class RegisterSession(TurnSession):
-    """A host on the registers of a board."""
+    """A host that uses the registers of a board."""
 
     line: RegisterLine
 
@@ -247,9 +247,9 @@ class RegisterSession(TurnSession):
         self.stream.write(self.line.greeting)
 
     def room(self) -> int:
-        """Return the number of bytes that may be read now.
+        """Return the number of bytes that may be read from the host now.
 
-        It is 0 while the host does not read its answers, so that none is dropped.
+        It is 0 while the host does not read its answers, so that no answer is dropped.
         """
         if self.stream.outgoing:
             return 0
@@ -257,7 +257,7 @@ class RegisterSession(TurnSession):
 
 
 class RegisterPort(TcpPort):
-    """A board on a TCP port."""
+    """The registers of a board on a TCP port."""
 
     scheme = "registers"
     make = RegisterSession
@@ -266,8 +266,8 @@ class RegisterPort(TcpPort):
     def catch_up(self) -> None:
         """Pass everything that the host has sent so far to the board; run the time that this takes, up to a limit.
 
-        In lockstep a host need not wait for answers; so a later request to another port is executed after all
-        requests sent to this one.
+        In lockstep a host need not wait for answers.  This ensures that a later request to another port is
+        executed after all requests already sent to this one.
         """
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):

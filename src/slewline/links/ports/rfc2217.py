@@ -52,7 +52,7 @@ class Remote:
         self._break = False
 
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
-        """Set another rate or format, which the line has during the turn of this host."""
+        """Set the rate (baud) and format that the line is to have during the turn of this host."""
         bit_clock(baud, self.port.name)
         self.baud, self.word = baud, word.checked(self.port.name)
         if self.session.begun:
@@ -121,7 +121,7 @@ class Remote:
 
     @property
     def break_condition(self) -> bool:
-        """True while the line is at space (break)."""
+        """True while the host requests a break, which holds the line at space during its turn."""
         return self._break
 
     @break_condition.setter
@@ -152,7 +152,7 @@ class Telnet:
 
 
 class Manager(rfc2217.PortManager):
-    """The protocol, with two answers that pySerial's manager omits and some clients other than pySerial's need."""
+    """pySerial's PortManager, plus two answers that it omits and that some clients other than pySerial need."""
 
     def _telnet_process_subnegotiation(self, suboption: bytes) -> None:
         super()._telnet_process_subnegotiation(suboption)  # type: ignore[misc]
@@ -189,7 +189,7 @@ class NetSession(Session):
             self.remote.break_condition = True
 
     def end(self) -> None:
-        """End the turn of this host: the line returns to the settings of the port."""
+        """End the turn of this host: the line returns to the settings that it had when the port was opened."""
         if self.remote.break_condition:
             self.remote.break_condition = False
         self.remote.apply(*self.port.settings)

@@ -23,7 +23,7 @@ class DeviceLink:
     """A link to a device, which exists until `remove`.
 
     Args:
-        place: the place of the link: any name that a user gives, or the place that a bench file names.
+        place: the path of the link if a user gives it, or its place as named in a bench file.
         target: the device.
 
     Raises:
@@ -65,7 +65,7 @@ class DeviceLink:
         os.symlink(self.target, self.name, dir_fd=self._folder)
 
     def _stale(self, target: str) -> bool:
-        """Return whether a link to `target` is left over from a killed server: that device is gone, or is now ours."""
+        """Return whether a link to `target` is left from a killed server: `target` is gone, or is now our device."""
         return target == self.target or not os.path.exists(target)
 
     def _refused(self, error: OSError) -> UsageError:

@@ -2,18 +2,19 @@ r"""TCP: a raw socket for each line, which pySerial opens as socket://HOST:PORT.
 
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
-    a host closes            all its bytes still go to the line, whether it has read its answers or not
-    the next one connects    at any time: its bytes queue after those, and it receives all later answers
-    a second one meanwhile   receives a line of text that names the first one, and is disconnected
+    a host closes              all its bytes still go to the line, whether it has read its answers or not
+    the next host connects     at any later time: its bytes follow; it receives all answers from then on
+    a host connects too early  it receives a line of text naming the present host, and is disconnected
 
 A host that closes its sending side (`printf 'V1\r' | nc -N`) receives the answers to its bytes, unless
 another host connects.  A host that disappears (a cable unplugged, a machine switched off) is detected by
 keepalive probes.
 
 The next host does not wait long: of the bytes still to be sent to the chip when it connects, at most
-`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  That a host has closed
-shows only after its last byte; so when another host connects, the bytes of the first one are read ahead.
-If more than `AHEAD` are waiting, the first host is disconnected, closed or not.
+`REMAINS` are kept, up to the end of a line; the rest is dropped, and reported.  The server detects
+that a host has closed only after reading its last byte; so when another host connects, the bytes of
+the first one are read ahead.  If more than `AHEAD` are waiting, the first host is disconnected, closed
+or not.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ class Listener:
 
     @property
     def where(self) -> str:
-        """Actual address, HOST:PORT, or a text for a Unix socket."""
+        """Actual address of the socket, HOST:PORT; for a Unix socket, a description instead."""
         if not isinstance(self.socket.getsockname(), tuple):
             return LOCAL
         host, port = self.socket.getsockname()[:2]
@@ -113,7 +114,7 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Send the reason as a line; close the connection when the client has closed it, or after a second."""
+    """Send a client the reason, as a line; close the connection when the client has, or after a second."""
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -127,7 +128,7 @@ def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
 
 
 class Session:
-    """A host on a socket whose bytes are passed on unmodified."""
+    """A host on a socket; its bytes are passed on unmodified."""
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection, self.name = port, port.line, connection, name
@@ -147,7 +148,7 @@ class Session:
         self.line.attach(self.name, self.give, self.port.resume)
 
     def begin(self) -> None:
-        """Begin the turn of this host."""
+        """Begin the turn of this host: from now on, its bytes go to the line."""
         self.begun = True
 
     def end(self) -> None:
@@ -173,7 +174,7 @@ class Session:
         self.receive(passed)
 
     def _acknowledge(self) -> None:
-        """Acknowledge received bytes at the end of a turn; an answer would acknowledge them by itself."""
+        """Acknowledge received bytes at the end of a turn of the loop, unless an answer acknowledges them."""
         if QUICK is not None and self.stream.open and not self.stream.dirty:
             with suppress(OSError):
                 self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
@@ -188,7 +189,7 @@ class Session:
         self.port.pump()
 
     def fed(self) -> None:
-        """Record that characters have gone to the line: there is room for more."""
+        """Accept more bytes, as some have gone to the line; after the host's last byte, wait for the answers."""
         self.stream.resume()
         if self.stream.at_end and not self.characters and not self.answering:
             self.answering = True
@@ -204,7 +205,7 @@ class Session:
         """Make room for the next host, if this one has closed, or has too many bytes waiting.
 
         Returns:
-            False if this host stays.
+            True if this host has left, False if it stays connected.
         """
         ahead = self.stream.ahead
         if not self.stream.at_end and not self.stream.read_ahead(AHEAD):
@@ -218,7 +219,7 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop at least `excess` waiting characters, keeping whole lines if possible; return the number dropped."""
+        """Drop at least the last `excess` waiting characters, back to the end of a line if any; return the number."""
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
         dropped = len(self.characters) - (end or len(kept))
@@ -251,7 +252,7 @@ class TurnSession(Session):
     """A host that receives nothing before its turn, because every answer belongs to a request."""
 
     def arrive(self) -> None:
-        """Wait for the turn of this host."""
+        """Do nothing: the host is attached to the line only when its turn begins."""
 
     def begin(self) -> None:
         super().begin()
@@ -314,7 +315,7 @@ class TcpPort(Closing):
             self.report(f"{message}; a browser opens the page of slewline panel" if protocol == "HTTP" else message)
 
     def _shorten(self) -> None:
-        """Drop bytes left by former hosts, so that the next host waits for at most `REMAINS` bytes; report this."""
+        """Drop bytes left by former hosts, so that the next one waits for at most `REMAINS`; report the number."""
         excess = sum(len(host.characters) for host in self.turns) - REMAINS
         while excess > 0:
             dropped = max(self.turns, key=lambda host: len(host.characters)).shorten(excess)
@@ -329,7 +330,7 @@ class TcpPort(Closing):
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """Continue to read, because the line has room again; may be called in the middle of an instant."""
+        """Resume passing bytes, because the line has room again; may be called in the middle of a virtual instant."""
         self.full = False
         self.loop.ask(self.pump)
 

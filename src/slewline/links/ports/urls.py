@@ -19,7 +19,7 @@ NUMBER = re.compile(r"[0-9]{2,5}", re.ASCII)
 
 
 def dismissal(received: bytes) -> str:
-    """Return the reason why a server has closed the connection, if its last line gave one; empty if unknown."""
+    """Return the reason that a server gave in its last line for closing the connection; empty if none."""
     found = DISMISSED.search(received[-TAIL:])
     return f"the server reports: {found[1].decode('ascii')}; end the other program, and call again" if found else ""
 
@@ -27,7 +27,8 @@ def dismissal(received: bytes) -> str:
 def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
     """Return the reason why a server has closed the connection, from its last bytes or by connecting again.
 
-    When pySerial opens a port, it discards bytes that the server sent immediately, such as the reason.
+    The reason is empty if unknown.  When pySerial opens a port, it discards bytes that the server sent
+    immediately, such as the reason.
 
     Args:
         where: the URL of the port.
@@ -47,7 +48,7 @@ def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
 
 
 def unopened(where: str, error: Exception) -> str:
-    """Return the reason why the port of another program could not be opened, and a remedy; empty if it is a device.
+    """Return why the port of another program was not opened, and a remedy; empty if `where` is a device.
 
     Args:
         where: the URL or device.
@@ -96,7 +97,7 @@ def no_device(where: str) -> str:
 
 
 def _place(where: str) -> tuple[str, int] | None:
-    """Return the host and port of a URL; None if the URL has none."""
+    """Return the host and port of a socket:// or rfc2217:// URL; None if `where` is not a valid one."""
     scheme, _, address = where.partition("://")
     host, _, port = address.partition("?")[0].partition("/")[0].rpartition(":")
     ok = scheme in SCHEMES and host and port.isdecimal() and 0 < int(port) < 1 << 16

@@ -1,4 +1,4 @@
-"""Addresses on which a port listens, HOST:PORT, and which machines can reach them."""
+"""The addresses on which ports listen, HOST:PORT, and a check of which machines can reach them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from ...errors import UsageError
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return "HOST:PORT" as a pair; port 0 means any free port, and a port without a host is on this machine.
+    """Return the host and port of "HOST:PORT"; port 0: any free port; a port without a host: on this machine.
 
     Raises:
-        UsageError: the text is not of this form, or other machines can reach it without `allow_remote`.
+        UsageError: the text is not of this form; or, without `allow_remote`, other machines can reach it.
     """
     host, colon, port = text.rpartition(":") if ":" in text else ("127.0.0.1", ":", text.strip())
     host = host.strip("[]")
@@ -29,7 +29,7 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address is a loopback address of this machine."""
+    """Return whether a host is "localhost" or a loopback address; False for any other name."""
     if host == "localhost":
         return True
     try:

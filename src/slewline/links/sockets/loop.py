@@ -40,7 +40,7 @@ class Loop:
 
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
-        """Call these functions when a descriptor can be read or written; with neither, stop watching it."""
+        """Call `readable` when a descriptor can be read, `writable` when it can be written; if both are None, stop."""
         calls = readable, writable
         if self.calls.get(fd) == calls:
             return  # a selector keeps the old pair then, and `serve` compares pairs by identity
@@ -65,7 +65,7 @@ class Loop:
                 self.button.send(b"\0")
 
     def watch_signals(self) -> None:
-        """Let a signal end the sleep, even on Windows.  Call this, and later `close`, in the main thread."""
+        """Let a signal end a `sleep`, even on Windows.  Call this method, and later `close`, in the main thread."""
         signal.set_wakeup_fd(self.button.fileno(), warn_on_full_buffer=False)
         self.watches_signals = True
 
@@ -76,7 +76,7 @@ class Loop:
 
     # ------------------------------------------------------------------------------------------------------ running
     def sleep(self, pause: float | None) -> list[Ready]:
-        """Flush written bytes, then wait for at most `pause` seconds (None: no limit); return ready descriptors."""
+        """Send written bytes; wait up to `pause` s (None: no limit) or until a timer; return ready descriptors."""
         dirty, self.dirty = self.dirty, []
         for flush in dirty:
             flush()

@@ -7,19 +7,19 @@ ways, none of which a host of a module uses, so the first bytes of a connection 
     HTTP/2             PRI * HTTP/2.0: a method as well
     TLS                16 03 00..04, two bytes, 01: a record with a ClientHello
     SSL 2              80, a byte, 01, the version: an old hello, which WebRTC still sends
-    control port       {"do": a client that mistakes this port for one
+    control port       {"do": a client that mistakes this port for a control port
     STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
 Bytes that may still become one of these are held back until a later byte decides.  A carriage return
-does, because no request line contains one: so the first line from a host is passed on when it is
-complete, and until then it has no effect on a module.  In binary data, the first byte that no method can
-contain decides, such as a count.  On a register port, `24 nn` could be the beginning of a method; there,
-a method must begin with a letter; of the register requests, only 44 and 54 do.
+decides, because no request line contains one: so the first line from a host is passed on when it is
+complete, and has no effect on a module before that.  In binary data, the first byte that no method can
+contain, such as a count, decides.  On a register port, `24 nn` could be the beginning of a method; so a
+method must begin with a letter there, as only two of the register requests do, 44 and 54 (D and T).
 
 A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
 pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first
 bytes have been passed on.  Line ends alone are passed on immediately, because they set the rate of a chip that adapts
-to its host; a request after them is recognised.
+to its host; a foreign request after them is still recognised.
 
 This cannot detect a program on this machine that sends the same bytes as a host, nor the bytes that a browser may be
 made to send after a different beginning.
@@ -46,7 +46,7 @@ HELLOS = {  # in hexadecimal; --: any byte
 
 
 class Greetings:
-    """First bytes of foreign protocols on a kind of port.
+    """The first bytes by which foreign protocols are recognised on one kind of port.
 
     Args:
         method: a regular expression for an HTTP method on such a port.
@@ -64,7 +64,7 @@ class Greetings:
         self.part = re.compile(rf"(?:{'|'.join(parts)})\Z".encode(), re.DOTALL)
 
     def known(self, seen: bytes) -> str:
-        """Return the name of the protocol that begins with these bytes; empty if none does, or it is not known yet."""
+        """Return the name of the foreign protocol that these bytes begin; empty if none is recognised (yet)."""
         return next((name for name, whole in self.whole.items() if whole.match(seen)), "")
 
     def undecided(self, seen: bytes) -> bool:
@@ -79,7 +79,7 @@ def classes(form: str) -> list[str]:
 
 
 def nested(bytes_: list[str]) -> str:
-    """Return a regular expression for any beginning of a sequence: a(?:b(?:c)?)?."""
+    """Return a regular expression for any beginning of a sequence of bytes: for a, b, c, a(?:b(?:c)?)?."""
     return "(?:".join(bytes_) + ")?" * (len(bytes_) - 1)
 
 
@@ -89,7 +89,7 @@ CONTROL = Greetings(own="control")
 
 
 class Preamble:
-    """The first bytes of a connection, until its protocol is known; `protocol` names a foreign one, else ""."""
+    """The first bytes of a connection; `protocol` names its protocol once this is known to be foreign, else ""."""
 
     def __init__(self, greetings: Greetings = TEXT) -> None:
         self.greetings = greetings
@@ -98,7 +98,7 @@ class Preamble:
         self.protocol = ""
 
     def take(self, data: bytes) -> bytes:
-        """Return the bytes that may be passed on after `data` has arrived; none for a foreign protocol."""
+        """Return the bytes that may be passed on now that `data` has arrived; none if the protocol is foreign."""
         if not self.undecided:
             return b"" if self.protocol else data
         self.seen += data

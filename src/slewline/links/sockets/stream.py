@@ -24,9 +24,10 @@ class SocketStream:
         end: the socket, which is made non-blocking, or a descriptor with the methods of a socket.
         take: called with received bytes.
         gone: called once, with the reason, when the other side has disconnected.
-        ended: called when no more bytes will come.  Without it, the other side then counts as disconnected; with it,
-            output continues until `finish`, and bytes of a host that no longer reads are received to the end.
-        room: the number of bytes that may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
+        ended: called when no more bytes will come; then output continues until `finish`, and bytes already
+            sent by a host that no longer reads are still received.  None: the host counts as disconnected.
+        room: returns the number of bytes that may be read now; 0 stops reading until `resume`, or until the
+            output queue is sent.
         queue: the size of the output queue, in bytes.
     """
 
@@ -86,7 +87,7 @@ class SocketStream:
             self._read()
 
     def fetch(self, room: int) -> bytes | None:
-        """Read and return available bytes; None if the other side has disconnected."""
+        """Read and return available bytes, at most `room`; None if the other side has disconnected."""
         return self.end.recv(room) or None
 
     def _end(self) -> None:
@@ -105,7 +106,7 @@ class SocketStream:
             self._go_on()
 
     def _go_on(self) -> None:
-        """Schedule another turn for bytes read ahead, which the system does not report."""
+        """Schedule another turn for bytes that were read ahead, because the system no longer reports these."""
         if self.ahead and self.reading:
             self.loop.ask(self._read_on)
 
@@ -114,7 +115,7 @@ class SocketStream:
             self._read()
 
     def read_ahead(self, most: int) -> bool:
-        """Read all available bytes, to about `most`; return whether the stream has ended, or that many are waiting."""
+        """Read bytes before there is room, to about `most`; return whether that many wait or the stream has ended."""
         over = False
         try:
             while not over and len(self.ahead) < most:
@@ -130,7 +131,7 @@ class SocketStream:
 
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:
-        """Queue bytes to be sent at the end of this turn; return the number dropped because nobody reads them."""
+        """Queue bytes to be sent at the end of this turn; return how many are dropped (queue full or stream shut)."""
         space = self.queue - len(self.outgoing)
         dropped = max(len(data) - space, 0) if self.open and not self.is_shut else len(data)
         self.outgoing += data[: len(data) - dropped]
@@ -164,7 +165,7 @@ class SocketStream:
 
     # ---------------------------------------------------------------------------------------------------------- end
     def shut(self, why: str) -> None:
-        """Drop later output; bytes that the other side has already sent are still read, if there is an `ended`."""
+        """Drop queued and later output; with an `ended` function, still read bytes already sent by the other side."""
         self.why, self.is_shut, self.blocked = why, True, False
         self.outgoing.clear()
         if self.ended is None or self.at_end:
@@ -174,7 +175,7 @@ class SocketStream:
         self.resume()
 
     def finish(self) -> None:
-        """Close the connection as soon as everything is sent."""
+        """Close the stream as soon as all queued bytes are sent."""
         self.finishing = True
         if not self.outgoing:
             self.hang_up(self.why)

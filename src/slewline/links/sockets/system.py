@@ -48,9 +48,9 @@ Ready = tuple[selectors.SelectorKey, int]
 class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector)):  # type: ignore[misc]
     """The system's selector, with sleeps of any length.
 
-    epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor of epoll
-    itself, however many descriptors epoll watches.  That takes a second system call, so it is used only for the end
-    of a long sleep.
+    epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor
+    of epoll itself, however many descriptors epoll watches.  But `select` is a second system call, so it is
+    used only for sleeps of up to a second; a longer sleep ends early.
     """
 
     rounds = hasattr(selectors, "EpollSelector")
@@ -60,11 +60,11 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
         self.urgent: set[int] = set()  # descriptors with urgent data wake it, too
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
-        """Watch a descriptor."""
+        """Start to watch a descriptor for the given events."""
         return self._urged(super().register(fileobj, events, data))
 
     def modify(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
-        """Watch a descriptor for other events."""
+        """Change the events for which a descriptor is watched."""
         return self._urged(super().modify(fileobj, events, data))
 
     def _urged(self, key: selectors.SelectorKey) -> selectors.SelectorKey:
@@ -74,7 +74,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
         return key
 
     def select(self, timeout: float | None = None) -> list[Ready]:
-        """Return the ready descriptors, after at most `timeout` seconds."""
+        """Wait for ready descriptors, for about `timeout` seconds at most (None: no limit); return the ready ones."""
         if timeout and self.rounds and timeout > LONG_S:
             timeout -= LONG_S / 2
         elif timeout and self.rounds:
@@ -96,7 +96,7 @@ def pair() -> tuple[socket.socket, socket.socket]:
 
 
 def wakeup_pair() -> tuple[socket.socket, socket.socket]:
-    """Return two sockets that wake a selector: it watches the first, and a byte sent into the second wakes it."""
+    """Return two sockets to wake a selector, which watches the first: a byte sent into the second wakes it."""
     ends = pair()
     for end in ends:
         end.setblocking(False)
@@ -105,7 +105,7 @@ def wakeup_pair() -> tuple[socket.socket, socket.socket]:
 
 @contextmanager
 def fine_timer() -> Iterator[None]:
-    """Make sleeps accurate to a millisecond; the default tick of Windows is 15.6 ms."""
+    """Make sleeps in a `with` block accurate to a millisecond; the default tick of Windows is 15.6 ms."""
     timer = multimedia()
     if timer is not None:
         timer.timeBeginPeriod(FINE_MS)
@@ -117,14 +117,14 @@ def fine_timer() -> Iterator[None]:
 
 
 def multimedia() -> Any:
-    """Return the Windows library that has the timer; None elsewhere."""
+    """Return the Windows library with the functions that set the timer tick; None on other systems."""
     return import_module("ctypes").windll.winmm if sys.platform == "win32" else None
 
 
 # ------------------------------------------------------------------------------------------------------- serial ports
 @cache
 def bauds() -> dict[int, int]:
-    """Return the rates of a terminal, keyed by their codes in its settings; empty on Windows."""
+    """Return the baud rates of terminals, keyed by their codes in the module `termios`; empty on Windows."""
     try:
         import termios
     except ImportError:
@@ -198,7 +198,7 @@ def ended(process: int) -> None:
 
 
 def ignore(which: Iterable[int]) -> None:
-    """Ignore signals, and block them while this is set up: Python would report a signal that finds its handler gone."""
+    """Ignore signals, and block them during the change, because Python would report a signal without a handler."""
     which = list(which)
     mask: Callable[..., Any] | None = getattr(signal, "pthread_sigmask", None)
     kept = mask(signal.SIG_BLOCK, which) if mask is not None else None
@@ -213,7 +213,7 @@ def ignore(which: Iterable[int]) -> None:
 def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[], object]]:
     """Yield a function that makes the names in a directory survive a power cut.
 
-    It calls fsync on the directory, or does nothing on a system that cannot open directories.
+    The function calls fsync on the directory, or does nothing on a system that cannot open directories.
 
     Args:
         system: a replacement for the module `os`.

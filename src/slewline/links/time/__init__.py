@@ -1,6 +1,7 @@
 """Control of time: breakpoints, steps, and the return to past instants.
 
-`server_past.py` is the past of a server, and chooses the method: bench/past.py in this process, where
-`bench_exchange.py` keeps hosts and clients connected and links/lines/outlet.py holds back output meanwhile; or
-`checkpoints.py` and `worlds.py` in a separate process, which is shown as one of the branches (`branches.py`).
+`server_past.py` recreates the past of a server in one of two ways: in this process, with bench/past.py,
+where `bench_exchange.py` keeps hosts and clients connected and links/lines/outlet.py holds back output
+meanwhile; or in a separate process, with `checkpoints.py` and `worlds.py`; that process is shown as one
+of the branches (`branches.py`).
 """

@@ -22,9 +22,9 @@ KEEP = "1 h"  # history of recorded pins
 
 
 class LineTap:
-    """A recorder of the output of another bench on a line.
+    """A recorder, for one line, of the output of a bench that may replace the served bench.
 
-    It repeats, on the part of that bench, all actions of the line on the part of the served bench.
+    The line's actions on its part of the served bench are repeated on the same part of the other bench.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
@@ -42,7 +42,7 @@ class LineTap:
             self.sent.append(SentBytes(character.end_ps, bytes([character.byte])))
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Record an input to the part, and the result of the input."""
+        """Record a journal entry that has been executed, and its result, if the entry is an input to the part."""
         if self.live or entry["do"] != "input" or entry["part"] != self.part.name:
             return
         self.inputs += 1
@@ -50,7 +50,7 @@ class LineTap:
 
     @property
     def next(self) -> Act | None:
-        """Next action of the line on its part; None if there is none, or another input comes first."""
+        """Next action of the line to repeat on the part; None if there is none, or an input must come before it."""
         acts = self.line.acts
         if self.live or acts is None or self.acted >= acts.number:
             return None
@@ -61,14 +61,14 @@ class LineTap:
         return found if found.inputs <= self.inputs else None
 
     def act(self) -> None:
-        """Perform the next action."""
+        """Perform the next action, if there is one."""
         found = self.next
         if found is not None:
             self.acted += 1
             found.do(self.part, self.result, self.say)
 
     def say(self, data: bytes, to: object) -> None:
-        """Record an answer; once the line ends in this part, send it to the host instead."""
+        """Record an answer to the host `to`; once the line ends in this part, send the answer to that host instead."""
         if self.live:
             self.line.give(data, to)
         else:
@@ -76,7 +76,7 @@ class LineTap:
 
 
 class LineTaps:
-    """Output recorders on all lines of a bench that replays the past."""
+    """The output recorders (`LineTap`) of all lines, for a bench that replays the past."""
 
     def __init__(self, taps: Mapping[str, LineTap]) -> None:
         self.taps = taps
@@ -87,7 +87,7 @@ class LineTaps:
             ear.done(entry, result)
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return the instant and the function of a line's next action, up to an instant (ps); None if there is none."""
+        """Return the instant (ps) and function of the earliest action of all lines up to `to_ps`; None if none."""
         found = [(act.ps, ear) for ear in self.taps.values() if (act := ear.next) is not None and act.ps <= to_ps]
         if not found:
             return None
@@ -103,6 +103,6 @@ def limit_kept(bench: Bench) -> None:
 
 
 def record_same(bench: Bench, other: Bench) -> None:
-    """Record on a bench, too, all pins that are recorded on `other`."""
+    """Start to record, on `bench`, all pins that are recorded on `other`."""
     if missing := [name for name in other.recorded if name not in bench.recorded]:
         bench.record(*missing, keep=KEEP)

@@ -62,7 +62,7 @@ class Branches:
             self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # the first run itself
 
     def back(self, at: int, branch: int | None, answer: Answer) -> None:
-        """Go to an instant (ps) of a branch, by default the one that is shown; answer on arrival.
+        """Begin and show a new branch at an instant (ps) of `branch` (None: the branch shown); answer on arrival.
 
         Raises:
             UsageError: the past is not recorded, or there is no such branch.
@@ -124,7 +124,7 @@ class Branches:
         self.server.loop.watch(lifeline.fileno(), lambda: self._read_answer(branch, lifeline))
 
     def _read_answer(self, branch: Branch, lifeline: socket.socket) -> None:
-        """Handle a message from a branch: its time, or its end."""
+        """Handle a message from a branch (the current time of the branch), or the end of its process."""
         try:
             data = lifeline.recv(1 << 16)
         except BlockingIOError:
@@ -140,7 +140,7 @@ class Branches:
             branch.waiting.pop(0)()
 
     def show(self, number: int, answer: Answer) -> None:
-        """Return to a branch in the state in which it was left; answer on arrival.
+        """Show a branch again, in the state in which it was left; call `answer` once it is shown, or with an error.
 
         Raises:
             UsageError: the past is not recorded, or there is no such branch.
@@ -163,7 +163,7 @@ class Branches:
         self._ask_time(go, True)
 
     def listed(self, answer: Answer) -> None:
-        """Answer with all branches.
+        """Call `answer` with a list of all branches, and the current time.
 
         Raises:
             UsageError: the past is not recorded.
@@ -184,7 +184,7 @@ class Branches:
             raise UsageError(f"no branch {number!r}; allowed: {', '.join(map(str, self.known))}")
 
     def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
-        """Query the time of the branch that is shown, and pause it if `stand`; then call `then`, in call order."""
+        """Query the time of the branch that is shown (if `stand`, pause it), then call `then`; keep call order."""
         self.asked.append((then, stand))
         if len(self.asked) == 1:
             self._ask_next()
@@ -233,7 +233,7 @@ class Branches:
         """Show another branch, and direct all later external input to it.
 
         Raises:
-            OSError: the branch cannot be reached; the former one is still shown.
+            OSError: the branch cannot be reached; the former branch is still shown.
         """
         before = self.known[self.current]
         if branch is not before:

@@ -30,10 +30,10 @@ class Breakpoints:
         self.stops = 0  # number of stops
 
     def replace(self, rows: list[Mapping[str, Any]]) -> list[str]:
-        """Replace all breakpoints; return a text that describes each new one.
+        """Replace all breakpoints; return a description of each new breakpoint.
 
         Raises:
-            UsageError, UnknownName: there is no such chip, pin or register; the former breakpoints are
+            UsageError, UnknownName: a row names an unknown chip, pin or register; the former breakpoints are
                 unchanged.
         """
         conditions = [self.condition(row) for row in rows]
@@ -42,7 +42,7 @@ class Breakpoints:
         return [str(condition) for condition in conditions]
 
     def move(self, bench: Bench) -> None:
-        """Set the same breakpoints on another bench, starting at this instant."""
+        """Set the same breakpoints on another bench, and wait for them from the current instant on."""
         self.bench = bench
         self.replace(self.rows)
 
@@ -63,7 +63,7 @@ class Breakpoints:
         return RegisterCondition(axis, row["register"], row.get("value"))
 
     def arm(self) -> None:
-        """Start waiting for all breakpoints, from this instant on."""
+        """Start waiting for all breakpoints, from the current instant on."""
         for wait in self.waits:
             self.pace.forget(wait)
         self.waits = []
@@ -75,7 +75,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Pause time, and end the waits that make paused time run."""
+        """Pause time, and end the requests of clients that let time run although it is paused."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -89,7 +89,7 @@ class Checkpoints:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Remove the checkpoint whose neighbours have the least work between them."""
+        """Remove the checkpoint with the least work between its two neighbours; keep any that has orders pending."""
         marks = self.marks
         idle = [n for n in range(1, len(marks) - 1) if not marks[n].waiting]
         if idle:
@@ -102,7 +102,7 @@ class Checkpoints:
         system.ended(checkpoint.process)
 
     def world(self, at_ps: int, order: Data, shared_ps: int, shared: int, arrived: Arrived) -> bool:
-        """Start a world at an instant (ps), from the last checkpoint up to it; see `ServedInstant.world`."""
+        """Start a world at an instant (ps) from the last suitable checkpoint; see `ServedInstant.world`."""
         for mark in self.marks[::-1]:
             if mark.time_ps > min(at_ps, shared_ps) or mark.length > shared:
                 continue

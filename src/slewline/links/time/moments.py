@@ -1,4 +1,4 @@
-"""Conditions for time verbs and breakpoints: steps, edges, commands, register changes, findings."""
+"""Conditions for breakpoints and for requests that run time: steps, edges, commands, registers, findings."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class StepCondition(Condition):
         return self.motor.made != self.made
 
     def when(self) -> int | None:
-        """Return the instant of the next step according to the current promises (ps); None if there is none."""
+        """Return the instant (ps) of the next step, as the motor now predicts it; None if it predicts no step."""
         positions = self.motor.positions
         at = positions.index(self.motor.position)
         beside = {positions[at - 1], positions[(at + 1) % len(positions)]}
@@ -71,7 +71,7 @@ class PinCondition(Condition):
         self.changes, self.hit = self.pin.net.changes, False
 
     def met(self) -> bool:
-        """Return whether the pin has changed to the level sought; may be called several times in an instant."""
+        """Return whether the last change of the pin since `begin` was to a level sought; may be called repeatedly."""
         if self.pin.net.changes != self.changes:
             self.changes = self.pin.net.changes
             self.hit = self.pin.level in self.levels
@@ -102,7 +102,7 @@ class CommandCondition(Condition):
 
 
 class FindingCondition(Condition):
-    """The condition that a finding is reported, by a given chip or part, or by any."""
+    """The condition that a finding is reported by a given chip or part, or by any chip or part."""
 
     def __init__(self, bench: Bench, source: str) -> None:
         if source:
@@ -117,7 +117,7 @@ class FindingCondition(Condition):
             self.bench.on_finding.add(self.found)
 
     def found(self, finding: Finding) -> None:
-        """Record a finding."""
+        """Record a finding, if it is from the chip or part sought."""
         if self.source in ("", finding.source):
             self.hit = True
             self.text = f"{finding.source}: {finding.code}"
@@ -130,18 +130,18 @@ class FindingCondition(Condition):
         return [part for part in parts if type(part).catch_up is not Part.catch_up]
 
     def met(self) -> bool:
-        """Return whether a finding was reported."""
+        """Return whether such a finding has been reported since `begin`, after polling the parts in `lazy`."""
         for part in self.lazy:
             part.be_caught_up()
         return self.hit
 
     def when(self) -> int | None:
-        """Return the next instant (ps) to poll the parts in `lazy`; None if there are none."""
+        """Return the next instant (ps) to poll the parts in `lazy`; None if there are no such parts."""
         return self.bench.now_ps + ASKED_PS if self.lazy else None
 
 
 class RegisterCondition(Condition):
-    """The condition that a register takes a given value, or changes at all."""
+    """The condition that a register changes, to a given value or to any value."""
 
     def __init__(self, of: OneAxis, name: str, value: int | None) -> None:
         self.of, self.name, self.value = of, name, value
@@ -153,7 +153,7 @@ class RegisterCondition(Condition):
         self.before = self.of.registers[self.name]
 
     def met(self) -> bool:
-        """Return whether the register has changed, and to the given value, if there is one."""
+        """Return whether the register has changed since the last call (or `begin`), to the given value if any."""
         before, self.before = self.before, self.of.registers[self.name]
         return self.before != before and self.value in (None, self.before)
 
@@ -177,5 +177,5 @@ class ArrivalCondition(Condition):
         return there and self.left
 
     def when(self) -> int | None:
-        """Return the instant of arrival according to the current promises (ps); None if they predict no arrival."""
+        """Return the instant (ps) of arrival, as the axis now predicts it; None if it predicts no arrival."""
         return self.reaches.when()

@@ -61,7 +61,7 @@ class Road:
         self.line.detour = self
 
     def room(self) -> int:
-        """Return the number of bytes that may arrive now; if there is no room, resume the line a little later."""
+        """Return the number of bytes that the host may send now; if it is 0, resume the line a little later."""
         room = self.stream.queue - len(self.stream.outgoing)
         if room <= 0:
             self.loop.after(AGAIN_S, lambda: self.line.resume() if self.line.resume is not None else None)
@@ -92,7 +92,7 @@ class Road:
 
 
 def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
-    """Relay the bytes of hosts to a branch, no longer to the former branch; return the new relays.
+    """Relay the bytes of hosts to `branch`, not the former one; return the new relays, none for the first run.
 
     Raises:
         OSError: the branch cannot be reached; the former relays still work.
@@ -117,7 +117,7 @@ def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Seque
 
 
 def connection(path: str) -> socket.socket:
-    """Return a connection to a port of a branch, which is a socket in a private folder of this user."""
+    """Return a connection to a branch's port, the socket at `path` in a private folder of this user."""
     found = socket.socket(system.UNIX)
     try:
         found.settimeout(ANSWER_S)
@@ -129,5 +129,5 @@ def connection(path: str) -> socket.socket:
 
 
 def greeting(token: str | None) -> bytes:
-    """Return the first request to a control port, with its token if there is one."""
+    """Return the first request to a control port, which contains the token if there is one."""
     return json.dumps({"do": "read", "pins": []} | ({} if token is None else {"token": token})).encode() + b"\n"

@@ -39,8 +39,8 @@ class ServedInstant(Instant):
         """Start a paused server at this instant, in a separate process.
 
         Args:
-            order: the data that the server needs (`worlds.World`); the checkpoint is chosen here.
-            shared_ps, shared: the instant (ps) and the byte up to which the order's journal is that of the first run.
+            order: the data that the server needs (`worlds.World`), without `begin`, which the checkpoint sets.
+            shared_ps, shared: the instant (ps) and the byte to which the order's journal equals the first run's.
             arrived: called with the server's address, or with an error.
 
         Returns:
@@ -50,7 +50,7 @@ class ServedInstant(Instant):
 
 
 class ServedPast(Past):
-    """The past of a server; its hosts and clients continue on another bench without interruption."""
+    """The past of a server, which can change to another bench without interrupting its hosts and clients."""
 
     def __init__(self, server: ServerFace) -> None:
         super().__init__(server.bench)
@@ -63,7 +63,7 @@ class ServedPast(Past):
 
     # --------------------------------------------------------------------------------------------------- preparations
     def begin(self) -> bool:
-        """Start to make checkpoints, before any time has passed; return whether the system supports this."""
+        """Start to make checkpoints, before any time has passed; return whether checkpoints are possible."""
         return self.checkpoints.begin()
 
     def look(self, worked_s: float) -> None:
@@ -75,7 +75,7 @@ class ServedPast(Past):
         self.checkpoints.close()
 
     def remember(self) -> None:
-        """Start to record the data needed to recreate the past, before the first shadow begins."""
+        """Start to record the data needed to recreate the past, before the first shadow (replaying bench) begins."""
         server = self.server
         for line in server.lines.values():
             line.outlet.remember(server.bench.now_ps)
@@ -90,7 +90,11 @@ class ServedPast(Past):
         return LineTaps(taps)
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows replay up to an instant (ps); if they reach it, discard older data, and return True."""
+        """Let the shadows replay up to an instant (ps), or until `enough`; if they reach it, discard older data.
+
+        Returns:
+            True if all shadows have reached the instant.
+        """
         done = super().follow(to_ps, enough)
         if done:
             for line in self.server.lines.values():

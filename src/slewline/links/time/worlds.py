@@ -116,7 +116,7 @@ def lines_of(orders: socket.socket) -> Iterator[bytes]:
 
 
 def hung_up(orders: int) -> None:
-    """Wait until the other end of a socket is closed, without reading: a checkpoint reads its orders from it."""
+    """Wait until the other end of a socket is closed, but read nothing, as a checkpoint reads its orders there."""
     poll = select.poll()
     poll.register(orders, 0)
     poll.poll()
@@ -126,8 +126,9 @@ class World:
     """A server in a copy of its process.
 
     Args:
-        order: `journal`, and `begin`, the byte at which it continues; `to`, the instant (ps); `copy`, the file for the
-            world's own journal; `branch`, its number; `token` of its control port; `breakpoints`.
+        order: `journal`, the file to replay, and `begin`, the byte at which replay starts; `to`, the instant
+            (ps); `copy`, the file for the world's own journal; `branch`, the world's number; `token` of its
+            control port; `breakpoints`.
     """
 
     def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:
@@ -159,7 +160,7 @@ class World:
             os._exit(0)
 
     def grow_up(self) -> None:
-        """End the grace period: from now on, this world is deserted unless a server is connected."""
+        """End the grace period: from now on, this world is deserted unless the server that started it is connected."""
         self.known = True
 
     def deserted(self) -> bool:

@@ -36,7 +36,7 @@ class Dialogue:
     """The dialogue entries of a bench, recorded from the creation of this object.
 
     Args:
-        names: the name of the sender, by the name of the part in which a line ends.
+        names: the name to show as the sender, keyed by the name of the part in which a line ends.
     """
 
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
@@ -71,7 +71,7 @@ class Dialogue:
             chip.on_command.add(partial(self._command, chip.name) if registers else ignore)
 
     def add(self, who: str, kind: str, text: str, at: int | None = None, **more: Any) -> Entry:
-        """Add an entry, at the current or a past instant (ps)."""
+        """Add an entry at an instant (ps; None: now), with `more` as additional fields; return the entry."""
         time = self.kernel.now if at is None else at
         entry: Entry = {"number": self.number, "time_ps": time, "who": who, "kind": kind, "text": text, **more}
         self.number += 1
@@ -99,7 +99,7 @@ class Dialogue:
 
     # ----------------------------------------------------------------------------------------------------- listeners
     def finding(self, found: Finding) -> None:
-        """Add a finding, and end the growing entries, so that it appears directly after the byte that caused it."""
+        """Add a finding, and end the growing entries, so that the finding directly follows the byte that caused it."""
         self.growing.clear()
         self.add(found.source, FINDING, found.text, found.time_ps, code=found.code)
 
@@ -116,7 +116,7 @@ class Dialogue:
             self.add(who, COMMAND, text)
 
     def _input(self, do: str, what: dict[str, Any]) -> None:
-        """Record bytes written by an outside host, and switching of the power of a chip."""
+        """Record a byte or text written by an outside host, or that the power of a chip is switched."""
         if do == "input" and what["verb"] == "write":
             for byte in written(what["args"]):
                 self._grow(what["part"], SENT, byte)
@@ -151,7 +151,7 @@ def ignore(_text: str) -> None:
 
 
 def written(args: list[Any]) -> Iterable[int]:
-    """Return the bytes, or the characters of the text, in the arguments of a write."""
+    """Return the bytes written by an input, given its arguments: a list of bytes, or a text; empty if neither."""
     for arg in args:
         if isinstance(arg, list):
             return arg

@@ -28,14 +28,14 @@ class Views:
         self.bench = bench
 
     def view(self) -> Data:
-        """Return the complete view for a panel, now."""
+        """Return the complete current view, for a panel."""
         found: Data = {"chips": {}, "parts": {}}
         for path, value in self.pieces():
             put(found, path, value)
         return found
 
     def pieces(self) -> Iterator[tuple[tuple[str, ...], Any]]:
-        """Yield the view piece by piece, each with its path of keys (a chip, a part, a number)."""
+        """Yield the view piece by piece, each as its path of keys, such as ("chips", name), and its value."""
         yield ("pace",), self.pace()
         for name, chip in self.bench.chips.items():
             yield ("chips", name), self.chip(chip)

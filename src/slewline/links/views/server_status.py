@@ -29,7 +29,7 @@ def status(server: ServerFace) -> dict[str, Any]:
 
 
 def pace(server: ServerFace) -> dict[str, Any]:
-    """Return the state of time, and the lag behind the wall clock, in microseconds."""
+    """Return the mode of time, lockstep or a rate; and with a rate, the lag behind the wall clock (µs)."""
     lag = server.pace.lag
     found: dict[str, Any] = {"lockstep": server.pace.lockstep}
     if isinstance(server.pace, Paced):
@@ -54,7 +54,7 @@ def chip_status(server: ServerFace, chip: Chip) -> dict[str, Any]:
 
 
 def last(findings: list[Finding]) -> list[dict[str, Any]]:
-    """Return the last findings in a list, 20 at most, as data."""
+    """Return the last findings of a list, at most 20, as data."""
     return [{"time_ps": found.time_ps, "code": found.code, "text": found.text} for found in findings[-SHOWN_FINDINGS:]]
 
 

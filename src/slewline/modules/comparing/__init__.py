@@ -1,1 +1,1 @@
-"""Comparison of a dialogue with the model, by replay in virtual time; or playback to a module."""
+"""Comparison of a dialogue with the model, by replay in virtual time; playback of a dialogue to a module."""

@@ -18,7 +18,7 @@ LF = b"\n"
 
 
 class TimedAnswer:
-    """A base class, to be listed before other bases, with values derived from the times of an answer."""
+    """A base class, to be listed before any other bases, with the delay and the duration of an answer."""
 
     over_us: float
     first_us: float | None
@@ -26,21 +26,22 @@ class TimedAnswer:
 
     @property
     def delay_us(self) -> float | None:
-        """Time from the end of the last character sent to the first one received (µs); None without an answer."""
+        """Time from the end of the last character sent to the first one of the answer (µs); None without an answer."""
         return None if self.first_us is None else self.first_us - self.over_us
 
     @property
     def duration_us(self) -> float:
-        """Time from the first to the last character of the answer (µs)."""
+        """Time from the first to the last character of the answer (µs); 0 without an answer."""
         return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
 @dataclass
 class RecordedExchange(TimedAnswer):
-    """Data sent, and data received before the next line was sent.
+    """Data sent by a host, and the answer received before the host sent its next line.
 
-    `at_us` is the time when the first character was written, `over_us` the time when the last one had been sent on the
-    line; `first_us` and `last_us` are the times of the first and the last character of the answer, if there was one.
+    `at_us` is the time when the first character was written, `over_us` the time when the last character had
+    been sent on the line; `first_us` and `last_us` are the times of the first and the last character of the
+    answer, if there was one.
     """
 
     number: int
@@ -53,12 +54,12 @@ class RecordedExchange(TimedAnswer):
 
     @property
     def sent(self) -> bytes:
-        """Characters that were sent."""
+        """Characters sent by the host."""
         return bytes(code for _, code in self.characters)
 
 
 def commands(speech: Speech, data: bytes) -> list[str]:
-    """Return the commands in data sent, without carriage returns, checksums, addresses and wake-up characters."""
+    """Return the commands in a host's data, without line ends, checksums, addresses and wake-up characters."""
     found = []
     for line in re.split(b"[%b]" % speech.ends, data.removeprefix(speech.wake)):
         line = line.strip(LF)
@@ -73,10 +74,10 @@ def is_for(speech: Speech, data: bytes) -> bool:
 
 
 def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[RecordedExchange]:
-    """Return the exchanges of a dialogue with one module; data for other modules on its line is left out.
+    """Return the exchanges of a dialogue with one module; data for other modules on the same line is left out.
 
-    A line that a host sends before the previous line has been transmitted belongs to the exchange of the
-    previous line.
+    A line of text that a host sends before its previous line has been transmitted belongs to the exchange of
+    that previous line.
     """
     found: list[RecordedExchange] = []
     character_us = speech.character_s * 1e6
@@ -103,19 +104,19 @@ def exchanges_of(entries: Iterable[DialogueEntry], speech: Speech) -> list[Recor
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line at `at_us` began before the previous line had been transmitted, let alone answered."""
+    """Return whether a line written at `at_us` began before all of `before` had been sent, let alone answered."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 
 def are_checked(entries: Iterable[DialogueEntry]) -> bool:
-    """Return whether every line sent ends in its checksum."""
+    """Return whether every line that the host sent ends in its checksum; False if the host sent no line."""
     sent = b"".join(entry.data for entry in entries if entry.speaker == "host")
     lines = [line for each in sent.split(CR)[:-1] if (line := each.lstrip(LF))]
     return bool(lines) and all(line[-1] == checksum(line[:-1], KEPT) for line in lines)
 
 
 def spread(entry: DialogueEntry) -> list[tuple[int, int]]:
-    """Return the characters of an entry with their times, equally spaced from the first to the last."""
+    """Return the time (µs) and code of each character of an entry, with equally spaced times."""
     span, last = entry.last_us - entry.at_us, max(len(entry.data) - 1, 1)
     return [(entry.at_us + span * number // last, code) for number, code in enumerate(entry.data)]
 

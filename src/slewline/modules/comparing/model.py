@@ -47,7 +47,7 @@ class ModelAdapter:
         self.write = self.line.feed
 
     def _record_sent(self, data: bytes) -> int:
-        """Pass on the output of the adapter, as characters; return 0, the number dropped."""
+        """Pass on the adapter's output to `on_character`, by characters; return 0, the number of bytes dropped."""
         for number, byte in enumerate(data):
             over_ps = self.kernel.now + number * self.character_ps
             self.on_character(Character(byte, False, False, over_ps, over_ps))
@@ -108,7 +108,7 @@ class ModelLine:
         bench.run(PAUSE_PS)
 
     def run(self, ps: int) -> None:
-        """Let time run up to an instant (ps), unless it is in the past."""
+        """Let time run up to an instant (ps), unless that instant is in the past."""
         self.kernel.run(max(ps, self.kernel.now))
 
     def wake(self) -> None:
@@ -119,7 +119,7 @@ class ModelLine:
 
 
 def strapped(speech: Speech) -> dict[str, int]:
-    """Return the levels of the straps, by pin, that set a part to the rate and other settings of a protocol."""
+    """Return the strap levels, keyed by pin, for a protocol's rate, address and checksums; empty if no straps."""
     line = speech.sheet.channel(SerialLine)
     if line is None:
         return {}

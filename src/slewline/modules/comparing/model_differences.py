@@ -42,7 +42,7 @@ class Tolerance(NamedTuple):
     share: float
 
     def allows(self, one_us: float, other_us: float) -> bool:
-        """Return whether two times agree."""
+        """Return whether the difference between two times (µs) is within the tolerance."""
         return abs(one_us - other_us) <= self.fixed_us + self.share * max(one_us, other_us)
 
     def __str__(self) -> str:
@@ -92,10 +92,10 @@ class Differences:
     """The result of a comparison.
 
     `is_timed`: whether times are compared; `moments`: the number of answers that agree only if the query is
-    shifted within the tolerance; `delays_us`: the delays of the module minus those of the model, for all
-    answers that both have sent.  `deviations` are the module's deviations from the sheet, each with its
-    exchanges; `from_before` are queries for values that the module may have held since before the dialogue;
-    `shown` counts the bytes of memory loaded into the model because the dialogue lists them.
+    shifted within the tolerance; `delays_us`: the delays of the module minus those of the model, for each
+    exchange that both have answered.  `deviations` are the module's deviations from the sheet, each with the
+    numbers of its exchanges; `from_before` are queries for values that the module may have held since before
+    the dialogue; `shown` counts the bytes of memory loaded into the model because the dialogue lists them.
     """
 
     part: str
@@ -222,14 +222,14 @@ class DialogueComparison:
         return found
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
-        """Return the model's answers to the first `count` lines of the dialogue; the last is sent `shift_us` late."""
+        """Return the model's answers to the first `count` exchanges, of which the last is sent late by `shift_us`."""
         replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
         replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the difference in the delay or duration of an answer; none if an adapter determines the times."""
+        """Return the difference in an answer's delay, or else its duration, if not tolerated; none with an adapter."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:
             return []
@@ -247,7 +247,7 @@ class DialogueComparison:
 
     # -------------------------------------------------------------------------------------------------------- answers
     def _answer_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the differences between the lines of two answers."""
+        """Return the differences, line by line, between the module's answer and the model's."""
         module, model = (
             data.decode("latin-1").replace("\r\n", "\r").removesuffix("\r").split("\r")
             for data in (exchange.answer, answer.answer)
@@ -265,7 +265,7 @@ class DialogueComparison:
         ]
 
     def _explain(self, exchange: RecordedExchange, found: Differences) -> None:
-        """Record the cause of a differing answer: a deviation from the sheet, or a value from before the dialogue."""
+        """Record the cause of a differing answer: a deviation from the sheet, or a value set before the dialogue."""
         sent = commands(self.speech, exchange.sent)
         if not sent or not exchange.answer:
             return
@@ -286,7 +286,7 @@ class DialogueComparison:
         return not any(each.startswith(letter) or self.speech.moves(each) for each in before)
 
     def _at_another_moment(self, exchange: RecordedExchange) -> bool:
-        """Return whether the model answers like the module if the query is shifted by the tolerance, either way."""
+        """Return whether the model gives the module's answer if the query comes earlier or later by the tolerance."""
         if not exchange.answer or self.asked_again >= LATER:
             return False
         self.asked_again += 1
@@ -295,7 +295,7 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time (µs) since the last command that may have started a motion; 0 if there is none.
+        """Return the time (µs) from the last command that may have started motion to an exchange; 0 if none.
 
         Clock errors accumulate over this time.
         """

@@ -24,7 +24,7 @@ class Hazards(NamedTuple):
 
 
 def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
-    """Return the hazardous commands of a dialogue; a move that is certain to be entered into a program is harmless."""
+    """Return the hazardous commands of a dialogue; a move certain to be stored in a program is harmless."""
     found, entering = Hazards([], []), False
     for exchange in exchanges:
         for command in commands(speech, exchange.sent):
@@ -48,8 +48,8 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
         wait_s: the minimum time to wait for an answer.
 
     Raises:
-        MotionRefused: a command may step the motor, which is not allowed; no command has been sent.
-        ReplacementRefused: a command replaces the program, which is not allowed; no command has been sent.
+        MotionRefused: a command may step the motor, but motion is not allowed; no command has been sent.
+        ReplacementRefused: a command replaces the program, but `may_replace` is False; no command was sent.
         NoAnswer: the line echoes.
         PortLost: the port is gone.
     """

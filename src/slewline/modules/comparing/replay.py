@@ -1,8 +1,8 @@
-"""Replay of a dialogue to the model: the same lines at the same times, in virtual time.
+"""Replay of a recorded dialogue to the model of a part: the host's lines at their times, in virtual time.
 
-A line is sent at its time in the dialogue, but not before the answer to the previous line.  If the time
-of an answer from the model differs from that in the dialogue by more than the tolerance, all later lines
-are shifted by the difference, so that it is reported once, not again for every following line.
+A line is sent at its time in the dialogue, but not before the model has answered the previous line.  If
+the time of an answer from the model differs from that in the dialogue by more than the tolerance, all
+later lines are shifted by this difference, so that it is reported once, not for each of these lines.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LATE_US = 10_000_000  # longest wait for an answer of the model after the time o
 
 @dataclass(eq=False)
 class ModelAnswer(TimedAnswer):
-    """The model's answer in an exchange; times are in µs of the replay, like those of a `RecordedExchange`."""
+    """The model's answer to a line of a dialogue, with the times of a `TimedAnswer` in µs of virtual time."""
 
     over_us: float = 0.0
     answer: bytes = b""
@@ -35,9 +35,9 @@ class ModelAnswer(TimedAnswer):
 
 
 class ModelReplay(ModelLine):
-    """The model of a part to which a dialogue is sent; each replay needs a new object.
+    """The model of a part, to which a dialogue is sent; each replay needs a new `ModelReplay`.
 
-    `progress` is called from time to time during a replay with the number of the current exchange.
+    `progress` is called repeatedly during a replay, with the number of the current exchange.
     """
 
     progress: Callable[[int], object] = staticmethod(lambda _number: None)
@@ -48,11 +48,13 @@ class ModelReplay(ModelLine):
         differs: Callable[[RecordedExchange, ModelAnswer], bool],
         shift_us: float = 0,
     ) -> list[ModelAnswer]:
-        """Send the lines of a dialogue from its beginning; return the model's answer to each line.
+        """Send all lines of a dialogue to the model, from the first one on; return the model's answer to each line.
 
         Args:
-            differs: returns whether times differ so much that later lines are shifted.
-            shift_us: the delay of the last line relative to the dialogue; the answer to it may depend on this.
+            differs: returns whether the times of a recorded exchange and of the model's answer differ so much
+                that all later lines are shifted.
+            shift_us: an additional delay of the last line, on which the answer to this line may depend;
+                negative: the line is sent earlier.
         """
         answers: list[ModelAnswer] = []
         offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
@@ -72,7 +74,7 @@ class ModelReplay(ModelLine):
     def _send(
         self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
     ) -> None:
-        """Send a line's characters at their times; those received before it belong to the previous answer."""
+        """Send a line's characters at their times; data received before them belongs to the previous answer."""
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
             data = bytes(code for _, code in group)
@@ -85,7 +87,7 @@ class ModelReplay(ModelLine):
             self.port.write(data)
 
     def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
-        """Let time run until the answer has as many lines as the module's answer, or for `LATE_US` at most."""
+        """Run the model until its answer has as many lines as the recorded one (if any), or is `LATE_US` late."""
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
@@ -98,7 +100,7 @@ class ModelReplay(ModelLine):
         return sum(each.byte == CR[0] for each in self.received) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
-        """Record the characters and findings since the last line was sent, in the last of these answers."""
+        """Store all characters and findings since the last line was sent in the last of these answers, if any."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
             answer.answer = bytes(each.byte for each in self.received)

@@ -1,4 +1,4 @@
-"""The memory of a module, as far as a dialogue lists it.
+"""The original content of a module's memory, as far as the listings in a dialogue show it.
 
 Bytes that the host overwrites before they are listed are left out: the listing shows the new bytes.
 """
@@ -17,7 +17,7 @@ from .exchanges import RecordedExchange
 class ShownMemory:
     """A tracker of the memory pointer, and of the bytes written and listed, in a dialogue.
 
-    `image` contains the bytes by address.
+    `image` maps addresses to the listed bytes, without the bytes that the host wrote before.
     """
 
     def __init__(self, speech: QuerySpeech) -> None:
@@ -32,7 +32,7 @@ class ShownMemory:
         self.pointer, self.entering, self.line = 0, False, b""
 
     def sent(self, data: bytes) -> int:
-        """Process data sent to the module; return the number of memory lines that the last line requests."""
+        """Process data sent to the module; return the number of memory lines that the data's last line requests."""
         asked = 0
         for byte in data:
             if self.entering:
@@ -53,7 +53,7 @@ class ShownMemory:
         return asked
 
     def came(self, lines: int, answer: bytes) -> None:
-        """Read a number of memory lines from an answer, in which they come after the pointer."""
+        """Read the given number of memory lines from an answer, in which they follow the line with the pointer."""
         answer = answer.replace(b"\r\n", CR)
         found = re.search(rb"%b=([0-9]{5})\r" % self.pointer_form.encode("ascii"), answer)
         if not found or not lines:
@@ -68,7 +68,10 @@ class ShownMemory:
 
 
 def memory_of(exchanges: Iterable[RecordedExchange], speech: Speech) -> bytes:
-    """Return the memory of a module as a dialogue lists it, starting at address 0; empty if it lists no line."""
+    """Return a module's memory from address 0 on, as listed in a dialogue; empty if none of it is listed.
+
+    Bytes between listed ones are returned as erased.
+    """
     if not isinstance(speech, QuerySpeech):
         return b""
     shown = ShownMemory(speech)

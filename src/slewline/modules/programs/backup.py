@@ -1,6 +1,6 @@
-"""Files of a module: its content is saved before any other action, and only a saved program is ever replaced.
+"""Backup of a module's content in files: a program in a module is only replaced after it has been saved.
 
-A file is written completely or not at all, and no file is replaced unless that is requested.
+A file is written completely or not at all, and an existing file is only replaced if that is requested.
 """
 
 from __future__ import annotations
@@ -44,16 +44,16 @@ def pull(
     """Save the content of a module to a file, and return the content.
 
     Args:
-        path: a new file.
-        base: the start of the program, in a memory with addresses.
-        recall: also save the program that the EEPROM holds, to a separate file; this program briefly
-            replaces the one in RAM, which is then restored and verified.
-        replace: the file may exist.
+        path: the file to be written.
+        base: the address at which the program begins, in a memory with addresses; None: 0.
+        recall: whether to save the program that the EEPROM holds, too, to a separate file; this program
+            briefly replaces the one in RAM, which is then restored and verified.
+        replace: whether existing files may be replaced.
         report: called with progress messages.
 
     Raises:
-        UsageError: the file exists, or cannot be written; or `recall` is given, but the part has no EEPROM.
-        Unfinished: the program in RAM was not restored; it is in the file.
+        UsageError: a file exists, or cannot be written; or `recall` is True, but the part has no EEPROM.
+        Unfinished: the program that was in RAM could not be restored; it is in the file `path`.
         ModuleFailure: the module could not be read.
     """
     own, other = Path(path), beside(path, "eeprom")
@@ -68,7 +68,7 @@ def pull(
 
 
 def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Report) -> None:
-    """Save the program that the EEPROM holds to the file `path`, and restore the program in RAM."""
+    """Save the program in the EEPROM, if there is one, to the file `path`, and restore the program in RAM."""
     (row,) = contents.sheet.acting("recall")
     with _putting_back(module, contents, report) as restore:
         try:
@@ -84,7 +84,7 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, report: Re
 
 @contextmanager
 def _putting_back(module: Module, contents: ModuleContents, report: Report) -> Iterator[Restore]:
-    """Restore a module's program at the end of a context, even after an error, and verify it by its listing."""
+    """Restore a module's program at the end of a `with` block, even after an error, and verify the program."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
     restore = Restore(module, wanted, contents, report)
     began = ""
@@ -122,10 +122,10 @@ def _why(failure: BaseException) -> str:
 
 
 def check_recall(sheet: Sheet, recall: bool) -> None:
-    """Check that a part stores a second program, if `recall` requests that program.
+    """Check that a part stores a second program in an EEPROM, if `recall` is True.
 
     Raises:
-        UsageError: the part stores none.
+        UsageError: `recall` is True, but the part stores no second program.
     """
     if recall and not sheet.acting("recall"):
         raise UsageError(f"--eeprom: the {sheet.part.upper()} has one program, in its memory; leave out --eeprom")
@@ -142,22 +142,23 @@ def push(
     pace: float = STORED_BYTE_S,
     report: Report = lambda _text: None,
 ) -> None:
-    """Send a program to a module, verify it by its listing, and only then store it in the EEPROM.
+    """Send a program to a module, verify it by reading it back and, if `store` is True, store it in the EEPROM.
 
-    The old program is saved first, unless it is the beginning of the same program, left by an earlier push.
+    The old program is saved first, unless it is the same program, or the beginning of it, left by an
+    interrupted push that has already saved the old program.
 
     Args:
         path: the file with the program.
         store: whether to store the program in the EEPROM.
         keep: the file for the old program; None: a new file next to `path`.
-        pace: the seconds between two characters, for a memory with addresses.
+        pace: the pause after each character, in seconds, for a memory with addresses.
         report: called with progress messages.
 
     Raises:
-        UsageError: the old program cannot be saved, or the part has no command to store.
+        UsageError: the old program cannot be saved; or `store` is True, but the part cannot store.
         MotionRefused: a command outside the program may step the motor.
-        Unfinished: the program was not sent completely, or not verified; the message describes the module's content.
-        ModuleFailure: the module could not be read; no command was sent.
+        Unfinished: the push failed or was interrupted; the message describes the module's content.
+        ModuleFailure: the module could not be read; its program is unchanged.
     """
     check_store(wanted.sheet, store)
     wanted.check_motion(module, str(path))
@@ -183,10 +184,13 @@ def keep_before(
     keep: str | PathLike[str] | None,
     report: Report,
 ) -> str:
-    """Save the content of a module before a push, unless it is the pushed program or a truncated beginning of it.
+    """Save the content of a module before a push, unless that is unnecessary.
+
+    It is unnecessary if the content is the program to be pushed, or the beginning of this program, left by
+    an interrupted push that has already saved the old content.
 
     Returns:
-        A text that names the file with the old content; "" if the content is the pushed program.
+        A text that names the file with the old content; "" if the content is the program to be pushed.
 
     Raises:
         UsageError: the content cannot be saved.
@@ -202,7 +206,7 @@ def keep_before(
 
 
 def check_push(sheet: Sheet) -> None:
-    """Check that a program can be sent to a part, and verified there.
+    """Check that a program can be sent to a part, and can be verified afterwards.
 
     Raises:
         UsageError: a program cannot be sent, or cannot be verified.
@@ -217,10 +221,10 @@ def check_push(sheet: Sheet) -> None:
 
 
 def check_store(sheet: Sheet, store: bool) -> None:
-    """Check that a part can store its program in its EEPROM, if `store` requests that.
+    """Check that a part can store its program in an EEPROM, if `store` is True.
 
     Raises:
-        UsageError: the part cannot store its program.
+        UsageError: `store` is True, but the part cannot store its program.
     """
     if store and not can_store(sheet):
         raise UsageError(
@@ -231,16 +235,21 @@ def check_store(sheet: Sheet, store: bool) -> None:
 
 # --------------------------------------------------------------------------------------------------------------- files
 def beside(path: str | PathLike[str], what: str) -> Path:
-    """Return a name for a file next to another one: for "before", weld.before.gs-c200s next to weld.gs-c200s."""
+    """Return the path of a file next to `path`, with `what` in its name.
+
+    For weld.gs-c200s and "before", this is weld.before.gs-c200s.
+    """
     own = Path(path)
     return own.with_name(f"{own.stem}.{what}{own.suffix}")
 
 
 def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
-    """Return an unused name for a file next to another one, or the name of such a file with the text `same`.
+    """Return the path of a new file next to `path`, numbered if the usual one exists.
+
+    If such a path exists, numbers are added to `what` until one is free.
 
     Args:
-        same: the text; None: the name must be unused.
+        same: a text; a file that exists, but has exactly this text, is also returned; None: no such file.
     """
     for number in count(1):
         found = beside(path, what if number == 1 else f"{what}-{number}")
@@ -250,7 +259,7 @@ def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
 
 
 def has(path: Path, text: str) -> bool:
-    """Return whether a regular file exists and its whole text is this one."""
+    """Return whether `path` is a regular file that contains exactly the given text."""
     return path.is_file() and path.stat().st_size == len(text) and read_file(path) == text.encode("latin-1")
 
 
@@ -258,10 +267,10 @@ def check_new(path: Path, replace: bool | None) -> None:
     """Check that a file does not exist, unless it may be replaced.
 
     Args:
-        replace: whether the file may be replaced; None: it may not, and there is no option for that.
+        replace: whether the file may be replaced; None: it may not, and no option allows it.
 
     Raises:
-        UsageError: the file exists.
+        UsageError: the file exists, and may not be replaced.
     """
     if path.is_file() and not replace:
         remedy = "name a new file" + ", or give --replace" * (replace is not None)
@@ -269,10 +278,12 @@ def check_new(path: Path, replace: bool | None) -> None:
 
 
 def save(path: Path, contents: ModuleContents, report: Report) -> None:
-    """Write the content of a module to a file; add an image next to it if the text cannot represent all of it.
+    """Write a module's content to a file as text, and also as an image if text cannot represent all of it.
+
+    The image is in a second file next to the first one.
 
     Raises:
-        UsageError: the file cannot be written.
+        UsageError: a file cannot be written.
     """
     with WholeFile(path, durable=True) as file:
         file.write(contents.text.encode("latin-1"))
@@ -287,7 +298,7 @@ def save(path: Path, contents: ModuleContents, report: Report) -> None:
 def save_beside(
     path: str | PathLike[str], contents: ModuleContents, keep: str | PathLike[str] | None, report: Report
 ) -> Path:
-    """Save the old content of a module before a push, to `keep` or a file next to `path`; return the file's path.
+    """Save a module's old content before a push, to `keep` or, if None, next to `path`; return the path used.
 
     Raises:
         UsageError: the file exists with other content, or cannot be written.

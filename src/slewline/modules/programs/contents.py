@@ -22,11 +22,11 @@ class ModuleContents:
     """The content of a module.
 
     Args:
-        program: the instructions as text.
+        program: the instructions, each as text.
         stored: the same instructions, as the assembler stores them.
-        base: the start of the program.
-        values: the answers to the queries of the sheet, by name.
-        notes: notes for a reader of the program.
+        base: the address at which the program begins.
+        values: the values read by the queries of the sheet, keyed by name.
+        notes: notes for people who read the program, such as that its end could not be read.
     """
 
     sheet: Sheet
@@ -54,9 +54,9 @@ class ModuleContents:
         return "".join(f"{line}\n" for line in lines)
 
     def _settings(self) -> dict[str, tuple[Row, str]]:
-        """Return the commands that restore values, each as its row and text, keyed by the names of the values.
+        """Return the commands that restore the queried values: the row and the text of each, keyed by value name.
 
-        A value that no command can set, as a register may have after power-up, is left out.
+        A value that no command can set is left out; a register may have such a value after power-up.
         """
         by_form = {row.form: row for row in self.sheet.commands if len(row.args) < 2 and not row.may_step}
         letters = {each.name: each.letter for each in self.sheet.registers}
@@ -80,7 +80,7 @@ class ModuleContents:
 
     @property
     def image(self) -> bytes:
-        """Memory from address 0 to the end of the program, erased before the start of the program."""
+        """Bytes of the memory from address 0 to the end of the program; all before the program are erased ones."""
         return bytes([ERASED]) * self.base + self.stored
 
     @property
@@ -97,14 +97,14 @@ def harmless_end(sheet: Sheet) -> Row | None:
 
 
 def read_contents(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ModuleContents:
-    """Return the content of a module, which is not changed.
+    """Read the content of a module without changing it; return the content.
 
     Args:
-        base: the address at which to begin, in a memory with addresses; None: its start.
+        base: the address at which the program begins, in a memory with addresses; None: 0.
         report: called with a message if there is a long wait.
 
     Raises:
-        UsageError: `base` is given, but the memory of the part has no addresses.
+        UsageError: `base` is given and is not 0, but programs of the part always begin at 0.
         RefusedCommand: the module is busy, and remains so.
         NoAnswer, DamagedAnswer, ListingDiffers, PortLost: the content could not be read.
     """
@@ -117,7 +117,7 @@ def read_contents(module: Module, base: int | None = None, report: Report = lamb
 
 
 def _believed(module: Module, what: str) -> str:
-    """Return the answer to a query; on a line without parity bits, only an answer received twice in a row."""
+    """Return the value read by a query; on a line without parity bits, query until two values in a row agree."""
     value = module.value(what)
     if module.speech.shows_faults:
         return value

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class ProgramReading(NamedTuple):
-    """A program that was read: its instructions as text and as the assembler stores them, and notes."""
+    """A program that was read: its instructions as text and as the assembler stores them, and notes on it."""
 
     program: tuple[str, ...]
     stored: bytes
@@ -36,16 +36,16 @@ class ProgramReading(NamedTuple):
 
 
 def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] = lambda _found: False) -> T:
-    """Return the result on which two readings agree.
+    """Read several times; return the first result on which two readings agree.
 
     Args:
-        where: the object of the reading, for messages.
-        read: reads once; returns None if it has received other data than expected.
+        where: a name of the object that is read, for messages.
+        read: reads once; returns None if it has received data other than the expected data.
         alone: returns whether a result needs no second reading.
 
     Raises:
         ListingDiffers: no two readings agree.
-        NoAnswer, DamagedAnswer: the last reading failed.
+        NoAnswer, DamagedAnswer: no two readings agree, and some failed; or two failed in the same way.
     """
     failure: ModuleFailure = ListingDiffers(
         f"{where}: {READINGS} readings, of which no two agree; check the line for noise"
@@ -67,20 +67,20 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
 
 
 def came_twice(before: ModuleFailure | None, now: ModuleFailure) -> bool:
-    """Return whether two readings failed with the same characters, which cannot be noise."""
+    """Return whether two failed readings received the same characters, so that the cause cannot be noise."""
     received = getattr(now, "received", b"")
     return bool(received) and getattr(before, "received", b"") == received
 
 
 def _check_base(sheet: Sheet, base: int | None) -> None:
-    """Check that no start other than 0 is given for a part whose programs begin at 0."""
+    """Check that no start address other than 0 is given, for a part whose programs always begin at 0."""
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave out --from")
 
 
 # ------------------------------------------------------------------------------------------------------ whole listings
 def read_listing(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
-    """Return the program that a module lists.
+    """Return the program that a module lists, after two listings have agreed.
 
     Raises:
         ListingDiffers: no two listings agree.
@@ -113,7 +113,7 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
     """Return the program in the lines of a listing; the last line is the end mark of the listing.
 
     Raises:
-        DamagedAnswer: one of the other lines is not an instruction.
+        DamagedAnswer: a line before the end mark is not an instruction.
     """
     sheet = module.speech.sheet
     stored = b""
@@ -132,14 +132,14 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
 
 # -------------------------------------------------------------------------------------------------- lines of memory
 class ProgramReader:
-    """A reader of a program, instruction by instruction, as far as execution can get."""
+    """A base class of readers that read a program by instructions, as far as execution can reach."""
 
     def __init__(self, module: Module, report: Report) -> None:
         self.module, self.report = module, report
         self.sheet = module.speech.sheet
 
     def program(self, base: int) -> ProgramReading:
-        """Return the instructions from an address up to the last one that execution can reach."""
+        """Return the program from the address `base` up to the last instruction that execution can reach."""
         dialect = dialect_of(self.sheet)
         found: list[bytes] = []
         notes: tuple[str, ...] = ()
@@ -163,7 +163,7 @@ class ProgramReader:
         raise NotImplementedError
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return the target of a branch instruction; `end` is the address after that instruction."""
+        """Return the target of a branch with the operand `value`; `end` is the address after the branch."""
         raise NotImplementedError
 
     def written(self, data: bytes) -> str:
@@ -171,15 +171,16 @@ class ProgramReader:
         raise NotImplementedError
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program continues at an address where there is no instruction."""
+        """Return a note that reading has stopped at an address, where `data` is not an instruction."""
         shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
         return f"at {address} is {shown}, not an instruction: the rest was not read"
 
 
 class MemoryReader(ProgramReader):
-    """A reader of a memory, line by line, along its program.
+    """A reader of a program in a memory with addresses, line by line.
 
-    Erased memory has no ends of lines, so a module lists all of it up to the end, which takes a minute.
+    Erased memory contains no ends of lines, so a module that is to list one line there lists the memory up
+    to its last byte, which takes a minute.
     """
 
     def __init__(self, module: Module, report: Report) -> None:
@@ -197,9 +198,9 @@ class MemoryReader(ProgramReader):
         return end // self.dialect.page * self.dialect.page + value
 
     def instruction(self, address: int) -> bytes:
-        """Return the line at an address, with its carriage return; empty if there is none.
+        """Return the line at an address, with its carriage return; empty if the memory is erased there.
 
-        If a string continues on the following lines, these are returned, too.
+        If the line contains a string that continues on the following lines, these lines are returned, too.
         """
         data = b""
         decoder = self.dialect.decoder(self.sheet)
@@ -212,16 +213,19 @@ class MemoryReader(ProgramReader):
         return data
 
     def line(self, address: int) -> bytes:
-        """Return a memory line on which two readings agree; empty if the memory is erased there.
+        """Return a memory line on which two readings agree; empty if the memory at the address is erased.
 
         Raises:
-            ListingDiffers: no two readings agree.
-            NoAnswer, DamagedAnswer: the last reading failed.
+            ListingDiffers, NoAnswer, DamagedAnswer: as for `agreed`.
         """
         return agreed(f"{self.module.name}: address {address}", lambda: self.read(address), lambda line: not line)
 
     def read(self, address: int) -> bytes | None:
-        """Read a memory line once and return it; empty if erased; None if the answer is for another address."""
+        """Read the memory line at an address once, and return it; empty if the memory is erased there.
+
+        Returns:
+            The line with its carriage return; None if the answer is for another address.
+        """
         module = self.module
         module.ask(f"{self.pointer.form} {address}")
         answer = module.once(
@@ -242,15 +246,15 @@ class MemoryReader(ProgramReader):
 
 
 def _shows_erased(received: bytes) -> bool:
-    """Return whether the first byte after the pointer, in the received data, is that of erased memory."""
+    """Return whether the received data shows erased memory directly after the line with the memory pointer."""
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
 def read_memory(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
-    """Return the program in a memory with addresses; restore the module's memory pointer afterwards.
+    """Return the program in a memory with addresses; reset the module's memory pointer to its earlier address.
 
     Args:
-        base: the start of the program; None: 0.
+        base: the address at which the program begins; None: 0.
     """
     reader = MemoryReader(module, report)
     what = next(name for name, (command, _) in module.speech.questions.items() if command[-1] == reader.pointer.form)
@@ -265,7 +269,8 @@ def read_memory(module: Module, base: int | None = None, report: Report = lambda
 class BufferReader(ProgramReader):
     """A reader of a program from the bytes of a buffer, of which a part may report only the first ones.
 
-    A label in a program that has not run yet is stored as its letter: the target of branches to it is unknown.
+    Before a program has run, its branches contain the letters of labels instead of addresses, so that their
+    targets are unknown.
     """
 
     def __init__(self, module: Module, report: Report, stored: bytes) -> None:
@@ -274,11 +279,11 @@ class BufferReader(ProgramReader):
         self.labels = ""
 
     def instruction(self, address: int) -> bytes:
-        """Return the bytes of the instruction at an address; empty after the reported bytes."""
+        """Return the bytes of the instruction at an address; empty if the address is after the reported bytes."""
         return instruction(self.stored, address, self.sheet).data if address < len(self.stored) else b""
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return the target of a branch; for a label, whose place is unknown, return the end of the stored bytes."""
+        """Return the target of a branch; for a label of unknown address, return the end of the reported bytes."""
         if value < self.sheet.buffer_bytes:
             return value
         self.labels += chr(value) if chr(value) not in self.labels else ""
@@ -288,14 +293,14 @@ class BufferReader(ProgramReader):
         return text_at(data, 0, self.sheet)
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program continues where there is no instruction, or after the reported bytes."""
+        """Return a note that reading stopped where there is no instruction, or at the end of the reported bytes."""
         if address + len(data) < len(self.stored):
             return super().stopped(address, data)
         given, room = len(self.stored), self.sheet.buffer_bytes
         return f"the program continues at {address}; the part reports only the first {given} of its {room} bytes"
 
     def whole(self) -> ProgramReading:
-        """Return the program, with notes on the parts of it that the module does not report."""
+        """Return the program, with notes on its unreported bytes and unknown labels."""
         if not any(self.stored):
             return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part reports are 00: no program",))
         found = self.program(0)
@@ -311,11 +316,10 @@ class BufferReader(ProgramReader):
 
 
 def read_buffer(module: Module, base: int | None = None, report: Report = lambda _text: None) -> ProgramReading:
-    """Return the program of a part with an adapter, as far as the part reports it.
+    """Return the program of a part with an adapter, as far as the part reports the program.
 
     Raises:
-        ListingDiffers: no two readings agree.
-        NoAnswer, DamagedAnswer: the last reading failed.
+        ListingDiffers, NoAnswer, DamagedAnswer: as for `agreed`.
         UsageError: `base` is given, and is not 0.
     """
     _check_base(module.speech.sheet, base)

@@ -1,4 +1,4 @@
-"""A program text for a module, and the state of sending it: `Restore.status` describes the module's content."""
+"""The text of a program for a module, and the state of sending it to the module."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms un
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program text in the order of sending: commands such as register settings, the program, more commands."""
+    """A program text: commands before the program, such as register settings, the program, commands after it."""
 
     sheet: Sheet
     before: tuple[Statement, ...]
@@ -32,7 +32,7 @@ class ProgramText:
 
     @classmethod
     def read(cls, text: str, sheet: Sheet, where: str) -> ProgramText:
-        """Parse a text for a part; `where` names the text in messages.
+        """Parse a program text for a part; `where` names the text in messages.
 
         Raises:
             ProgramError: the assembler does not accept the text.
@@ -80,7 +80,7 @@ class ProgramText:
 
 
 class Restore:
-    """A program to be sent to a module.
+    """A transfer of a program to a module; `status` describes the module's present content.
 
     Args:
         wanted: the program.
@@ -113,12 +113,12 @@ class Restore:
 
     @property
     def was_cut(self) -> bool:
-        """True if the module holds the beginning of the program, as after an interrupted `send`."""
+        """True if the content of the module is a beginning of the program, as after an interrupted `send`."""
         present, wanted = self.contents, self.wanted
         return present.base == wanted.base and bool(present.stored) and wanted.stored.startswith(present.stored)
 
     def set(self, statement: Statement) -> None:
-        """Send a command outside the program; if it sets a register that can be queried, verify the value."""
+        """Send a command outside the program; if the command sets a register that can be queried, verify its value."""
         module, text = self.module, statement.text
         question = next((name for name in module.speech.questions if self._sets(statement, name)), None)
         for _ in range(ROUNDS):
@@ -134,7 +134,7 @@ class Restore:
         return letter == statement.row.form and len(statement.values) == 1
 
     def recall(self) -> None:
-        """Load the stored program into the module's RAM.
+        """Make the module load the program from its EEPROM into its RAM.
 
         Raises:
             RefusedCommand: no program is stored; the program in RAM is unchanged.
@@ -151,7 +151,7 @@ class Restore:
         self.holds = self.status = "its RAM has the stored program"
 
     def store(self) -> None:
-        """Store the program in the EEPROM.
+        """Make the module store the program in its EEPROM.
 
         Raises:
             RefusedCommand: the program could not be stored.

@@ -1,4 +1,4 @@
-"""Writing of a program into a module: it is read back, and the motor never steps unless motion is allowed."""
+"""Writing of a program into a module, with verification; the motor never steps unless motion is allowed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ QUIET_S = 0.4  # silence without an answer to a query: program entry is open
 
 # ---------------------------------------------------------------------------------------------------- entry by lines
 def write_listed(restore: Restore) -> None:
-    """Enter a program line by line; the listing shows whether an unanswered line was accepted."""
+    """Enter a program line by line, verify it by the module's listing, and end program entry."""
     for left in reversed(range(ROUNDS)):
         try:
             _enter(restore)
@@ -65,7 +65,7 @@ def _enter(restore: Restore) -> None:
 def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
     """Send a line; if its answer is lost, send it again unless the listing shows that it was accepted.
 
-    The listing should have the instructions `expected`, the last of which is this line.
+    If it was accepted, the listing has the instructions `expected`, the last of which is this line.
     """
     for left in reversed(range(3)):
         try:
@@ -88,7 +88,7 @@ def _kept(sheet: Sheet) -> str:
 
 
 def _compare(restore: Restore) -> None:
-    """Check that the module's listing is the program as sent.
+    """Check that the module lists exactly the program that was sent.
 
     Raises:
         ListingDiffers: an instruction is listed differently.
@@ -107,7 +107,7 @@ def _compare(restore: Restore) -> None:
 
 
 def _leave(restore: Restore) -> None:
-    """End program entry, if a command can do so without running the program."""
+    """End program entry, if the part has a command that does so without running the program."""
     sheet, module = restore.sheet, restore.module
     outcome = f"the module holds the program (verified); {_kept(sheet)}"
     restore.status = f"{outcome}; program entry is open"
@@ -132,10 +132,10 @@ class MemoryWriter:
 
     Every group except the first begins with an instruction that may step the motor.
 
-    If program entry were not open, the module would execute the instructions.  So two queries are sent before
-    an instruction that may step the motor.  If entry is not open, the module answers them.  If it is open, the
-    queries are stored over the end of the preceding group, which is written afterwards.  The queries before
-    the first group are stored at the end of the memory, provided that it is erased there.
+    If program entry were not open, the module would execute the instructions.  So two queries are sent
+    before an instruction that may step the motor.  If entry is not open, the module answers the queries.  If
+    entry is open, the queries are stored over the end of the preceding group, which is written afterwards.
+    The queries before the first group are stored at the end of the memory, if the memory is erased there.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -146,11 +146,11 @@ class MemoryWriter:
         self.groups = _groups(self.wanted.program)
 
     def write(self) -> None:
-        """Write the program and read it back until the whole program is stored.
+        """Write the missing or wrong groups, and read them back, until the whole program is stored.
 
         Raises:
             ListingDiffers: after the last attempt, parts of the program still read back wrongly.
-            MotionRefused: the first instruction may step the motor, and there is no room for the queries before it.
+            MotionRefused: the first instruction may step the motor, but there is no room for queries before it.
         """
         whole = f"of {len(self.wanted.stored)} {units(self.sheet)} from {self.wanted.base} on"
         wrong = self.closed({n for n, group in enumerate(self.groups) if not self.was_read(group)})
@@ -179,22 +179,23 @@ class MemoryWriter:
         return begin >= 0 and present.stored[begin:end] == b"".join(map(_bytes, group))
 
     def differing(self, missed: set[int]) -> set[int]:
-        """Return the numbers of the groups to write again: missed and wrong ones, and those overwritten by queries.
+        """Return the numbers of the groups to write again: missed, wrong, or overwritten by queries.
 
-        Missed groups, whose writing failed, are not read: they may be erased, which takes a long time to detect.
+        `missed` are the groups whose writing failed.  They are not read, because they may be erased, which takes
+        a long time to detect.
         """
         read = (number for number in range(len(self.groups)) if number not in missed)
         return self.closed(missed | {number for number in read if not self.reads_back(self.groups[number])})
 
     def reads_back(self, group: Sequence[Statement]) -> bool:
-        """Read the memory, and return whether the instructions of a group are in it."""
+        """Read a group's instructions from the memory; return whether all were read as they should be."""
         try:
             return all(self.reader.instruction(each.address) == _bytes(each) for each in group)
         except (NoAnswer, DamagedAnswer, ListingDiffers):
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the numbers of the given groups, and of the groups overwritten by the queries sent before them."""
+        """Return the numbers of the given groups, and of the groups that the queries sent before these overwrite."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)
@@ -202,11 +203,15 @@ class MemoryWriter:
         return wrong
 
     def is_checked(self, group: Sequence[Statement]) -> bool:
-        """Return whether program entry must be known to be open before a group is sent."""
+        """Return whether a group may only be sent after a check that program entry is open."""
         return group[0].row.may_step and not self.module.may_move
 
     def check_room(self) -> None:
-        """Check that the queries before the first group would overwrite only an erased end of the memory."""
+        """Check that the queries before the first group, if any, would overwrite only an erased end of the memory.
+
+        Raises:
+            MotionRefused: they would overwrite other data.
+        """
         first = self.groups[0][0]
         begin = (first.address - len(self.question)) % self.sheet.buffer_bytes
         at_end = begin > first.address
@@ -222,7 +227,7 @@ class MemoryWriter:
         )
 
     def is_written(self, group: Sequence[Statement]) -> bool:
-        """Write consecutive instructions; return whether as many characters were stored as were sent."""
+        """Write a group of instructions; return whether the module has stored as many characters as were sent."""
         try:
             self.write_group(group)
         except (NoAnswer, DamagedAnswer) as failure:
@@ -234,12 +239,12 @@ class MemoryWriter:
 
     @property
     def pointer(self) -> int:
-        """Address to which the memory pointer of the module points."""
+        """Address in the memory pointer of the module, which is queried each time."""
         questions = self.module.speech.questions.items()
         return int(self.module.value(next(n for n, (ask, _) in questions if ask[-1] == self.reader.pointer.form)))
 
     def write_group(self, group: Sequence[Statement]) -> None:
-        """Write consecutive instructions, if necessary after a check that program entry is open."""
+        """Write a group of instructions, if necessary after a check that program entry is open."""
         assert self.sheet.enter is not None  # noqa: S101  # a program text has been read for it
         checked = self.is_checked(group)
         begin = (group[0].address - len(self.question) * checked) % self.sheet.buffer_bytes
@@ -255,13 +260,13 @@ class MemoryWriter:
             self.put(_bytes(each))
 
     def put(self, data: bytes) -> None:
-        """Send characters, with a pause after each one, in which the memory stores it."""
+        """Send characters, each followed by a pause in which the memory stores it."""
         for byte in data:
             self.module.send(bytes([byte]))
             self.module.port.pause(self.restore.pace + self.module.speech.character_s)
 
     def end_entry(self) -> None:
-        """End program entry, with further attempts until the module answers a query."""
+        """End program entry; repeat this until the module answers a query."""
         (leave,) = self.sheet.leave
         for left in reversed(range(ROUNDS)):
             self.put(leave.form.encode("ascii"))
@@ -279,7 +284,7 @@ def _bytes(statement: Statement) -> bytes:
 
 
 def _groups(program: Sequence[Statement]) -> list[list[Statement]]:
-    """Split a program before every instruction that may step the motor."""
+    """Split a program into groups: a new group begins at every instruction that may step the motor."""
     groups: list[list[Statement]] = []
     for each in program:
         if not groups or each.row.may_step:
@@ -297,9 +302,9 @@ def write_memory(restore: Restore) -> None:
 
 
 def send(restore: Restore) -> None:
-    """Send the commands before a program, the program if the module lacks it, and the commands after it.
+    """Send the commands before a program, the program unless the module holds it, and the commands after it.
 
-    All of them are verified as far as possible.
+    The commands and the program are verified as far as possible.
 
     Raises:
         ModuleFailure: a command failed; `restore.status` describes the content of the module.

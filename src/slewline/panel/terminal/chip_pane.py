@@ -68,7 +68,7 @@ class ChipPane(OfChip):
         return rows
 
     def explained(self, axis: dict[str, Any], width: int) -> list[Content]:
-        """Return a row for each register and pin, with its description from the manual."""
+        """Return a row for each register and each pin shown, with its description from the manual, under headings."""
         rows = [line(width), line(width, ("registers", "bold $text-primary"))]
         sheet = self.sheet
         for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
@@ -82,7 +82,7 @@ class ChipPane(OfChip):
         return rows
 
     def motion(self, axis: dict[str, Any], width: int) -> list[Part]:
-        """Return a row with position and velocity."""
+        """Return the parts of a row: position, velocity, and whether the motor moves or the supply is off."""
         value = f"{figure(axis['velocity'])} steps/s"
         position = f"position {axis['position']}"
         note = "moving" if axis["moving"] else "at rest"
@@ -93,19 +93,19 @@ class ChipPane(OfChip):
 
     @property
     def scale(self) -> str:
-        """Text that states the time span of the velocity strips and, for a single strip, its highest velocity."""
+        """Text with the time span of the velocity strips and, if there is only one strip, its highest velocity."""
         tops = [peak(self.session.curves.get(name, [])) for name in self.session.velocities(self.chip)]
         up_to = f", up to {figure(tops[0])} steps/s" if len(tops) == 1 and tops[0] else ""
         return f"last {CURVE_PS // PS_PER_S} s{up_to}"
 
     def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
-        """Return the velocity strip of an axis (0: the first) as rows of text."""
+        """Return the velocity strip of an axis (0: the first) as rows of text; `height` None: set by the layout."""
         names = self.session.velocities(self.chip)
         values = self.session.curves.get(names[axis], []) if axis < len(names) else []
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
 
     def work(self, width: int) -> list[Content]:
-        """Return rows with the present command, the condition it waits for, and breakpoints not on instructions."""
+        """Return rows with the chip's command, the condition it waits for, and the breakpoints not on instructions."""
         waiting = self.state.get("waiting") or ""
         current = self.session.row_at(self.chip)
         instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
@@ -119,7 +119,7 @@ class ChipPane(OfChip):
         return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting), *others]
 
     def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
-        """Return for each register its name, its value, and the styles of both."""
+        """Return the name and the value of each register, then the style of the name and that of the value."""
         values = {**self.state["registers"], **axis.get("registers", {})}
         found = []
         for row in self.sheet["registers"]:
@@ -128,12 +128,12 @@ class ChipPane(OfChip):
         return found
 
     def shown(self) -> list[dict[str, Any]]:
-        """Return the pins to show: those with important roles, and the user bits."""
+        """Return the pins to show: those with important roles, in the order of `SHOWN`, then the user bits."""
         pins = [pin for pin in self.sheet["pins"] if pin["role"] in SHOWN or (pin["way"] == "both" and not pin["role"])]
         return sorted(pins, key=lambda pin: SHOWN.index(pin["role"]) if pin["role"] in SHOWN else len(SHOWN))
 
     def levels(self, pins: list[dict[str, Any]]) -> list[tuple[str, str, str, str]]:
-        """Return for each of these pins its name, its level, and the styles of both."""
+        """Return the name and the level of each of these pins, then the style of the name and that of the level."""
         found = []
         for pin in pins:
             level = self.state["levels"].get(pin["name"])
@@ -146,7 +146,7 @@ class ChipPane(OfChip):
         return [line(width), line(width, ("around the chips", "bold $text-primary")), *rows] if rows else []
 
     def around(self) -> list[str]:
-        """Return the state of each part that shows one, as text."""
+        """Return one line of text for each part that has a state to show: its name and its state."""
         shown = {name: part.get("shows") or {} for name, part in self.session.client.view.get("parts", {}).items()}
         return [
             f"{name} {', '.join(shown_value(key, value) for key, value in shows.items())}"
@@ -189,7 +189,7 @@ class ChipPane(OfChip):
         return rows
 
     def many(self, pin: dict[str, Any]) -> bool:
-        """Return whether an axis other than the first has a pin with the role of this pin."""
+        """Return whether, on an axis other than the first, a pin with the same role as this pin is shown."""
         return bool(pin["role"]) and any(other["role"] == pin["role"] and other["axis"] > 1 for other in self.shown())
 
 
@@ -199,17 +199,17 @@ def peak(values: Sequence[float | None]) -> float:
 
 
 def spoken(name: str) -> str:
-    """Return a pin name as the manuals write it."""
+    """Return a pin name as the manuals write it: in capitals, with spaces instead of underscores."""
     return name.upper().replace("_", " ")
 
 
 def active_style(pin: dict[str, Any], level: int | None) -> str:
-    """Return the style for a level: active levels are highlighted."""
+    """Return the style for the level of a pin: highlighted if this is the pin's active level, otherwise dim."""
     return "bold $text-success" if level is not None and level == pin.get("active") else DIM
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return a value that a part shows as text: the rows of a display, or any other value with its name."""
+    """Return one value of a part's state as text: the rows of a display, or any other value after its name."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"

@@ -21,7 +21,7 @@ class Completion(Suggester):
         self.session = session
 
     async def get_suggestion(self, value: str) -> str | None:
-        """Return the most likely completion of a typed text; None if there is none."""
+        """Return the most likely completion that begins with the typed text; None if there is none."""
         found = candidates(self.session, value) if value else []
         # keep the case of the typed beginning, r as well as R
         return next((each for each in found if each.startswith(value)), None)
@@ -48,25 +48,25 @@ class CommandLine(Input):
         self.found: list[str] = []  # completions that tab cycles through
 
     def put(self, text: str) -> None:
-        """Start a new line with this text."""
+        """Replace the typed line by a text, with the cursor at its end."""
         self.value = text
         self.cursor_position = len(text)
         self.place = 0
 
     def keep(self, text: str) -> None:
-        """Add a line to the history."""
+        """Clear the command line, and add a line to the history unless it is empty or the same as the latest one."""
         if text and text not in self.history[-1:]:
             self.history.append(text)
         self.put("")
 
     def action_older(self, by: int) -> None:
-        """Show an older line of the history, or a newer one if `by` is negative."""
+        """Show the line that is `by` places older in the history than the present one; newer if `by` is negative."""
         place = min(max(self.place + by, 0), len(self.history))
         self.put(self.history[-place] if place else "")
         self.place = place
 
     def action_complete(self) -> None:
-        """Complete the line; a repeated call shows the next completion."""
+        """Complete the typed line; a repeated call replaces the completion by the next one."""
         if self.value in self.found:
             self.put(self.found[(self.found.index(self.value) + 1) % len(self.found)])
             return

@@ -106,7 +106,7 @@ class Debugger(App[None]):
         yield Static("", id="keys")
 
     async def on_mount(self) -> None:
-        """Connect, create the panes of the chips, and redraw changes from now on."""
+        """Connect to the control port, create the panes of the chips, and redraw changes from now on."""
         self.theme = "textual-light" if light_background() else "textual-dark"
         try:
             await self.session.open()
@@ -141,7 +141,7 @@ class Debugger(App[None]):
         self.arrange(event.size.width, event.size.height)
 
     def arrange(self, width: int, height: int) -> None:
-        """Choose between a layout with one chip above the conversation, and a layout with everything side by side."""
+        """Choose the layout for a number of columns and rows: one chip above the conversation, or all side by side."""
         self.set_class(width >= WIDE and height >= TALL, "wide")
         self.note()
 
@@ -164,7 +164,7 @@ class Debugger(App[None]):
             self.exit()
 
     def draw_title(self) -> None:
-        """Draw the first row."""
+        """Draw the first row: name, reason for the pause or pending wait, instant, state, rate, branch."""
         session = self.session
         why = session.why or (f"waiting: {session.doing}" if session.doing else "")
         state = "■ paused " if session.paused and not session.doing else "▶ running"
@@ -176,13 +176,13 @@ class Debugger(App[None]):
         self.write("#title", Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold")))
 
     def write(self, where: str, text: Content) -> None:
-        """Rewrite the row of the given widget if its text has changed."""
+        """Write a text into the row of the widget with the selector `where`, if the row has a different text."""
         if self.written.get(where) != text.plain:
             self.written[where] = text.plain
             self.query_one(where, Static).update(text)
 
     def draw_foot(self) -> None:
-        """Draw the prompt, and the last row: an error, help on the typed text, or the keys."""
+        """Draw the prompt, and the last row: an error, help on the typed text, or the key labels."""
         session, width = self.session, self.size.width
         typed = self.query_one(CommandLine)
         explains = explained(session, typed.value) if typed.has_focus else ""
@@ -213,29 +213,29 @@ class Debugger(App[None]):
 
     # --------------------------------------------------------------------------------------------------------- the keys
     def perform(self, work: Any) -> None:
-        """Run a task that takes time, without blocking the screen."""
+        """Run a coroutine of the session that takes time, without blocking the screen."""
         self.session.trouble = ""
         self.run_worker(self.session.attempt(work))
 
     def action_go(self) -> None:
-        """Let time run, or pause it."""
+        """Let time run if it is paused; otherwise pause it."""
         is_paused = self.session.paused and not self.session.doing
         self.perform(self.session.go() if is_paused else self.session.pause())
 
     def action_step(self, by: str) -> None:
-        """Run to the next event of a given kind."""
+        """Run to the next event of a kind: "instruction", "step" (of the motor) or "finding"."""
         self.perform(self.session.step(by))
 
     def action_shift(self, seconds: float) -> None:
-        """Move forwards or back in time."""
+        """Move forwards in time by a number of seconds, or back if it is negative."""
         self.perform(self.session.shift(seconds))
 
     def action_rate(self, by: int) -> None:
-        """Let time run faster or slower."""
+        """Let time run faster by a number of places in the series of rates, or slower if it is negative."""
         self.perform(self.session.change_rate(by))
 
     def action_break(self) -> None:
-        """Set a breakpoint on the selected row."""
+        """Set a breakpoint on the selected row, or remove the one that is set there."""
         pane = self.program()
         if pane is not None and pane.address is not None:
             self.perform(self.session.toggle({"chip": pane.chip, "address": pane.address}))
@@ -251,18 +251,18 @@ class Debugger(App[None]):
             self.perform(self.session.to_address(pane.address))
 
     def program(self) -> ProgramPane | None:
-        """Return the program pane for the keys: the one in focus, else the selected chip's; None if neither exists."""
+        """Return the program pane for the keys: the focused one, else the selected chip's; None if there is neither."""
         panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
         focused = [pane for pane in panes if pane.has_focus]
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
 
     def action_ask(self, verb: str) -> None:
-        """Start a line with a verb, for which the user then types a value."""
+        """Start a command line with a debugger verb, after which the user types the value."""
         given = self.session.last_edge if verb == "edge" else ""
         self.action_line(f":{verb} {given}")
 
     def action_line(self, text: str) -> None:
-        """Go to the command line, and put a text into it."""
+        """Go to the command line, and replace its text."""
         self.session.trouble = ""
         command = self.query_one(CommandLine)
         command.put(text)
@@ -323,7 +323,7 @@ class Debugger(App[None]):
 
 
 def prompt(session: DebugSession) -> str:
-    """Return the prompt: the chip, followed by < while a program is being entered into it, otherwise by >."""
+    """Return the prompt: the selected chip's name, then < while a program is being entered into it, otherwise >."""
     chip = session.selected
     if not chip:
         return "> "
@@ -336,7 +336,7 @@ def prompt(session: DebugSession) -> str:
 
 
 def keys(width: int) -> Content:
-    """Return as many key labels as there is room for."""
+    """Return as many key labels as fit into this width."""
     parts: list[tuple[str, str]] = []
     used = 1
     for key, description, action in KEYS:
@@ -350,11 +350,11 @@ def keys(width: int) -> Content:
 
 
 def has_program(session: DebugSession, place: int) -> bool:
-    """Return whether the chip with a number (0: the first) can store a program."""
+    """Return whether the chip at a place in the order of the chips (0: the first) can store a program."""
     return bool(session.sheets[list(session.chips)[place]].get("buffer_bytes"))
 
 
 def light_background() -> bool:
-    """Return whether the terminal reports a light background."""
+    """Return whether the terminal reports a light background, in the environment variable COLORFGBG."""
     colours = os.environ.get("COLORFGBG", "").split(";")
     return len(colours) > 1 and colours[-1] in ("7", "15")

@@ -32,7 +32,7 @@ class Verb:
 
 
 def number(text: str, what: str) -> int:
-    """Return a text as a whole number; `what` names it in an error message."""
+    """Convert a text to a whole number; `what` is the name of that number in the error message."""
     try:
         return int(text, 0)
     except ValueError:
@@ -40,22 +40,22 @@ def number(text: str, what: str) -> int:
 
 
 def instant(text: str) -> int:
-    """Return an instant in picoseconds; a number without a unit is in seconds."""
+    """Convert a text to an instant in picoseconds; a number without a unit is in seconds."""
     return picoseconds(f"{text} s" if re.fullmatch(r"[0-9]*\.?[0-9]+", text) else text)
 
 
 def quoted(words: list[str]) -> str:
-    """Return the words after a verb, quoted for a message."""
+    """Return the part of an error message that quotes the words after a verb; just a colon if there are none."""
     return f" {' '.join(words)!r};" if words else ":"
 
 
 async def go(session: DebugSession, words: list[str]) -> None:
-    """Let time run, at the given rate if there is one."""
+    """Let time run, at the given rate; without one, at the present rate."""
     await session.go(rate_of(words[0]) if words else None)
 
 
 def rate_of(text: str) -> float:
-    """Return the rate given by a text, in virtual seconds per second."""
+    """Convert a text to a rate, in virtual seconds per second."""
     try:
         found = float(text)
     except ValueError:
@@ -71,7 +71,7 @@ async def pause(session: DebugSession, _words: list[str]) -> None:
 
 
 async def step(session: DebugSession, words: list[str]) -> None:
-    """Run to the next event of the named kind; without a name, to the next instruction."""
+    """Run to the next event of the given kind; if none is given, to the next instruction."""
     by = words[0] if words else STEPS[0]
     if by not in STEPS:
         raise UsageError(f"step {by!r}; allowed {', '.join(STEPS)}{hint(by, STEPS)}")
@@ -79,7 +79,7 @@ async def step(session: DebugSession, words: list[str]) -> None:
 
 
 async def edge(session: DebugSession, words: list[str]) -> None:
-    """Run to the next edge of a pin."""
+    """Run to the next edge of the named pin, in the given direction or, without one, in any direction."""
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
         raise UsageError(f"edge{quoted(words)} expected a pin, and optionally rises, falls or any")
@@ -100,7 +100,7 @@ async def until(session: DebugSession, words: list[str]) -> None:
 
 
 async def time(session: DebugSession, words: list[str]) -> None:
-    """Go to an instant."""
+    """Go to an instant, forwards or back; with a sign, the time is relative to the present instant."""
     if not words:
         raise UsageError("time: expected an instant, such as 1.5 s")
     text = " ".join(words)
@@ -111,7 +111,7 @@ async def time(session: DebugSession, words: list[str]) -> None:
 
 
 async def position(session: DebugSession, words: list[str]) -> None:
-    """Run to a position of a motor."""
+    """Run to a position, in steps, of the motor on the given axis; without an axis, on the first."""
     if not words:
         raise UsageError("position: expected a position, in steps")
     axis = number(words[1], "axis") if len(words) > 1 else 1
@@ -119,7 +119,7 @@ async def position(session: DebugSession, words: list[str]) -> None:
 
 
 async def put_break(session: DebugSession, words: list[str]) -> None:
-    """Set or remove a breakpoint."""
+    """Set the breakpoint that the words describe, or remove it if it is set already."""
     point = point_of(session, words)
     await session.toggle(point)
     listed = [row["address"] for row in session.listings.get(session.selected, ())]
@@ -133,7 +133,7 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
 
 
 def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
-    """Return the breakpoint described by the words after the verb."""
+    """Return the breakpoint that the words after the verb `break` describe."""
     chip, first, rest = session.selected, words[0] if words else "", words[1:]
     if first == "finding":
         return {"finding": rest[0] if rest else ""}
@@ -180,7 +180,7 @@ async def drive(session: DebugSession, words: list[str]) -> None:
 
 
 async def release(session: DebugSession, words: list[str]) -> None:
-    """Release a pin."""
+    """Stop driving a pin."""
     if not words:
         raise UsageError("release: expected a pin")
     await session.client.request("release", pin=session.full_pin(words[0]))
@@ -194,7 +194,7 @@ async def power(session: DebugSession, words: list[str]) -> None:
 
 
 async def act(session: DebugSession, words: list[str]) -> None:
-    """Operate a part, as an operator would."""
+    """Operate a part as a person at the bench would: call one of its verbs, with the given values."""
     if len(words) < 2:
         raise UsageError(f"act{quoted(words)} expected a part and a verb; parts: {', '.join(session.parts) or 'none'}")
     arguments = [int(word) if re.fullmatch(r"[+-]?\d+", word) else word for word in words[2:]]
@@ -202,7 +202,7 @@ async def act(session: DebugSession, words: list[str]) -> None:
 
 
 async def branch(session: DebugSession, words: list[str]) -> None:
-    """Return to the branch with the given number; without a number, list the branches."""
+    """Go back to the branch with the given number; without a number, show the list of branches."""
     if words:
         await session.client.request("branch", number=number(words[0], "branch"))
         return
@@ -245,10 +245,10 @@ KEYS = {
 
 
 async def obey(session: DebugSession, text: str) -> None:
-    """Execute a line: run a verb of the debugger, or send a text to the selected chip.
+    """Execute a typed line: run a verb of the debugger, or send the line to the selected chip.
 
     Raises:
-        UsageError: there is no such verb, the words after it are wrong, or the server refuses the request.
+        UsageError: there is no such verb, the words after it are wrong, it needs a colon, or the server refuses.
     """
     if not text.startswith(":"):
         check_verb(session, text)
@@ -265,10 +265,10 @@ async def obey(session: DebugSession, text: str) -> None:
 
 
 def check_verb(session: DebugSession, text: str) -> None:
-    """Refuse to send a text that begins with a verb of the debugger, unless it is a command of the chip.
+    """Refuse to send a text whose first word is a verb of the debugger, unless a command of the chip begins so, too.
 
     Raises:
-        UsageError: the text is such a verb.
+        UsageError: the text is refused.
     """
     word = next(iter(text.lower().split()), "")
     forms = [row["form"].lower().split() for row in session.sheets.get(session.selected, {}).get("commands", ())]
@@ -278,21 +278,21 @@ def check_verb(session: DebugSession, text: str) -> None:
 
 
 def only(start: str) -> Verb | None:
-    """Return the verb that begins with a text; None if there is no such verb, or more than one."""
+    """Return the only verb whose name begins with a text; None if there is none, or more than one."""
     found = [verb for verb in VERBS if start and verb.name.startswith(start)]
     return found[0] if len(found) == 1 else None
 
 
 # ----------------------------------------------------------------------------------------------------------- completion
 def candidates(session: DebugSession, text: str) -> list[str]:
-    """Return completions of a line, the most likely first."""
+    """Return the possible completions of a line, as whole lines, the most likely first."""
     head, _, word = text.rpartition(" ")
     head += " " if head else ""
     return [head + each for each in words_at(session, text) if each.lower().startswith(word.lower()) and each != word]
 
 
 def words_at(session: DebugSession, text: str) -> Iterable[str]:
-    """Return the words that are possible at the end of a line."""
+    """Return all words that are allowed in the place of the last word of a line."""
     words = text.split(" ")
     if not text.startswith(":"):
         rows = session.sheets.get(session.selected, {}).get("commands", ())
@@ -320,7 +320,7 @@ def words_at(session: DebugSession, text: str) -> Iterable[str]:
 
 
 def explained(session: DebugSession, text: str) -> str:
-    """Return one row of help on the typed text, from the manual or about a verb."""
+    """Return one row of help on a typed text: about a command, from the manual, or about verbs; "" if there is none."""
     if text.startswith(":"):
         name = text[1:].partition(" ")[0]
         verb = BY_NAME.get(name) or only(name)
@@ -332,9 +332,10 @@ def explained(session: DebugSession, text: str) -> str:
 
 
 def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
-    """Return the sheet's command with which a text begins; None if there is none.
+    """Return the data sheet row of the selected chip's command with which a text begins; None if there is none.
 
-    The longest matching form is preferred; if no form matches, the text may be the beginning of a name.
+    The command with the longest matching form is preferred; if no form matches, the first command whose name
+    begins with the text is returned.
     """
     rows = session.sheets.get(session.selected, {}).get("commands", ())
     text = text.strip().split("$")[-1]

@@ -51,14 +51,14 @@ class HelpScreen(ModalScreen[None]):
         self.session = session
 
     def compose(self) -> ComposeResult:
-        """Compose the page."""
+        """Create the widget that shows the page, and its border."""
         with VerticalScroll(id="help") as scroll:
             scroll.border_title = "help"
             scroll.border_subtitle = "escape closes"
             yield Static(self.text())
 
     def text(self) -> Content:
-        """Return the page."""
+        """Return the text of the page."""
         width = min(self.app.size.width, 110) - 8
         rows: list[Part] = [("Keys\n", TITLE)]
         rows += [part for key, description in KEYS for part in entry(width, key, description)]
@@ -77,7 +77,7 @@ class HelpScreen(ModalScreen[None]):
 
 
 def entry(width: int, name: str, description: str) -> list[Part]:
-    """Return a name, followed by its description in rows to the right of it."""
+    """Return a name, and to the right of it the description, wrapped into rows."""
     first, *more = wrap(description, max(width - NAME - 3, 20)) or [""]
     rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
     return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]

@@ -40,11 +40,11 @@ class Pane(Widget, can_focus=True):
         self.named = "", ""  # on its border
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the visible rows."""
+        """Return the visible rows, `width` columns wide; `height` rows are visible."""
         raise NotImplementedError
 
     def move(self, rows: int) -> None:
-        """Scroll, or move the selection, by a number of rows."""
+        """Scroll down, or move the selection down, by a number of rows; up if it is negative."""
 
     def render(self) -> Content:
         """Return the content to draw, and keep it for the comparison in `renew`."""
@@ -79,12 +79,12 @@ class Pane(Widget, can_focus=True):
         self.refresh()
 
     def action_scroll_rows(self, rows: int) -> None:
-        """Scroll, or move the selection, by a number of rows, and redraw."""
+        """Scroll down, or move the selection down, by a number of rows (up if it is negative), and redraw."""
         self.move(rows)
         self.refresh()
 
     def action_scroll_pages(self, pages: int) -> None:
-        """Scroll, or move the selection, by a number of pages."""
+        """Scroll down, or move the selection down, by a number of pages (up if it is negative), and redraw."""
         self.action_scroll_rows(pages * max(self.content_size.height - 1, 1))
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
@@ -99,10 +99,10 @@ class Pane(Widget, can_focus=True):
 
 
 class OfChip(Pane):
-    """A pane for one chip, chosen by its place.
+    """A pane for one chip, which follows from the place of the pane.
 
-    Place 0 shows the selected chip and place 1 the next chip.  On a wide screen with at most two chips, each
-    chip keeps its own place.
+    Place 0 shows the selected chip, and place 1 the chip after it.  On a wide screen with at most two chips, place 0
+    always shows the first chip, and place 1 the second.
     """
 
     def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
@@ -111,7 +111,7 @@ class OfChip(Pane):
 
     @property
     def chip(self) -> str:
-        """Name of the chip."""
+        """Name of the chip that the pane shows."""
         names = list(self.session.chips)
         if len(names) <= 2:  # axes keep their columns, as on the screen of the manual
             both_seen = self.app.has_class("wide")
@@ -120,7 +120,7 @@ class OfChip(Pane):
 
     @property
     def axes(self) -> int:
-        """Number of axes of the chip."""
+        """Number of axes of the chip that the pane shows."""
         return len(self.session.chip_state(self.chip)["axes"])
 
 
@@ -134,16 +134,16 @@ class ProgramPane(OfChip):
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """Instructions of the program."""
+        """Rows of the program's listing, one per instruction."""
         return self.session.listings.get(self.chip, [])
 
     @property
     def address(self) -> int | None:
-        """Address of the selected row; None if no program is stored."""
+        """Address of the instruction in the selected row; None if no program is stored."""
         return self.rows[self.row]["address"] if self.row < len(self.rows) else None
 
     def move(self, rows: int) -> None:
-        """Move the selection by a number of rows."""
+        """Move the selection down by a number of rows; up if it is negative."""
         self.row = min(max(self.row + rows, 0), max(len(self.rows) - 1, 0))
 
     def on_click(self, event: events.Click) -> None:
@@ -152,7 +152,7 @@ class ProgramPane(OfChip):
         self.refresh()
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the rows around the selected row; whenever the current instruction changes, select its row first."""
+        """Return the rows around the selection, which first moves to the current instruction if that has changed."""
         chip, session = self.chip, self.session
         current = session.row_at(chip)
         if (chip, current, len(self.rows)) != self.followed:
@@ -171,7 +171,7 @@ class ProgramPane(OfChip):
         return [self.drawn(width, digits, room, at, row, at == current) for at, row in enumerate(seen, self.top)]
 
     def drawn(self, width: int, digits: int, room: int, at: int, row: dict[str, Any], current: bool) -> Content:
-        """Return an instruction as a row."""
+        """Return row `at` of the listing as text, with `digits` columns for the address and `room` for the bytes."""
         stops = self.session.stops_at(self.chip, row["address"])
         chosen = at == self.row and self.has_focus
         style = "bold $text-success" if current else ""
@@ -194,11 +194,11 @@ class TalkPane(Pane):
         self.rows_below = 0  # rows below the visible ones
 
     def move(self, rows: int) -> None:
-        """Scroll by a number of entries; once at the end, the pane follows new entries again."""
+        """Scroll by a number of entries, back if it is negative; at the end, follow new entries again."""
         self.rows_below = min(max(self.rows_below - rows, 0), max(len(self.session.entries) - 1, 0))
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the latest entries, or earlier ones after scrolling."""
+        """Return the rows of the latest entries or, after scrolling back, of earlier ones."""
         entries = list(self.session.entries.values())
         stop = len(entries) - self.rows_below
         found: list[Content] = []

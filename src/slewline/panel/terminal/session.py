@@ -71,7 +71,7 @@ class DebugSession:
             await self.client.close()
 
     async def _all_again(self) -> None:
-        """Request the listings and the conversation, which the view does not contain."""
+        """Request the listings and the conversation again, because the view does not contain them."""
         for chip in self.chips:
             await self._listing(chip)
         reply = await self.client.request("said", start=0)
@@ -109,13 +109,13 @@ class DebugSession:
         self.on_change()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
-        """Run a task in the background, and show its errors."""
+        """Run a coroutine in the background, and keep its error, if any, for the screen."""
         task = asyncio.get_running_loop().create_task(self.attempt(work))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
     async def attempt(self, work: Coroutine[Any, Any, None]) -> None:
-        """Run a task, and keep its error for the screen."""
+        """Await a coroutine, and keep its error, if any, for the screen."""
         try:
             await work
         except SlewlineError as error:
@@ -131,7 +131,7 @@ class DebugSession:
 
     @property
     def pace(self) -> Data:
-        """State of time, such as whether time is paused, and the current branch."""
+        """State of virtual time: whether it is paused, the current branch, and others."""
         found: Data = self.client.view.get("pace", {})
         return found
 
@@ -157,14 +157,14 @@ class DebugSession:
         self.on_change()
 
     def row_at(self, chip: str) -> int | None:
-        """Return the row number of a chip's current instruction in its listing; None if there is no such row."""
+        """Return the row number of a chip's current instruction in the chip's listing; None if it is not listed."""
         counter = self.chips[chip].get("counter")
         if counter is None:
             return None
         return next((at for at, row in enumerate(self.listings.get(chip, ())) if row["address"] == counter), None)
 
     def stops_at(self, chip: str, address: int) -> bool:
-        """Return whether there is a breakpoint on an instruction."""
+        """Return whether there is a breakpoint on the instruction at an address of a chip."""
         return {"chip": chip, "address": address} in self.breakpoints
 
     def pin_names(self) -> list[str]:
@@ -189,7 +189,7 @@ class DebugSession:
         await self.client.request("pause")
 
     async def wait_for(self, doing: str, do: str, **keys: Any) -> None:
-        """Send a request that steps or waits; `doing` describes it.
+        """Send the request `do`, which steps or waits, and await its end; `doing` describes the wait to the user.
 
         Raises:
             UsageError: an earlier wait is still pending, or the server refuses the request.
@@ -209,11 +209,11 @@ class DebugSession:
             self.on_change()
 
     async def step(self, by: str) -> None:
-        """Run to the next instruction, motor step, command or finding of the selected chip."""
+        """Run to the selected chip's next "instruction", "step" (of a motor), "command" or "finding"."""
         await self.wait_for(f"next {by}", "step", chip=self.selected, by=by, timeout=LIMIT)
 
     async def to_edge(self, pin: str, edge: str = "any") -> None:
-        """Run to the next edge of a pin."""
+        """Run to the next edge of a pin: "rises", "falls" or "any"."""
         name = self.full_pin(pin)
         await self.wait_for(f"next edge of {name}", "step", pin=name, edge=edge, timeout=LIMIT)
 
@@ -243,11 +243,11 @@ class DebugSession:
             await self.client.request("pause")
 
     async def shift(self, seconds: float) -> None:
-        """Move by a number of seconds, forwards or back."""
+        """Move forwards in time by a number of seconds, or back if it is negative."""
         await self.to_time(self.now_ps + picoseconds(f"{abs(seconds)} s") * (1 if seconds > 0 else -1))
 
     async def change_rate(self, by: int) -> None:
-        """Let time run faster or slower, by `by` places of the series 1, 2, 5, 10."""
+        """Let time run faster by `by` places of the series 1, 2, 5, 10, or slower if `by` is negative."""
         near = min(range(len(RATES)), key=lambda at: abs(RATES[at] - self.rate))
         self.rate = RATES[min(max(near + by, 0), len(RATES) - 1)]
         if not self.paused:
@@ -256,19 +256,19 @@ class DebugSession:
 
     # ---------------------------------------------------------------------------------------------------- breakpoints
     async def toggle(self, point: Data) -> None:
-        """Set a breakpoint, or remove it if it is set."""
+        """Set a breakpoint, or remove it if it is set already."""
         without = [each for each in self.breakpoints if each != point]
         await self.put_breakpoints(without if len(without) < len(self.breakpoints) else [*without, point])
 
     async def put_breakpoints(self, points: list[Data]) -> None:
-        """Replace all breakpoints."""
+        """Replace all breakpoints by the given ones."""
         await self.client.request("breakpoints", breakpoints=points)
         self.breakpoints = points
         self.on_change()
 
     # ---------------------------------------------------------------------------------------------------------- curves
     async def _draw_curves(self) -> None:
-        """Keep the velocity strips up to date while time runs."""
+        """Keep the velocity strips up to date with the current instant until the connection ends."""
         while self.client.open:
             if self.now_ps != self.drawn_ps and not self.doing:
                 now = self.now_ps
@@ -297,7 +297,7 @@ class DebugSession:
 
 
 def columns(curve: Data, start: int, stop: int) -> list[float | None]:
-    """Return the values of a quantity in the columns of a window: for each column, the value of greatest magnitude."""
+    """Return for each column of a window (`start` to `stop`, ps) the curve's value of greatest magnitude, or None."""
     width = max(stop - start, 1)
     found: list[float | None] = [None] * CURVE_COLUMNS
     times, values = curve["times_ps"], curve["values"]

@@ -15,25 +15,25 @@ LEVELS = {0: "▁ 0", 1: "▔ 1", None: "· –"}  # a level as on a scope, and 
 
 
 def line(width: int, *parts: str | Part) -> Content:
-    """Return a line of exactly this width."""
+    """Return these parts joined into one line, cut or padded to exactly this width."""
     return Content.assemble(*(part for part in parts if part)).truncate(width, ellipsis=True, pad=True)
 
 
 def pair(width: int, name: str, value: str, name_style: str = "", value_style: str = "") -> list[Part]:
-    """Return a name on the left and its value on the right, which together have this width."""
+    """Return the parts of a row of this width: a name on the left, and its value on the right."""
     room = max(width - len(value) - 1, 1)
     shown = name if len(name) <= room else f"{name[: room - 1]}…"
     return [(shown.ljust(room), name_style), (" ", ""), (value.rjust(width - room - 1), value_style)]
 
 
 def clock(ps: int) -> str:
-    """Return an instant in seconds, with microsecond resolution and with its decimals in groups of three."""
+    """Return an instant (ps) as text: in seconds to the microsecond, with the decimals in groups of three."""
     whole, rest = divmod(ps // 10**6, 10**6)
     return f"{whole}.{rest // 1000:03} {rest % 1000:03} s"
 
 
 def stamp(ps: int) -> str:
-    """Return an instant for a column: in seconds, with microsecond resolution."""
+    """Return an instant (ps) as text for a column: in seconds to the microsecond, without the unit."""
     return f"{ps // PS_PER_S}.{ps % PS_PER_S // 10**6:06d}"
 
 
@@ -43,9 +43,9 @@ def figure(value: float) -> str:
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
-    """Return a curve as rows of braille characters, filled from below, two values per character.
+    """Return a curve as rows of braille characters, filled from below, each with two values side by side.
 
-    At rest the curve is a line one dot high; the value `top` fills the whole height.
+    At rest the curve is a line one dot high; a value of magnitude `top` fills the whole height; None is left blank.
     """
     values = spread(values, width * 2)
     steps = height * 4 - 1
@@ -64,7 +64,7 @@ def strip(values: Sequence[float | None], width: int, height: int, top: float) -
 
 
 def spread(values: Sequence[float | None], count: int) -> list[float | None]:
-    """Stretch or compress values to `count` values; of several that become one, take the greatest in magnitude."""
+    """Stretch or compress a list to `count` values; where several values become one, keep the greatest in magnitude."""
     if not values:
         return [None] * count
     found: list[float | None] = []

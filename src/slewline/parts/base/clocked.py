@@ -2,13 +2,13 @@
 
     clock       train --------------------------------->| another train ---->
     direction   high ------------------|  low --------------------------------
-                                       cut: steps so far; schedule: after it each edge counts in the other direction
+                                       cut: count the steps so far; schedule: later edges count in the other direction
 
-A promised step is not an event.  The part is brought up to an instant when an input is driven, or on request;
-its promises after that instant follow from the inputs.
+A promised step is not an event.  The state of the part is brought up to an instant only when an input is driven at
+that instant, or on request; the promises of the part after that instant follow from the inputs.
 
 An input that decides the effect of a step (`steers`) may have promised edges, too.  The clock is then followed up to
-the first of these edges, and then again from that edge.
+the first of these edges, and from there up to the next one.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ class Clocked(Follower):
         inputs: the names of the input pins, the clock included.
         clock: the name of the clock pin.
         edge: the active edge: 0 falling, 1 rising.
-        steers: the pins that decide the effect of an edge.
-        acts: the steering pins that also act without a clock edge.
+        steers: the names of the pins that decide the effect of a clock edge.
+        acts: the names of those steering pins that also act while the clock has no edges.
         advance: a function that processes the edges of the clock up to an instant (ps); after that the clock
             counts as stopped until `follow` is called.
         step: a function that handles a clock edge that occurs now and was not promised.
         follow: a function that receives the promised clock edges from now on, and promises the outputs.
 
     Raises:
-        UnknownName: the clock is not one of the inputs, or the part has no such input pin.
+        UnknownName: the clock is not one of the inputs, or the part has no pin with the name of an input.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Clocked(Follower):
         self._again: Call | None = None  # samples the steering pins at their next edge
 
     def _cut(self, ps: int) -> None:
-        """Process the inputs up to an instant (ps), because they cannot be queried later."""
+        """Process the inputs up to an instant (ps), because the time before it cannot be queried later."""
         if self._begun:
             self._level = self.lookaheads[self.clock].level(ps)
             self._ahead.cut(ps)
@@ -102,7 +102,7 @@ class Clocked(Follower):
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """Return the clock edges from this instant up to the first edge of a steering pin, which calls `look`."""
+        """Return the clock edges after this instant, up to a steering pin's first edge, which will call `look`."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more
@@ -126,5 +126,5 @@ class Clocked(Follower):
 
     @property
     def due(self) -> bool:
-        """True if the clock has an edge that the part will process only in the next round."""
+        """True if the clock has had an active edge that the part will process only in the next round."""
         return self.scheduling and self.part.pins[self.clock].net.level == self.edge != self._level

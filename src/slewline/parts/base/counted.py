@@ -23,7 +23,7 @@ class Counted(View):
 
     Args:
         clock: the clock edges, derived from `of`.
-        of: the promise that the clock depends on; its `until` also bounds this promise; None: no bound.
+        of: the state of the clock wire: a promise, whose `until` also bounds this view, or a constant level.
         levels: the levels to repeat, each 0 or 1.
     """
 
@@ -37,11 +37,11 @@ class Counted(View):
         return (self.of,) if promised(self.of) else ()
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        """Return the level at an instant (ps), 0 or 1, ignoring the view's own bound."""
         return self.levels[self.clocked.count(ps) % len(self.levels)]
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
+        """Return the time (ps) of the next edge, NotYet, or None, as `after` does, ignoring the view's own bound."""
         levels, k = self.levels, self.clocked.count(ps)
         here = levels[k % len(levels)]
         for more in range(1, len(levels)):
@@ -50,7 +50,11 @@ class Counted(View):
         return None
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps), ignoring the view's own bound: their instants and levels.
+
+        Returns:
+            Two empty lists, or two arrays (int64 ps, int8 levels).
+        """
         import numpy as np
 
         a, b = self.clocked.count(start), self.clocked.count(stop)
@@ -67,8 +71,8 @@ class Sampled(View):
 
     Args:
         clock: the clock edges after an instant.
-        data: the state of the data wire after that instant.
-        before: the level until the first edge.
+        data: the promise or constant level of the data wire after that instant.
+        before: the level until the first of these clock edges.
     """
 
     __slots__ = ("before", "clocked", "data")
@@ -84,15 +88,15 @@ class Sampled(View):
         return int((self.data.level(ps) if promised(self.data) else self.data) != 0)
 
     def taken(self, k: int) -> int:
-        """Return the level, 0 or 1, after k edges of the clock."""
+        """Return the level, 0 or 1, after the first k edges of the clock."""
         return self._read(int(self.clocked.times(k, k)[0])) if k else self.before
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
+        """Return the level at an instant (ps), 0 or 1, ignoring the view's own bound."""
         return self.taken(self.clocked.count(ps))
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
+        """Return the time (ps) of the next edge, NotYet, or None, as `after` does, ignoring the view's own bound."""
         k = self.clocked.count(ps)
         following = self.clocked.time(k + 1)
         if isinstance(following, int) and self._read(following) == self.taken(k):
@@ -100,7 +104,11 @@ class Sampled(View):
         return following
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps), ignoring the view's own bound: their instants and levels.
+
+        Returns:
+            Two lists, or two arrays (int64 ps, int8 levels).
+        """
         import numpy as np
 
         a, b = self.clocked.count(start), self.clocked.count(stop)

@@ -5,17 +5,17 @@
                                        changed:  cut      schedule: in the next round
 
 As long as its inputs are promised, such a part takes no computing time, and neither do its outputs while
-they are not observed.  When a driver of an input gets another value, the part is notified immediately,
-before that driver drops its promise: it processes the inputs up to the last visible instant (`cut`), and
-its outputs are bounded, so that no later edge of a withdrawn promise is visible.  In the next round it
-reads the inputs and promises again (`schedule`).
+they are not observed.  When a driver of an input gets a new promise or level, the part is notified
+immediately, before that driver drops its old promise: the part processes the inputs up to the last visible
+instant (`cut`), and its outputs are bounded, so that no later edge of a withdrawn promise is visible.  In
+the next round the part reads the inputs, and promises its outputs again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring
-oscillator) cannot promise anything to each other.  Such loops are found at wiring time; their parts
+oscillator) cannot promise anything to each other.  Such circles are found after wiring; their parts
 follow the inputs edge by edge, and drive levels (`react`).
 
 A part that has a rule makes its pins, passes the functions of its logic to the rule, and starts the rule
-once wired.
+once the part is wired.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def ignored(_ps: int) -> None:
-    """Do nothing: this is the `cut` of parts whose past inputs have no effect."""
+    """Do nothing: parts whose past inputs have no effect use this as their `cut`."""
 
 
 class Follower:
@@ -42,16 +42,16 @@ class Follower:
     Args:
         part: the part, with its pins.
         inputs: the names of the input pins.
-        schedule: a function that promises the outputs again from this instant, for the current inputs.
-        react: a function that drives the outputs to levels, for a part in a loop, when an input has changed.
+        schedule: a function that promises the outputs from this instant on, given the current inputs.
+        react: a function that drives the outputs to levels when an input has changed, if the part is in a circle.
         cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
         delay_ps: the delay from the inputs to the outputs, ps.
 
     Attributes:
-        lookaheads: the `Lookahead` of each input, by its name.
+        lookaheads: the `Lookahead` of each input, by the name of the input.
 
     Raises:
-        UnknownName: the part has no such input pin; the message lists its pins.
+        UnknownName: the part has no pin with the name of an input; the message lists the part's pins.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class Follower:
 
     @property
     def is_started(self) -> bool:
-        """True if the rule follows its inputs, or has none."""
+        """True while the rule follows its inputs, or if it has no inputs."""
         return bool(self.lookaheads) or not self.inputs
 
     def sources(self) -> Iterable[Follower]:
-        """Yield the rules of parts that drive the inputs of this rule."""
+        """Yield the rule of each part that drives an input of this rule."""
         for name in self.inputs:
             for driver in self.part.pins[name].net.drivers:
                 if isinstance(driver.source, Follower):
@@ -101,7 +101,7 @@ class Follower:
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:
-        """Handle an imminent change in the drive of an input, or in the bound of its promise."""
+        """Prepare for an imminent change of an input: of the level, the promise, or the promise's bound."""
         if not (self.withdrawn or any(lookahead.renewed for lookahead in self.lookaheads.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
@@ -111,7 +111,7 @@ class Follower:
             self.kernel.call_at(self.kernel.now, self._schedule_next)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs, which must not depend on the inputs after an instant (ps)."""
+        """Bound the promises of the outputs, because the inputs' promises may not hold from an instant (ps) on."""
         for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
@@ -133,7 +133,7 @@ class Follower:
             driver.drive(shown)
 
     def go_by_edges(self) -> None:
-        """Follow the inputs edge by edge from now on."""
+        """Follow the inputs edge by edge from now on, and drive levels instead of promises."""
         self.edge_driven = True
         for lookahead in self.lookaheads.values():
             lookahead.close()
@@ -154,7 +154,7 @@ class HasRule(Protocol):
 
 
 def start_rule(self: HasRule) -> None:
-    """Start the rule, now that the part is wired; parts that only need this use it as their `rewired`."""
+    """Start the rule, now that the part is wired; parts that need nothing else then use this as their `rewired`."""
     self.rule.start()
 
 
@@ -164,8 +164,8 @@ class Stateless(Follower):
     Args:
         part: the part, with its pins.
         inputs: the names of the input pins.
-        views: for each output, by its name, a function that returns its promised waveform or level; it is called with
-            the waveforms or levels of the inputs, in their order.
+        views: for each output, by its name, a function that returns the output's promised waveform or level; it is
+            called with the list of the waveforms or levels of the inputs, in the order of `inputs`.
     """
 
     def __init__(
@@ -199,7 +199,7 @@ class Stateless(Follower):
 def circle(rule: Follower) -> list[Follower]:
     """Return the rules of the parts on all circles through a rule, the rule included; empty if there is no circle.
 
-    A part that is already driven edge by edge promises nothing, so a circle ends at it.
+    A part that is already driven edge by edge promises nothing, so no circle passes through it.
     """
     driven: dict[Follower, list[Follower]] = {}  # rules downstream of each rule, among all rules upstream of this one
     ahead = [rule]

@@ -5,8 +5,8 @@
         shown()   train ------------------>|  another train ---------------->
                                            ^ changed(): immediately, before the driver drops its promise
 
-`shown()` returns the present and future state of the wire as a value.  A part that keeps this value bounds
-its own promises when `changed` is called, and calls `shown()` again in the next round.
+`shown()` returns the present and future state of the wire as one promise or level.  A part whose own promises
+follow from it bounds them when `changed` is called, and calls `shown()` again in the next round.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Lookahead:
     Args:
         pin: the pin; wiring may still merge its net with another net.
         changed: called in every round in which a driver of the wire replaces its promise, before the driver does so;
-            inputs can then be read up to the instant before now, and `renewed` is valid.
+            during the call, inputs can be read up to the instant before now, and `renewed` is valid.
     """
 
     __slots__ = ("_levels", "_shown", "changed", "pin")
@@ -46,7 +46,7 @@ class Lookahead:
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
-        """Return the promise or level of the wire from now on; if nothing has changed, the same object as before."""
+        """Return the promise or level of the wire from now on: the object last returned, if nothing has changed."""
         net = self.pin.net
         levels = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
         if self._levels is None or len(levels) != len(self._levels) or not all(map(alike, levels, self._levels)):
@@ -58,9 +58,9 @@ class Lookahead:
         return shown.level(ps) if promised(shown := self.shown()) else shown
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None, like `Promise.after`."""
+        """Return the time (ps) of the next edge later than `ps`, NotYet, or None, as `Promise.after` does."""
         return shown.after(ps) if promised(shown := self.shown()) else None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        """Return the edges in start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         return shown.edges(start, stop) if promised(shown := self.shown()) else ([], [])

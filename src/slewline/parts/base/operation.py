@@ -1,9 +1,9 @@
-r"""An operation on a chipset's host port, as a value; it takes one call unless its strobes are observed.
+r"""An operation on a chipset's host port, as a value: the port processes it in one call unless a strobe is observed.
 
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------
-HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise
-value                                      |  here the port receives all of the value
+HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   (in a read operation: HostRead)
+value                                      |  here the port receives all bytes in one call
 
 The levels of the operation's wires follow from its start, its kind, and its bytes (core/wires/exchange.py).
 """
@@ -24,7 +24,7 @@ SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * N
 
 
 class Strobes(NamedTuple):
-    """Timing of a host's strobes: low time, high time between bytes, and whether they wait for HostRdy high."""
+    """Timing of a host's strobes: low time, high time between bytes, and whether the host waits for HostRdy high."""
 
     low_ps: int = LOW_PS
     gap_ps: int = GAP_PS
@@ -32,7 +32,7 @@ class Strobes(NamedTuple):
 
 
 class Strobed:
-    """The instants of an operation (ps), and the levels of its lines; its strobes are computed on demand."""
+    """The instants of an operation (ps), and the levels of its lines; the strobe edges are computed on demand."""
 
     __slots__ = ("end", "first", "how", "last", "number", "start")
 
@@ -63,23 +63,23 @@ class Strobed:
         return 1, (self.start, self.end), (0, 1)
 
     def command(self) -> Edges:
-        """Return the edges of HostCmd if the operation is a command."""
+        """Return the edges of HostCmd during an operation that is a command."""
         return 0, (self.start, self.end), (1, 0)
 
     def bus(self, data: bytes) -> Edges:
-        """Return the edges of the bus while bytes are written; it changes bytes halfway between two strobes."""
+        """Return the edges of the bus while `data` is written; the byte changes halfway between two strobes."""
         changes = [rise + self.how.gap_ps // 2 for rise in self.rises[:-1]]
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
 
 class Taken(NamedTuple):
-    """An operation as a value, which alone determines the levels of its lines.
+    """An operation as a value, from which alone the levels of its lines follow.
 
     Attributes:
-        strobes: its instants.
+        strobes: the instants of the operation.
         data: the bytes written; None: it is a read operation.
         command: whether the written byte is a command.
-        answer: the bytes read.
+        answer: the bytes read; empty for a write operation.
     """
 
     strobes: Strobed
@@ -89,16 +89,16 @@ class Taken(NamedTuple):
 
 
 class PortEnd(End, Protocol):
-    """The host port of a chipset, as an end of operations."""
+    """The host port of a chipset, as the answering end of a host's operations."""
 
     bus_driver: Driver
     access_ps: int  # from the falling edge of HostRead until a byte is on the bus
     let_go_ps: int  # from its rising edge until the byte is off the bus
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether the port accepts an operation of `number` bytes that begins now.
+        """Return whether the port accepts an operation of `number` bytes, as a value, that begins now.
 
-        `reading` tells a read operation from a write operation; `ps` is the instant of its first strobe.
+        `reading`: it is a read operation, otherwise a write operation; `ps`: the instant of its first strobe.
         """
 
     def shows(self, number: int) -> bytes:
@@ -117,14 +117,14 @@ class PortEnd(End, Protocol):
         """Follow the pins from now on, in the middle of an operation.
 
         Args:
-            falls, rises: the strobe edges so far (ps).
-            data: the bytes written; None: it is a read operation.
+            falls, rises: the instants (ps) of the strobe edges so far.
+            data: all bytes that the operation writes; None: it is a read operation.
             over: whether the port has already processed the operation.
         """
 
 
 class HostLines(NamedTuple):
-    """The drivers of a host on the host port of a chipset."""
+    """The drivers with which a host drives the host port of a chipset."""
 
     select: Driver
     command: Driver
@@ -137,7 +137,7 @@ class Operation(Leader[Exchange]):
     """The current or latest operation of a host on one chipset.
 
     Args:
-        lines: the host's drivers on the port.
+        lines: the host's drivers on the chipset's host port.
     """
 
     chip: PortEnd
@@ -156,7 +156,7 @@ class Operation(Leader[Exchange]):
         """Begin an operation as a value at this instant; return False if this is not possible.
 
         Args:
-            strobes: its instants.
+            strobes: the instants of the operation.
             data: the bytes written; None: it is a read operation.
             command: whether the written byte is a command.
         """
@@ -171,7 +171,7 @@ class Operation(Leader[Exchange]):
         return True
 
     async def take_place(self) -> bytes:
-        """Wait until the operation has ended and the port is released; return the bytes read, if any."""
+        """Wait until the operation has ended and the port is released; return the bytes read, b"" after a write."""
         strobes, exchange, self.waited = self.strobes, self.exchange, True
         try:
             await until(self.kernel, strobes.last)
@@ -201,7 +201,7 @@ class Operation(Leader[Exchange]):
 
     # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the exchange with the chipset on this port; None unless the port is wired to exactly one chipset."""
+        """Return the exchange with the chipset whose port is in `ends`; None unless exactly one is wired."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
@@ -217,7 +217,7 @@ class Operation(Leader[Exchange]):
         return Exchange(led, answering, ends, self._withdrawn)
 
     def _answer(self, taken: Taken, ps: int) -> Wave:
-        """Return the chipset's bus levels during an operation whose strobes are valid up to an instant (ps)."""
+        """Return the levels that the chipset drives on the bus because of the strobe edges up to an instant (ps)."""
         if taken.data is not None:
             return Wave(None, (), ())
         edges: dict[int, Level] = {}
@@ -229,9 +229,9 @@ class Operation(Leader[Exchange]):
         return Wave(None, tuple(edges), tuple(edges.values()))
 
     def _withdrawn(self, seen: int) -> None:
-        """Let the chipset follow the pins from now on, given the strobes up to an instant (ps).
+        """Let the chipset follow the pins from now on; the strobe edges up to the instant `seen` (ps) have taken place.
 
-        The host still samples the bus at the ends of the remaining strobes.
+        In a read operation, the host still samples the bus at the ends of the remaining strobes.
         """
         falls, rises = self.strobes.falls, self.strobes.rises
         if seen >= self.strobes.end:
@@ -263,7 +263,7 @@ def _command(taken: Taken) -> Wave:
 
 
 def _strobe(taken: Taken, its: bool) -> Wave:
-    """Return the levels of HostWrite or HostRead: with strobes if `its`, otherwise constantly high."""
+    """Return the levels of HostWrite or HostRead: strobes if the operation uses this line (`its`), otherwise high."""
     return Wave(*taken.strobes.strobe()) if its else Wave(1, (), ())
 
 

@@ -1,9 +1,9 @@
 """The base of every part: its name, pins and findings.  A part sees a chip only through nets.
 
-`wiring` is the standard wiring: it gives each pin of the part the role (core/datasheet/roles.py) of the
-neighbour's pin to which `bench.part(..., to=...)` wires it, on the axis set by the part's option `axis`,
-if it has one; pins in `optional` stay open if no pin has their role.  Pins of parts have roles, too, so
-that a part can be wired to another part.
+`wiring` describes the standard wiring to a neighbour (`bench.part(..., to=...)`): for each pin of the part, the role
+(core/datasheet/roles.py) of the neighbour's pin to which it is wired.  If the part has an option `axis`, this sets
+the axis of those neighbour's pins.  Pins in `optional` stay open if no pin of the neighbour has the role.  Pins of
+parts have roles, too, so that a part can be wired to another part.
 
 A user's input to a part (a text, a key) goes through a method declared by `@from_outside`, which reports it to `input`,
 so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or no argument.
@@ -56,16 +56,16 @@ class Part(Component):
 
     Attributes:
         kernel: the virtual time.
-        name: its name on the bench.
+        name: the part's name on the bench.
         pins: the pins, by name.
         drivers: the drivers of the outputs, by the name of the pin.
         on_finding: hook, called with each `Finding` of this part.
         options: the options of its constructor.
-        wiring: for each pin, the role of the pin of a chip or part to which `bench.part(to=...)` wires it.
-        optional: the pins that stay open if that chip or part has no such pin.
+        wiring: for each pin, by its name, the role of the pin to which `bench.part(to=...)` wires it.
+        optional: the pins that stay open if the chip or part given as `to` has no pin with that role.
         verbs: the methods that a run script can call.
         sits: whether the part "may" or "must" be mounted on the shaft of another part (`bench.part(on=...)`); "":
-            neither.
+            it cannot be.
         keeps: True if the part has an option `store`, which preserves its memory without power.
         queue: its request queue; None for a part without requests.
     """
@@ -147,7 +147,7 @@ class Part(Component):
 
     @formerly(description="says")
     def add_bus(self, name: str, description: str, *, role: str = "") -> Terminal:
-        """Make an eight-wire bus pin, and return it; its driver drives (mask, value) or None."""
+        """Make an eight-wire bus pin, and return it; its driver drives the bus to (mask, value), or None: it floats."""
         terminal = Terminal(
             self.name,
             Pin(len(self.pins) + 1, name, "both", description, role=role),
@@ -158,7 +158,7 @@ class Part(Component):
         return terminal
 
     def take_pin(self, name: str, inner: Terminal) -> Terminal:
-        """Make a pin of an inner part a pin of this part, under the given name; return the new pin."""
+        """Give this part a pin, with the given name, on the net of a pin of an inner part; return the new pin."""
         terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
@@ -192,23 +192,23 @@ class Part(Component):
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return the state of the part without its pins, as plain data (a shaft angle, a display text); or {}."""
+        """Return the state of the part without its pins, as plain data (a shaft angle, a display text); {} if none."""
         return {}
 
     def catch_up(self) -> None:
         """Compute motion and findings up to the last committed instant, in a part that computes them only on demand.
 
-        The resulting findings carry the instants of their causes; their listeners are called now.
+        Each new finding carries the instant of its cause, but its listeners are called now.
         """
 
     def leave(self) -> None:
         """Write unsaved data to disk, because no more time will pass, at least for now."""
 
     def forget(self, before: int) -> None:
-        """Drop the past values of the part's quantities before an instant (ps)."""
+        """Drop the values that the part's quantities had before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Keep only the recent elements of a list or bytearray that grows at its end, as limited by `Bench(keep=)`.
+        """Keep only the recent elements of a list or bytearray that grows at its end, as set by `Bench(keep=)`.
 
         Returns:
             A `Recent`, which also counts the dropped elements.
@@ -224,7 +224,7 @@ class Part(Component):
         return self._findings
 
     def be_caught_up(self) -> None:
-        """Call `catch_up` unless it is running already, since a listener to a finding may query the findings."""
+        """Call `catch_up` unless it is running already: listeners, which it calls, may query the findings."""
         if not self._catching_up:
             self._catching_up = True
             try:
@@ -233,11 +233,11 @@ class Part(Component):
                 self._catching_up = False
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return the reason why a pin with the right role cannot be wired to a pin of this part; "" if it can.
+        """Return the reason why a pin of this part cannot be wired to a pin with the right role; "" if it can.
 
         Args:
             own: the name of the pin of this part.
-            row: the data sheet row of the other pin.
+            row: the data sheet row of the pin with the right role.
         """
         wanted, found = self.pins[own].row.sense, row.sense
         if wanted is None or found is None or wanted == found:
@@ -245,25 +245,25 @@ class Part(Component):
         return f"is active {LEVELS[found]}, and {own} is active {LEVELS[wanted]}: use bench.wire(..., invert=True)"
 
     def attached(self, own: str, row: Pin) -> None:
-        """Record that `bench.part(to=...)` has wired a pin; the default does nothing.
+        """Record that `bench.part(to=...)` has wired a pin of this part to another pin; the default does nothing.
 
         Args:
             own: the name of the pin of this part.
-            row: the data sheet row of the other pin, whose role is active at the level `row.active`.
+            row: the data sheet row of the other pin, which is active at the level `row.active`.
         """
 
     def rewired(self) -> None:
         """Start to follow the pins; called once, after wiring and just before time passes; subclasses override it.
 
         Raises:
-            UsageError: the part has a rule that has not been started, because its class lacks this method.
+            UsageError: the part has a rule that has not been started, because its class does not override this method.
         """
         if not getattr(vars(self).get("rule"), "is_started", True):
             raise UsageError(f"{self.name}: the rule has not been started. Call self.rule.start() in rewired().")
 
     @property
     def idle(self) -> bool:
-        """True if the part will change nothing until an input changes."""
+        """True while the part will change nothing until an input changes."""
         return self.queue is None or not self.queue.requests  # queried after every instant of a run
 
     @property
@@ -281,12 +281,12 @@ def forget_all(part: Part, before: int) -> None:
 
 
 def limit_kept(part: Part, ps: int | None) -> None:
-    """Let a part keep only the last `ps` of its past, or all of its past if `ps` is None."""
+    """Let a part keep only the last `ps` picoseconds of its past, or all of its past if `ps` is None."""
     part._past_kept.limit(part.name, ps)
 
 
 def check_kept(part: Part, start: int) -> None:
-    """Check that the past of a part is kept from an instant (ps) on.
+    """Check that the past of a part is kept from the instant `start` (ps) on.
 
     Raises:
         NotRecorded: the past is not kept that far back.

@@ -37,12 +37,12 @@ class Turned(NamedTuple):
 def part_card(
     caption: str, shows: Mapping[str, Any], levels: Mapping[str, object], places: Quantity | None, first: int, now: int
 ) -> Markup:
-    """Return a part as HTML.
+    """Return the notebook card of a part as HTML.
 
     Args:
         caption: the part's description, in one line.
         shows: its state apart from its pins, as plain data.
-        levels: the levels of its pins; None: the pin floats.
+        levels: the levels of its pins, by name; None: the pin floats.
         places: the position of its shaft over time, in steps; None: it has no shaft.
         first, now: the start of the kept past, and the present instant (ps).
     """
@@ -57,14 +57,17 @@ def part_card(
 
 
 def _cell(value: object) -> list[str]:
-    """Return a value as the cells of a table row; the rows of a display become one preformatted text."""
+    """Return a value as a table cell, in a list; a list becomes preformatted text with one line per element."""
     if isinstance(value, list):
         return [element("pre", "\n".join(map(str, value)))]
     return [f"{value:.6g}" if isinstance(value, float) else str(value)]
 
 
 def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned | None:
-    """Return the latest motion of a shaft, up to its last change; None if the shaft has not turned."""
+    """Return the last motion of a shaft, at most ten turns, ending with the last change of its position.
+
+    Return None if the shaft has not turned since `first` (ps).
+    """
     import numpy as np
 
     outline = places.outline(first, now, COLUMNS)
@@ -81,7 +84,7 @@ def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned |
 
 
 def _dial(turned: Turned) -> Markup:
-    """Return a picture of the shaft; if it has turned, also the number of turns and the playback speed."""
+    """Return a picture of a shaft; if it has turned, with the number of turns and the playback speed."""
     turns, seconds = turned.turns, turned.ps / PS_PER_S
     if len(turns) == 1:
         return element("div", shaft_dial(turns, 0))

@@ -1,6 +1,7 @@
 """Received data (bytes, words, answers), of which only the latest are kept.
 
-The data have no time stamps, so two marks are used: data before the last mark are dropped once that mark is old enough.
+The data have no time stamps.  Instead, a mark holds an instant and the number of data at that instant.
+Once the mark is older than `before`, the data before it are dropped, and a new mark is set at the end.
 
           before        now
     ........|............|          received data
@@ -16,7 +17,8 @@ from typing import Any
 class Recent:
     """The latest elements of a list or bytearray (`what`) that grows at its end and stays the same object.
 
-    `dropped` is the number of dropped elements; an index that must stay valid counts from the very first element.
+    `dropped` is the number of dropped elements; an index that must stay valid when elements are
+    dropped counts from the very first element.
     """
 
     __slots__ = ("_mark", "_old", "dropped", "what")
@@ -32,14 +34,17 @@ class Recent:
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return the index in `what` of the element whose number, counted from 0, includes the dropped elements.
+        """Return the index in `what` of element `number`, counted from 0 and with the dropped elements included.
 
-        If that element has been dropped, return the index of the first kept one.
+        If that element has been dropped, return the index of the first kept one: 0.
         """
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:
-        """Drop the elements known to be older than `before` (ps), and set a mark at the present end (`now`, ps)."""
+        """Drop the elements before the last mark, if it is not later than `before` (ps), and set a new mark then.
+
+        `now` is the present instant (ps), that of the new mark.
+        """
         if self._mark > before:
             return
         gone = min(self._old, len(self.what))

@@ -23,7 +23,10 @@ T = TypeVar("T")
 
 
 class Request(Generic[T]):
-    """A coroutine function to be run; it has a `result` or a `failure` once it is `done`."""
+    """A coroutine function (`action`) to be run; once the request is `done`, it has a `result` or a `failure`.
+
+    `kept`: whether an error in the function becomes the `failure`; otherwise, the error ends the run.
+    """
 
     __slots__ = ("action", "done", "failure", "kept", "result", "text")
 
@@ -33,7 +36,7 @@ class Request(Generic[T]):
         self.failure: SlewlineError | None = None
 
     async def run(self) -> None:
-        """Run the request."""
+        """Run the coroutine function, and store its result, or its error as the failure if the request is `kept`."""
         try:
             self.result = await self.action()
         except SlewlineError as error:
@@ -44,14 +47,14 @@ class Request(Generic[T]):
 
 
 class RequestQueue:
-    """The requests of a part.
+    """The queue of requests to a part, which a task performs one after another.
 
     `begun`: whether the first request has already affected the lines and must not be interrupted; set by
     parts for which this matters.
 
     Args:
-        give_up: a function that cancels a request that took too long, as an input of the part; by default
-            `cancel_last`.
+        give_up: the function called after a timeout, which cancels the last request; a part can provide one
+            that also records this as an input of the part; by default `cancel_last`.
         rest: a function that releases the outputs of the part after a request has been cut short.
     """
 
@@ -103,7 +106,7 @@ class RequestQueue:
 
     @property
     def waiting(self) -> str:
-        """The request under way, in words, with its start time and the number of queued requests."""
+        """The request under way, in words, with its start time and the number of requests, itself included."""
         if not self.requests:
             return f"{self.name}: nothing to do"
         queued = counted(len(self.requests), "command")
@@ -116,7 +119,7 @@ class RequestQueue:
         If calls only queue requests (`Outside.queued`, or a part without a bench), return None immediately.
 
         Raises:
-            Timeout: the request is not done in time; the last request is then cancelled.
+            Timeout: the request is not done in time; the last request in the queue is then cancelled.
         """
         self.let_pass(lambda: request.done, request.text, timeout)
         if request.failure is not None:
@@ -127,7 +130,7 @@ class RequestQueue:
         """Let virtual time pass until a condition is met; `what` describes it.
 
         Raises:
-            Timeout: the condition is not met in time; the last request is then cancelled.
+            Timeout: the condition is not met in time; the last request in the queue is then cancelled.
         """
         try:
             self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
@@ -137,14 +140,14 @@ class RequestQueue:
 
     # ----------------------------------------------------------------------------------------------------- cancelling
     def cancel_last(self) -> None:
-        """Cancel the last request; requests queued later are performed as usual."""
+        """Cancel the last request in the queue; requests queued after this call are performed as usual."""
         if self.requests:
             self.requests.pop()
         if not self.requests:
             self.halt()
 
     def cancel_after(self, number: int, why: str) -> None:
-        """Cancel all requests after the first `number`, the last one first; they fail, with `why` in the message."""
+        """Cancel all requests in the queue after the first `number`; they fail with `why` in the message."""
         while len(self.requests) > number:
             request = self.requests.pop()
             request.done = True

@@ -10,7 +10,7 @@ Data = str | bytes | Iterable[int]
 
 
 def as_bytes(owner: str, data: Data) -> bytes:
-    """Return a user's data as bytes: ASCII text, bytes, or numbers 0 to 255.
+    """Return data from a user (ASCII text, bytes, or numbers 0 to 255) as bytes.
 
     Raises:
         UsageError: the data are none of these.

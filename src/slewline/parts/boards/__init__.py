@@ -1,1 +1,1 @@
-"""Boards between a computer and the bus of a chip: ISA, a parallel card, an 8080, IEEE-488."""
+"""Boards between a computer and the bus of a chip: ISA, a parallel card, the ports of an 8080, IEEE-488."""

@@ -33,7 +33,7 @@ READY = "ready"  # conditions that a program may wait for instead of polling
 
 
 def base_option(default: int | None, description: str) -> Option:
-    """Return the option `base` of a board, which sets the board's first address."""
+    """Return the option `base`, a board's first address; `description` is added to the option's own text."""
     return Option(
         "base",
         "int",
@@ -63,17 +63,17 @@ class Board(Part):
 
     # ------------------------------------------------------------------------------------- calls of a program on the PC
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
-        """Write a byte to an I/O address, like the instruction OUT port, byte."""
+        """Write a byte to an I/O address, like the instruction `OUT port, byte`."""
         self.queue.result(self.cycle(port, byte), timeout)
 
     def inp(self, port: int, timeout: Time = "5 s") -> int:
-        """Read a byte from an I/O address, like the instruction IN port, and return it."""
+        """Return the byte read from an I/O address, like the instruction `IN port`."""
         byte: int = self.queue.result(self.cycle(port), timeout)
         return byte
 
     @from_outside
     def cycle(self, port: int, byte: int | None = None) -> Request[Any]:
-        """Queue a bus cycle that writes a byte, or without a byte, reads one."""
+        """Queue a bus cycle that writes `byte`, or that reads a byte if `byte` is None."""
         for what, number, most in (("port", port, 0xFFFF), ("byte", byte or 0, 0xFF)):
             if not isinstance(number, int) or not 0 <= number <= most:
                 raise UsageError(f"{self.name}: {what} {number!r}; allowed 0..{most:#x}")
@@ -84,7 +84,7 @@ class Board(Part):
 
     @from_outside
     def ready(self, limit: Time = "1 s", what: str = READY) -> Request[None]:
-        """Queue a wait of at most `limit` for a condition: the equivalent of a polling loop in a program."""
+        """Queue a wait, of at most `limit`, for the condition named `what`; it stands for a program's polling loop."""
         if what not in self.waits:
             raise UsageError(f"{self.name}: no condition {what!r}; allowed {', '.join(self.waits)}")
         ps = picoseconds(limit)
@@ -93,13 +93,13 @@ class Board(Part):
 
     @from_outside
     def series(self, steps: str, poll: Time = 0, on: bool = False) -> Request[Done]:
-        """Queue a program's accesses, without pauses; the result has one byte per step, FF after a failed wait.
+        """Queue a program's accesses without pauses; the result has one byte per step, FF after a failed wait.
 
         Args:
-            steps: in hexadecimal, two bytes each (parts/boards/series.py).
+            steps: the steps in hexadecimal, two bytes per step (parts/boards/series.py).
             poll: the longest wait for bit 7 of the status to become 1, after a step has read it as 0.
-            on: whether this continues the preceding series, and so does nothing if that series ended with a
-                failed wait.
+            on: whether the steps continue the preceding series; if so, and if that series ended with a failed
+                wait, nothing is done.
 
         Raises:
             UsageError: `steps` are not valid steps for this board.
@@ -119,7 +119,7 @@ class Board(Part):
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request, because it took too long; requests queued later are performed as usual."""
+        """Cancel the last request, which took too long; requests queued after this call are performed as usual."""
         self.input("give_up")
         self.queue.cancel_last()
 
@@ -138,9 +138,10 @@ class Board(Part):
         return byte
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform the next bus cycle, which begins within one clock, and promise the part of it that is not observed.
+        """Perform the next bus cycle, which begins within one clock from now, and return the byte written or read.
 
-        Without a byte it is a read cycle, which returns the byte read in clock 5.
+        Without a byte it is a read cycle; the byte is read at the end of clock 4.  Edges of the cycle may be
+        promised, so that this returns before the cycle ends.
 
         Args:
             register: the name of a register that the layout provides for this access.
@@ -149,7 +150,7 @@ class Board(Part):
         raise NotImplementedError
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
-        """Perform a cycle at an offset from the base, where there may be no register.
+        """Perform a cycle at an offset from the base, even without a register; return the byte written or read.
 
         `byte` is the byte to be written, or None to read; `port` is the full address, if known.
         """
@@ -157,7 +158,7 @@ class Board(Part):
         return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
-        """Perform a cycle at an address without a register, and report the address once as a finding."""
+        """Perform a cycle at an address without a register; report this as a finding, once for IN and once for OUT."""
         address, reading = self.base + offset if port is None else port, byte is None
         await until(self.kernel, self._clock(1))  # at an instant of the cycle, regardless of the instant of the request
         if (address, reading) not in self._reported:
@@ -177,23 +178,23 @@ class Board(Part):
         return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait for a condition without bus cycles, but at most for `ps`."""
+        """Wait, without bus cycles, until the condition named `what` is met, but at most `ps` picoseconds."""
         raise NotImplementedError
 
     def _offset(self, port: int) -> int:
-        """Return the offset of an address from the base; it is out of range if the address is not this board's."""
+        """Return the offset of an address from the base; it is not 0 to 15 if the address is not this board's."""
         return (port & DECODED) - self.base
 
     def _clock(self, number: int) -> int:
-        """Return the instant at which the clock with this number begins in the present cycle (ps)."""
+        """Return the instant (ps) at which clock `number` of the present cycle begins."""
         return self._began + number * CLOCK_PS
 
     # ---------------------------------------------------------------------------------------------------------- series
     async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
         """Perform the steps of a series; each cycle begins when the preceding cycle ends.
 
-        While nothing is observed, no time passes here: each cycle is promised as soon as the status read before
-        that cycle is known.
+        A write cycle may be promised as a whole, so time passes here only until a byte has been read, a
+        condition is met, or the bus is free for the next cycle.  `poll_ps` and `on` are as for `series`.
         """
         if on and self._broken:
             return Done(bytes([FLOATING]) * (len(steps) // 2), ())
@@ -231,13 +232,13 @@ class Board(Part):
         return byte
 
     async def _poll(self, ps: int) -> int:
-        """Read the status repeatedly, like a polling loop, until bit 7 is 1 or `ps` have passed; return the status."""
+        """Read the status, like a polling loop, until bit 7 is 1 or `ps` have passed; return the last status."""
         end = self._began + ps
         while not met(POLL, byte := await self._look()) and self._began < end:
             await self._ready_within(POLL_PS)
         return byte
 
     async def _ready_within(self, ps: int) -> None:
-        """After a cycle, wait until bit 7 of the status is 1, but at most for `ps`."""
+        """Wait until bit 7 of the status is 1, but at most until `ps` after the end of the preceding cycle."""
         await self.until_ready(self._began + ps - self.kernel.now)
         self._began = max(self._began, self.kernel.now)

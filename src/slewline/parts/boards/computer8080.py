@@ -1,9 +1,10 @@
 """An 8080 at the command port: the routines of the manual, on ports wired as in the manual.
 
-    Ppi8255    port A data bus, port B status, port C inputs of the chip, by set/reset codes   (Table IX, fig. 10.9)
-    Host8080   one output port; bit 7 of the byte is I/O REQUEST                               (figs. 5.3, 10.7)
+    Ppi8255    port A: data bus; port B: status of the chip; port C: inputs of the chip, each
+               set or reset by a code                                          (Table IX, fig. 10.9)
+    Host8080   one output port; bit 7 of the byte is I/O REQUEST               (figs. 5.3, 10.7)
 
-A polling loop (IN, ANI, JZ) takes 27 processor states; the program samples on that grid.
+A polling loop (IN, ANI, JZ) takes 27 processor states; the program samples once in each pass.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Cpu8080:
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def poll(self, net: Net, wanted: int) -> None:
-        """Sample a bit until it has the wanted level; the first sample is at the end of the first IN."""
+        """Sample a bit every 27 states, first at the end of the first IN, until it has the wanted level."""
         await self.states(IN)
         origin = self.tick
         while net.level != wanted:
@@ -93,7 +94,7 @@ class Host8080(Part):
         self.add_pin("ready", "in", "READY of the chip", pull=1)
 
     def out(self, byte: int) -> None:
-        """Write a byte to the output port immediately: OUT 0DCH."""
+        """Write a byte to the output port immediately, like the instruction OUT 0DCH."""
         self.drivers["port"].drive((0xFF, byte & 0x7F))
         self.drivers["request"].drive(byte >> 7)
 
@@ -106,9 +107,9 @@ class Host8080(Part):
             self.queue.post(f"SENDCHR {byte:#04x}", lambda byte=byte: self._sendchr(byte))  # type: ignore[misc]
 
     async def _sendchr(self, byte: int) -> None:
-        """Send a character as SENDCHR does (fig. 10.7).
+        """Send a character like the manual's routine SENDCHR (fig. 10.7).
 
-        Wait until ready, output the byte with bit 7 low, wait until busy, set bit 7 high.
+        Wait until READY is high, output the byte with bit 7 low, wait until READY is low, set bit 7 high.
         """
         await self._cpu.poll(self.net("ready"), 1)
         await self._cpu.states(MOVE + MVI + OUT)
@@ -179,7 +180,7 @@ class Ppi8255(Part):
     # -------------------------------------------------------------------------------------------------- calls by a user
     @from_outside
     def out(self, port: int, value: int) -> None:
-        """Queue an OUT: a port and a value, such as 0xEF and 0x0B for STEP INHIBIT high."""
+        """Queue an OUT of `value` to `port`; for example, 0x0B to 0xEF sets STEP INHIBIT high."""
         self._checked(port, value)
         self.input("out", port, value)
 
@@ -190,14 +191,14 @@ class Ppi8255(Part):
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
-        """Queue the bytes of a buffer before the stopper FF, for the routine SENDPARALLEL (fig. 11.6)."""
+        """Queue the bytes that precede the stopper FF in a buffer; the routine SENDPARALLEL sends them (fig. 11.6)."""
         data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)
 
     @from_outside
     def sendchar(self, data: Data) -> None:
-        """Queue bytes, which may include FF, for the inner routine of SENDPARALLEL."""
+        """Queue bytes, which may include FF; the inner routine of SENDPARALLEL sends them."""
         data = as_bytes(self.name, data)
         self.input("sendchar", data)
         self._queue(data)
@@ -208,7 +209,7 @@ class Ppi8255(Part):
 
     @from_outside
     def rcvbyte(self, number: int) -> None:
-        """Queue a read-out of a number of verify bytes, after V has been sent (fig. 6.1); they go to `received`."""
+        """Queue a read-out of `number` verify bytes into `received`; V must have been sent before (fig. 6.1)."""
         self.input("rcvbyte", number)
         self.queue.post(f"RCVBYTE, {number} bytes", lambda: self._rcvbyte(number))
 

@@ -89,7 +89,7 @@ class GpibListener(Part):
 
 
 class SourceHandshake:
-    """The source handshake of a part (fig. 12.3), which sends byte by byte; calls by a user are inputs of the part.
+    """The source handshake (fig. 12.3) by which a part sends bytes; calls by a user are inputs of the part.
 
     `requests` counts the falling edges of SRQ.
     """
@@ -190,7 +190,7 @@ class Talks:
 
 
 class GpibTalker(Talks, Part):
-    """A talker and controller without addresses."""
+    """A talker and controller that sends to all listeners, without addressing them."""
 
     _for_users = ("send", "command", "clear", "requests")
     wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})

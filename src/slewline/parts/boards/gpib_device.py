@@ -40,7 +40,7 @@ STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "rea
 
 
 class GpibDevice(Part):
-    """A 96LS488 with its handshake logic and inverting buffers."""
+    """The addressed interface of a chip: a 96LS488 with its handshake logic and inverting buffers."""
 
     _for_users = ("address",)
     wiring = MappingProxyType(
@@ -75,7 +75,7 @@ class GpibDevice(Part):
         self._task = self.kernel.spawn(self._run, name=self.name)
 
     def _interface_clear(self, net: Net) -> None:
-        """Handle IFC: release all lines, and stop listening and talking."""
+        """Handle a change of IFC: if it is low, release all lines, and stop listening, talking and polling."""
         if net.level == 0 and self._task is not None:
             self._task.kill()
             for name in ("dio", "db", *HANDSHAKE):
@@ -85,7 +85,7 @@ class GpibDevice(Part):
             self._begin()
 
     def _attention(self, net: Net) -> None:
-        """Handle ATN low: immediately signal not ready and not accepted, until the task itself handles ATN."""
+        """Handle a change of ATN: if it is low, pull NRFD and NDAC low immediately, until the task handles ATN."""
         if net.level == 0:
             pull(self, "nrfd", True)
             pull(self, "ndac", True)
@@ -106,7 +106,10 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Receive one byte: an interface message if `commanded`, otherwise data for the chip; stop if ATN changes."""
+        """Receive one byte: an interface message if `commanded`, otherwise data for the chip.
+
+        Return without a byte if ATN changes first.
+        """
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:
@@ -152,7 +155,7 @@ class GpibDevice(Part):
 
     # --------------------------------------------------------------------------------------------------------- source
     async def _talk(self) -> None:
-        """Send bytes (verify bytes, or the status in a serial poll) as long as the controller is ready for them."""
+        """Send a verify byte, or the status in a serial poll, whenever the controller is ready, until ATN is low."""
         atn, nrfd, ready = (self.pin(name).net for name in ("atn", "nrfd", "ready"))
         pull(self, "nrfd", False)
         pull(self, "ndac", False)
@@ -181,12 +184,12 @@ class GpibDevice(Part):
 
 
 class ControllerSource(SourceHandshake):
-    """The handshake of a controller, which can also receive; its data lines use negative logic, as on the bus."""
+    """The source handshake of a controller that can also receive; the data lines of the bus use negative logic."""
 
     negative = True
 
     async def talk_commands(self, data: bytes, hold: bool = False) -> None:
-        """Send bytes with ATN low; if `hold`, the controller then stays not ready for data."""
+        """Send bytes with ATN low; if `hold`, then keep NRFD and NDAC low: the controller is not ready for data."""
         part = self.part
         pull(part, "atn", True)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -258,20 +261,20 @@ class GpibController(Talks, Part):
         self.keep_recent(self.polled)
 
     def write(self, address: int, data: Data) -> None:
-        """Queue data for the device with an address."""
+        """Queue data to be sent to the device with this address."""
         self.command([UNLISTEN, LISTEN + address])
         self.send(data)
         self.command([UNLISTEN])
 
     @from_outside
     def read(self, address: int, number: int) -> None:
-        """Queue a read-out of a number of bytes from a device."""
+        """Queue a read-out of `number` bytes from the device with this address; they go to `received`."""
         self.input("read", address, number)
         self.queue.post(f"reads {number} bytes from {address}", lambda: self._fetched(address, number, None, None))
 
     @from_outside
     def fetch(self, address: int, most: int, end: int | None, pause: int | None) -> Request[bytes]:
-        """Queue a read-out of at most `most` bytes from a device; the result is these bytes.
+        """Queue a read-out of at most `most` bytes from the device with this address; the result is the bytes read.
 
         Args:
             end: the byte that ends the read-out; None: no byte ends it.
@@ -314,7 +317,7 @@ class GpibController(Talks, Part):
 
     @from_outside
     def reset(self) -> None:
-        """Drop the queue, and release the bus; a transfer under way is cut short."""
+        """Cancel all requests, and release the bus; a transfer under way is cut short."""
         self.input("reset")
         self.queue.cancel_after(0, "reset()")
         self.queue.halt()

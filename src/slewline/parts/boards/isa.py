@@ -1,16 +1,18 @@
 r"""An ISA board, which maps the host port of a chipset to I/O addresses of a PC.
 
-The board in the chipset's application note has the addresses below; other cards have others (register_layouts.py).
+The board in the chipset's application note has the addresses below; other cards have others
+(register_layouts.py).
 
-    base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
+    base + 0   data, read and write         + 2   command, write
+         + 4   bit 7: HostRdy, read         + 8   reset, write
 
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
-    address    ---<================================>            selects the port, and is HostCmd (A1)
+    address    ---<================================>            selects the port; its bit A1 is HostCmd
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
     HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            shortened by the PAL, for data hold time
-    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC reads the byte at its end
+    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            at its rising edge, the PC reads the byte
 
-The other status bits float and read 1.  RESET on the bus also resets the chipset.
+Bits 0 to 6 of the status (base + 4) float and read 1.  RESET on the bus also resets the chipset.
 """
 
 from __future__ import annotations
@@ -79,7 +81,7 @@ class Isa(Board):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a bus cycle; a write cycle is promised as a whole."""
+        """Perform a bus cycle, and return the byte written or read; a write cycle is promised as a whole."""
         if register in (DATA, COMMAND):
             return await self._operate(byte, register == COMMAND)
         if byte is not None:
@@ -92,7 +94,10 @@ class Isa(Board):
         return FLOATING & ~HOSTRDY if register == STATUS and not self.high("hostrdy") else FLOATING
 
     async def _operate(self, byte: int | None, command: bool) -> int:
-        """Write a byte to the host port of the chipset and return it; without a byte, read one and return that."""
+        """Write a byte to the host port of the chipset, or without a byte, read one; return the byte.
+
+        `command`: whether HostCmd is high.
+        """
         cycle, data = IsaCycle(self._began, byte is None), None if byte is None else bytes([byte])
         if self._operation.begin(cycle, data, command):
             shown = await self._operation.take_place()
@@ -104,5 +109,5 @@ class Isa(Board):
         return self.byte("hostdata")
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait, without bus cycles, until HostRdy is high or `ps` have passed."""
+        """Wait, without bus cycles, until HostRdy is high, but at most `ps` picoseconds."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))

@@ -33,5 +33,5 @@ class IsaCycle(Strobed):
         return [self.last]
 
     def bus(self, data: bytes) -> Edges:
-        """Return the bus edges while a byte is written."""
+        """Return the edges of the data bus in a cycle that writes a byte."""
         return None, (self.began + TAKES * CLOCK_PS, self.began + LEAVES * CLOCK_PS), ((0xFF, data[0]), None)

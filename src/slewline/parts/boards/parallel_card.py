@@ -1,13 +1,15 @@
 r"""A PC card for a bidirectional bus: the handshake lines are bits of registers.
 
-    base + 0   data       write: the byte that the card drives while bit 1 of the control is 1; read: the bus byte
+    base + 0   data       write: the byte that the card drives while bit 1 of the control is 1;
+                          read: the byte on the bus
          + 2   control    bit 0: IO_REQUEST low; bit 1: the card drives the bus; read as written
-         + 4   status     read: bit 7: BUSY is high, bit 6: FPL is high; the others read 1
+         + 4   status     read: bit 7: BUSY is high, bit 6: FPL is high; the other bits read 1
          + 8   reset      write any byte: a pulse on RESET
 
-To send the chip a byte: wait for bit 7, write data and control 3, wait until bit 7 is 0, write control 0.  To read a
-message from the chip, while bit 6 is 0: write control 1, wait until bit 7 is 0, read data, write control 0, wait for
-bit 7.
+Bits 6 and 7 below are those of the status.  To send a byte to the chip: wait until bit 7 is 1, write the
+byte to data and 3 to control, wait until bit 7 is 0, write 0 to control.  To read a message of the chip,
+repeat while bit 6 is 0: write 1 to control, wait until bit 7 is 0, read data, write 0 to control, wait
+until bit 7 is 1.
 """
 
 from __future__ import annotations
@@ -51,7 +53,7 @@ class ParallelCard(Board):
         return FLOATING & ~low
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform a bus cycle; at the end of its clock 4 a register changes, or a byte is read."""
+        """Perform a bus cycle; at the end of its clock 4 a register is written or read.  Return the byte."""
         await until(self.kernel, self._clock(5))
         if byte is None:
             return self._read(register)
@@ -71,7 +73,7 @@ class ParallelCard(Board):
         return self.control if register == CONTROL else self.status
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait without bus cycles, but at most for `ps`, until the line selected by `what` has the wanted level.
+        """Wait, without bus cycles, until the condition `what` is met, but at most `ps` picoseconds.
 
         READY: BUSY is high; ANSWER: BUSY is low; MESSAGE: FPL is low.
         """

@@ -1,9 +1,9 @@
 """Registers of interface boards: a row for each known card, and a text format for any other card.
 
 pmd          the ISA board of the chipset's application note
-pi-c842      a card of Physik Instrumente, as a host program uses it: the program polls +1, writes
-             commands there, transfers data over +0, and sets +2 once, to 0F.  Bits 0 to 6 of the card's
-             status are unknown; they read 1 here.
+pi-c842      a card of Physik Instrumente, as a host program uses it: the program polls base + 1, writes
+             commands there, transfers data over base + 0, and once writes 0F to base + 2.  Bits 0 to 6
+             of the card's status are unknown; they read 1 here.
 data=0,command=1,status=1,reset=8,base=0x300
              a user-defined card; reset and base may be left out
 """
@@ -24,7 +24,7 @@ STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 
 
 class Layout(NamedTuple):
-    """The registers of a board: names by offset from the base, in `reads` for IN, in `writes` for OUT."""
+    """The registers of a board: names by offset from the address `base`, in `reads` for IN, `writes` for OUT."""
 
     base: int
     reads: Mapping[int, str]
@@ -35,13 +35,13 @@ class Layout(NamedTuple):
         return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
 
     def listed(self, reading: bool) -> str:
-        """Return the names and offsets of the registers that can be read if `reading`, otherwise written, as text."""
+        """Return a list, as text, of the registers for reading (if `reading`) or for writing: names and offsets."""
         found = self.reads if reading else self.writes
         return ", ".join(f"{name} at +{offset}" for offset, name in sorted(found.items()))
 
 
 def placed(data: int, command: int, status: int, reset: int | None = None, base: int = 0x340, **more: int) -> Layout:
-    """Return a layout from the offsets of its registers; `more` are registers without an effect."""
+    """Return the layout with registers at these offsets; `more` are registers in which writes have no effect."""
     writes = {data: DATA, command: COMMAND} | ({} if reset is None else {reset: RESET})
     writes |= {offset: name for name, offset in more.items()}
     return Layout(base, MappingProxyType({data: DATA, status: STATUS}), MappingProxyType(writes))

@@ -1,10 +1,10 @@
-r"""A program's accesses without pauses, as two-byte steps; one request to a served board can contain many.
+r"""A program's accesses without pauses, as two-byte steps; a request to a served board can have many steps.
 
     0r --    IN      read register r of the board
     1r bb    OUT     write bb to register r
     24 nn    READY   wait until bit 7 of the status is 1, at most nn ms; then read the status
-    34 nn    ANSWER  wait until bit 7 is 0; parallel card only
-    44 nn    MESSAGE wait until bit 6 is 0; parallel card only
+    34 nn    ANSWER  like READY, but wait until bit 7 is 0; parallel card only
+    44 nn    MESSAGE like READY, but wait until bit 6 is 0; parallel card only
     54 nn    POLL    read the status until bit 7 is 1, at most nn ms, like a loop of IN instructions
 
 A failed wait ends the series, because a real program would not get beyond its polling loop either.
@@ -34,7 +34,7 @@ class Done(NamedTuple):
 
 
 def is_step(request: int, waits: tuple[str, ...]) -> bool:
-    """Return whether a byte can be the first byte of a step, on a board with these waits."""
+    """Return whether a byte can be the first byte of a step, on a board that has the conditions `waits`."""
     return request < 0x20 or request == POLL or WAITS.get(request) in waits
 
 
@@ -44,6 +44,6 @@ def spelled(steps: bytes) -> str:
 
 
 def met(request: int, status: int) -> bool:
-    """Return whether a step succeeded: a wait succeeds if its status bit has the wanted level, all others always."""
+    """Return whether a step succeeded: a wait if its status bit has the wanted level, other steps always."""
     bit, wanted = MET.get(request, (0, 0))
     return status & bit == wanted

@@ -1,1 +1,1 @@
-"""Driver modules, and the circuits between them and a GS-C."""
+"""Driver modules, and the circuits between them and a GS-C controller module."""

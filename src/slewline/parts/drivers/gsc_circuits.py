@@ -40,7 +40,7 @@ class TwoClocks(Part):
         self.rule = Stateless(self, ("clock", "dir"), views)
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return the reason why a neighbour's pin cannot be wired to one of these pins; "" if it can.
+        """Return the reason why a neighbour's pin (`row`) cannot be wired to this part's pin `own`; "" if it can.
 
         The pin that drives `clock` must not idle at its active level, which is the level of a step.
         """
@@ -105,15 +105,15 @@ class StepCheck(Part):
 class Damping(Part):
     """A circuit that damps the last step of a move by a step back and a step forward (figures 22 and 23).
 
-        a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is high; falls with the last step
-        b          __________|‾‾‾‾‾‾‾‾‾‾|_________     DIR is inverted while a is low and b high
-        c          ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾|_|‾‾‾     two extra clock pulses
+        a          ‾‾‾‾‾‾‾‾|______________________   high while MOV or RAMP is high; falls with the last step
+        b          __________|‾‾‾‾‾‾‾‾‾‾|_________   DIR is inverted while a is low and b is high
+        c          ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾|_|‾‾‾   two extra clock pulses
                            |<- t1 -->|       |
                            |<----- t2 ------>|
         phase       n-1  n |           n-1     n
 
-    The times depend on motor and load: the rotor is braked at t1, and held again at t2, before it turns
-    back.
+    t1 and t2 depend on the motor and its load: the pulse at t1 brakes the rotor, and the pulse at t2 holds
+    it again before it turns back.
     """
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
@@ -149,11 +149,11 @@ class Damping(Part):
         self._put()
 
     def _detect(self) -> None:
-        """Drive a, the output of G1: it falls, after the last pulse, when both MOV and RAMP are low."""
+        """Drive `a`, the output of the gate G1: it falls after the last pulse, when both MOV and RAMP are low."""
         self.drivers["a"].drive(int(self.net("mov").is_active or self.net("ramp").is_active))
 
     def _ended(self, net: Net) -> None:
-        """Start the timing generator when a falls; report a motion that begins during the damping."""
+        """Start the timing generator if `a` has fallen; report a motion that begins during the damping."""
         now, c = self.kernel.now, self.drivers["c"]
         if net.level == 1:
             if now < self._braked_ps:
@@ -174,7 +174,7 @@ class Damping(Part):
             self.kernel.call_at(ps, lambda driver=driver, level=level: driver.drive(level))  # type: ignore[misc]
 
     def _put(self) -> None:
-        """Drive direction and clock: G2 inverts the direction, and c is added to the clock."""
+        """Drive direction and clock: gate G2 inverts the direction, and the pulses of `c` are added to the clock."""
         turned = self.high("b") and not self.high("a")
         self.drivers["dir_out"].drive(int(self.high("dir") ^ turned))
         self.drivers["clock_out"].drive(int(self.high("clock") and self.high("c")))

@@ -1,17 +1,17 @@
-"""GS-D200 and GS-D200S, the driver modules for a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+"""GS-D200 and GS-D200S, driver modules for a GS-C: translator (figure 7), phase current (figures 6, 11).
 
-    state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step moves one column to the right
-    a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
+    state   1  2  3  4  5  6  7  8   a 3-bit counter; a clockwise half step moves one column to the right
+    a       0  0  1  1  1  0  0  0   a, b: the ends of one winding; c, d: those of the other winding
     b       1  0  0  0  0  0  1  1
     c       0  0  0  0  1  1  1  0
     d       1  1  1  0  0  0  0  0
 
-Half stepping goes through all states.  Full stepping leaves the lowest counter bit unchanged: if selected at an odd
-state, two phases are on; at an even state, one phase.  The state advances at the rising edge of CLOCK, and RESET sets
-it to 1.
+Half stepping goes through all states.  Full stepping leaves the lowest counter bit unchanged: if
+selected at an odd state, two phases are on; at an even state, one phase.  The state advances at the
+rising edge of CLOCK, and RESET sets it to 1.
 
-Phase current.  The set-point input is a voltage divider inside the driver, 10 kohm to 5 V and `ground` to ground; the
-current is 2 A per volt at this input.  Figure 11 adds these external resistors:
+Phase current.  Inside the driver, the set-point input has a resistor of 10 kohm to 5 V and another
+(`ground`) to ground; the current is 2 A per volt at this input.  Figure 11 adds R1 to R3, outside:
 
     5 V --- 10k ---.--- ground --- 0 V         MOV RAMP   on
     5 V - Tr1 - R1 -                            0   0     Tr2        rest
@@ -127,7 +127,7 @@ class GsD200(Part):
 
 
 class Network(NamedTuple):
-    """Data of a driver module: its internal resistor to ground, ohms, and its maximum phase current, amperes."""
+    """Data of a driver module: its internal resistor to ground, in ohms; its maximum phase current, in amperes."""
 
     ground: float
     most: float
@@ -141,7 +141,7 @@ GROUND_OHM = NETWORKS["gs-d200"].ground
 
 
 def parallel(*resistors: float) -> float:
-    """Return the resistance of several resistors in parallel, ohms."""
+    """Return the resistance, in ohms, of several resistors (ohms) in parallel."""
     return 1 / sum(1 / r for r in resistors)
 
 
@@ -159,16 +159,19 @@ def set_point(*to_ground: float, to_supply: float | None = None, ground: float =
 
 
 def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to ground, in ohms, that sets a current lower than with an open set-point input.
+    """Return the external resistor to ground, in ohms, that lowers the phase current to `amperes`.
 
-    With an internal resistor of 1200 ohm this is I / (1 - 0.933 I) kohm, I in amperes.
+    With an internal resistor (`ground`) of 1200 ohm this is I / (1 - 0.933 I) kohm, with I in amperes.
     """
     volts = amperes / AMPERES_PER_VOLT
     return _rest(volts / ((SUPPLY_V - volts) / PULL_UP_OHM), ground, f"{amperes} A by a resistor to ground")
 
 
 def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to 5 V, in ohms, that sets a current; `others` are external resistors to ground, in ohms."""
+    """Return the external resistor to 5 V, in ohms, that sets the phase current to `amperes`.
+
+    `others` are external resistors to ground, `ground` is the internal one, all in ohms.
+    """
     volts = amperes / AMPERES_PER_VOLT
     upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
     return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
@@ -237,7 +240,7 @@ class PhaseCurrent(Part):
 
     @property
     def amperes(self) -> float:
-        """Present current, amperes."""
+        """Present phase current, in amperes."""
         return self._currents[self.transistors]
 
     def _note(self) -> None:
@@ -254,7 +257,7 @@ class PhaseCurrent(Part):
         return (self._known.quantity(self.kernel, "current", "A"),)
 
     def forget(self, before: int) -> None:
-        """Drop the currents from before an instant (ps)."""
+        """Drop the record of the currents before an instant (ps)."""
         self._known.forget(before)
 
     @property
@@ -263,7 +266,7 @@ class PhaseCurrent(Part):
         return [*self._known]
 
     def current_at(self, time: Time) -> float:
-        """Return the current at one instant of the past, amperes.
+        """Return the current, in amperes, at one instant of the past.
 
         Raises:
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
@@ -273,7 +276,7 @@ class PhaseCurrent(Part):
         return self._known.at(instant)
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the current at many instants of the past: float64, shape as `times`, amperes.
+        """Return the currents, in amperes, at many instants of the past: float64, the same shape as `times`.
 
         Raises:
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).

@@ -2,13 +2,13 @@
 
 The LED display is an HDSP-211x type.  It has six address lines:
 
-    38 ... 3F   the characters, left to right            30   control word: brightness, flash, blink, clear
-    28 ... 2F   rows of the user-defined character       20   number of that character
-    00 ... 07   flash: bit 0, one byte per character     all others repeat one of these
+    38 ... 3F   the characters, left to right          30   control word: brightness, flash, blink, clear
+    28 ... 2F   rows of the user-defined character     20   number of that character
+    00 ... 07   flash: bit 0, one byte per character   every other address repeats one of these
 
-The LCD shows texts on its right, and the queried parameters on its left, each on its own line.  No readable
-page documents how a CY325 selects the side of the display on which a text appears; here the text itself
-decides: `X=00123` CR is a parameter, and anything else is text.
+The LCD shows text on its right, and the queried parameters on its left, each parameter on its own line.
+No readable page documents how a CY325 selects the side of the display on which a text appears; here the
+text itself decides: `X=00123` CR is a parameter, and anything else is text.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Shows:
         return framed(self.rows)
 
     def shows(self) -> dict[str, Any]:
-        """Return the lines of the display."""
+        """Return the state of the part: the lines of the display, under the name "text"."""
         return {"text": self.rows}
 
     @property
@@ -103,7 +103,7 @@ class HpDisplay(Shows, Part):
         return self._cells[self._place()]
 
     def _take(self, byte: int) -> None:
-        """Store a byte at the latched address: a character, a flash bit, or the control word."""
+        """Store a byte at the latched address, such as a character, a flash bit, or the control word."""
         before, place = self.text, self._place()
         self._cells[place] = byte
         if place == CONTROL and self._cells[CONTROL] & CLEAR:
@@ -115,13 +115,13 @@ class HpDisplay(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def text(self) -> str:
-        """The eight characters; a small box stands for a user-defined character."""
+        """The eight characters, all blank at brightness 0; a small box stands for a user-defined character."""
         if not self.brightness:
             return BLANK * CHARACTERS
         return "".join(_glyph(byte) for byte in self._cells[FIRST:])
 
     def shows(self) -> dict[str, Any]:
-        """Return the line of text, its brightness in percent, and the positions that flash."""
+        """Return the line of text, the brightness in percent, and the positions of characters that flash or blink."""
         return {"text": self.rows, "brightness": self.brightness, "flashing": list(self.flashing)}
 
     @property
@@ -148,13 +148,13 @@ def _glyph(byte: int) -> str:
 
 
 class Text:
-    """Lines of continuous text: a full line or CR begins the next line; the first line follows the last."""
+    """Lines of continuous text: a full line or CR begins the next line; after the last line comes the first."""
 
     def __init__(self, rows: int, width: int) -> None:
         self.lines, self.width, self.row = [""] * rows, width, 0
 
     def write(self, byte: int) -> None:
-        """Append a character."""
+        """Append a character; CR begins the next line, and LF is ignored."""
         if byte == CR or len(self.lines[self.row]) == self.width:
             self.row = (self.row + 1) % len(self.lines)
             self.lines[self.row] = ""
@@ -165,12 +165,13 @@ class Text:
 class Lcd(Shows, Part):
     """A serial LCD of several lines: parameters on the left, text on the right.
 
-    A text continues where the preceding text ended; CR begins the next line; the first line follows the last.
+    A text continues where the preceding text ended; CR begins the next line; after the last line comes
+    the first.
 
     Args:
         baud: the rate of the serial line.
         rows: the number of lines.
-        columns: the characters per line; the left part takes eleven: eight digits, a letter, "=" and a blank.
+        columns: the characters per line; the left part takes 11: a letter, "=", eight digits and a blank.
     """
 
     _for_users = ("parameters", "left", "right", "rows", "picture", "said", "on_change")
@@ -206,7 +207,7 @@ class Lcd(Shows, Part):
             self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check the baud rates")
 
     def _take(self, byte: int) -> None:
-        """Process a character; characters that may be the start of a parameter count as text until it is complete."""
+        """Process a character; characters that may begin a parameter count as text until the parameter is complete."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
             self.parameters[match[1].decode()] = match[2].decode()
@@ -218,7 +219,7 @@ class Lcd(Shows, Part):
     # -------------------------------------------------------------------------------------------------------- display
     @property
     def left(self) -> list[str]:
-        """Left parts of the lines; if there are more parameters than lines, later ones replace earlier ones."""
+        """Left parts of the lines, with the parameters; in excess of the lines, later ones replace earlier ones."""
         lines = [""] * len(self.text.lines)
         for n, (letter, digits) in enumerate(self.parameters.items()):
             lines[n % len(lines)] = f"{letter}={digits}"

@@ -1,8 +1,10 @@
 """Parts on the front of a machine: thumbwheel switches, and a switch for jogging.
 
-Thumbwheels are read one digit at a time, at an 8-bit address that no readable page documents.  The model uses
+Thumbwheels are read one digit at a time, at an 8-bit address that no readable page documents.  The model
+uses this address:
 
-    bits 7 to 3     the low five bits of the letter of the command whose number the switches set, R = 52H: 10010
+    bits 7 to 3     the low five bits of the letter of the command whose number the switches set;
+                    for R = 52H: 10010
     bits 2 to 0     the digit; 0 is the most significant digit
 """
 
@@ -98,7 +100,7 @@ class Thumbwheels(Part):
         self._bus.show()
 
     def _shown(self) -> int | None:
-        """Return the byte at the latched address, with a digit in its low four bits; None if there is no digit."""
+        """Return the byte at the latched address: a digit in its low four bits; None if no digit has this address."""
         digit = self._bus.low & MOST - 1
         if self._bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None

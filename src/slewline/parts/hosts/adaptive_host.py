@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 class AdaptiveHost(UartHost, Host):
     """A host computer on the serial line of one chip that detects the baud rate.
 
-    While the chip does not know the rate, `send` and `ask` first send two carriage returns; `write` never does.
+    While the chip does not know the rate, `send` and `ask` (not `write`) first send two carriage returns.
 
     Args:
-        baud: the rate of the host.
+        baud: the rate of the host; None: 9600.
         strapped: the fixed rate of the chip; None: the chip detects the rate.
     """
 
@@ -68,11 +68,11 @@ class AdaptiveHost(UartHost, Host):
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
-        """Send a query such as "? P", and return the answer of the chip on the line: text, or bytes in binary mode.
+        """Send a query such as "? P", and return the chip's answer on the line: text, or bytes in binary mode.
 
         Raises:
             UsageError: the command has no answer.
-            Timeout: no answer arrives in time; the mode register may direct answers to the bus.
+            Timeout: no answer arrives in time; the chip's mode register may direct its answers to the bus.
         """
         uart = self.uart
         query = uart.shadow.query(self.name, command)

@@ -51,7 +51,7 @@ class BusHost(Host):
 
     @property
     def sent(self) -> int:
-        """The number of bytes sent so far."""
+        """The number of bytes sent so far, to all chips together."""
         return sum(port.all_sent for port in self.ports.values())
 
     def send(self, data: str | bytes) -> None:
@@ -80,7 +80,7 @@ class BusHost(Host):
     @answering("host.write()", "; host.send(...) sends to the selected chip")
     @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
-        """Queue bytes for a chip."""
+        """Queue bytes for the chip with the name `chip`."""
         port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
@@ -95,7 +95,7 @@ class BusHost(Host):
 
     @from_outside
     def interject(self, chip: str, commands: Sequence[str]) -> Request[list[tuple[int, bytes]]]:
-        """Queue commands for a chip while its program runs; the result has the verify groups that they read."""
+        """Queue commands for a chip whose program runs; the result has (group, bytes) for each verify group read."""
         port = served(self.name, self.ports, chip)
         self.input("interject", chip, list(commands))
         text = f"sending live commands {', '.join(commands)} to {chip}"
@@ -118,7 +118,7 @@ class BusHost(Host):
 
     @from_outside
     def request_position(self, chip: str) -> Request[int]:
-        """Queue an on-the-fly read-out of a chip's position, while its motor moves."""
+        """Queue a read-out of a chip's position on the fly, that is, while its motor moves."""
         port = served(self.name, self.ports, chip)
         self.input("request_position", chip)
         return self.queue.submit(f"reading the position of {chip} on the fly", port.read_position)
@@ -140,7 +140,7 @@ class BusHost(Host):
         return self.verify(group, timeout=timeout)
 
     def run_program(self, timeout: Time = "5 s") -> None:
-        """Send X, and let time pass until RUN is low: the program runs, and the chip accepts only live commands.
+        """Send X to start the program, and wait until RUN is low; from then on the chip accepts only live commands.
 
         Raises:
             UsageError: a program is running already.
@@ -174,17 +174,18 @@ class BusHost(Host):
 
     @answering("host.verify()", "; groups are 0 to 3")
     def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
-        """Return the bytes of a verify group, as the chip sends them; group 0: five digits, in binary mode two bytes.
+        """Return the bytes of a verify group as sent by the chip; group 0: five digits, two bytes in binary mode.
 
         Args:
-            group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in that
-                table, though a program has up to 60 bytes; `x.program` (x: the chip) has all of them.
+            group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in
+                that table, though a program may have up to 60; `x.program` (x: the chip) has the whole program.
             number: the number of bytes to read; None: the whole group.
-            live: True: read between two instructions of a running program, through PROG/LIVE (manual, s.3 V); None: do
-                so only if a program is running.
+            live: True: read between two instructions of a running program, through PROG/LIVE (manual, s.3 V);
+                None: do so only if a program is running; False: never.
 
         Raises:
-            UsageError: the group does not exist, the number is negative, or a program is running and `live` is False.
+            UsageError: the group does not exist, the number is negative, or a program is running and `live` is
+                False.
             Timeout: the chip does not answer in time.
         """
         count = None if number is None else whole(number)
@@ -203,7 +204,7 @@ class BusHost(Host):
         """Request a new rate on the fly (manual, s.7), while the motor slews.
 
         Args:
-            rate: the rate parameter, a byte that is sent unchanged; the part has the rates 0 to 127.
+            rate: the rate parameter, a byte that is sent unchanged; valid rates of the part are 0 to 127.
 
         Raises:
             UsageError: `rate` is not 0 to 255, or the part does not accept a rate on the fly.
@@ -240,10 +241,10 @@ class BusHost(Host):
 
     @property
     def _part(self) -> str:
-        """The names of the host and its chip, and the part number, as the beginning of a message."""
+        """The names of the host and its selected chip, and the chip's part number, as the beginning of a message."""
         return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
 
     def _needs(self, role: str, otherwise: str) -> None:
-        """Refuse a call for which the part has no pin with a certain role; `otherwise` begins the reason."""
+        """Refuse a call that needs a pin with the role `role` if the part has none; `otherwise` begins the reason."""
         if self.chip.sheet.role(role) is None:
             raise UsageError(f"{self._part} {otherwise}: the part has no pin for this")

@@ -278,8 +278,7 @@ class PacketHost(Host):
     def _bytes(self, number: int, size: int) -> bytes:
         value = whole(number)
         if value is None or not 0 <= value < 1 << 8 * size:
-            what = "byte" if size == 1 else "word"
-            raise UsageError(f"{self.name}: {what} {number!r}; allowed 0..{(1 << 8 * size) - 1}")
+            raise UsageError(f"{self.name}: {('byte', 'word')[size - 1]} {number!r}; allowed 0..{(1 << 8 * size) - 1}")
         return value.to_bytes(size, "big")
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps

@@ -1,1 +1,1 @@
-"""The hosts' ends of their channels: bus ports, UARTs, and shadows of registers that cannot be read."""
+"""The hosts' ends of their channels: bus ports, UARTs, shadows of chip registers that hosts cannot read."""

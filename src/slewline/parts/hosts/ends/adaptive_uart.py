@@ -30,7 +30,7 @@ RESET_PS = 20 * 10**9  # pause of a host after a reset; a reset begins when the 
 
 
 class Found(NamedTuple):
-    """Settings of a chip whose rate is known."""
+    """The line setting of a chip whose rate is known, and, in words, how the rate was set (`set_by`)."""
 
     setting: LineSetting
     set_by: str
@@ -44,7 +44,7 @@ class AdaptiveUart(HostUart):
     """A UART that obeys CTS, and first sends two carriage returns while the chip does not know the rate.
 
     Args:
-        baud: the rate of the UART.
+        baud: the rate of the UART; None: 9600.
         strapped: the fixed rate of the chip; None: the chip detects the rate.
     """
 
@@ -90,7 +90,7 @@ class AdaptiveUart(HostUart):
             self._found(self.strapped, "fixed by an option")
 
     def _found(self, baud: int | str, set_by: str) -> None:
-        """Record that the chip has this rate from now on."""
+        """Record that the chip has this rate from now on; `set_by` describes how the rate was set."""
         self.far.receivers = {self.chip: Found(LineSetting(baud, self._word), set_by)}
 
     @property
@@ -124,7 +124,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters unchanged, to be sent one after another; this call is an input of the part."""
+        """Queue characters to be sent unchanged, each with `fault` if not ""; this call is an input of the part."""
         data = as_bytes(self.name, data)
         super().write(data, fault)
         for byte in data:
@@ -148,12 +148,12 @@ class AdaptiveUart(HostUart):
         self.write(data)
 
     def opened_at(self, baud: int) -> None:
-        """Do nothing: a rate set by a program needs no report, because the chip would have detected the rate."""
+        """Do nothing: a program's choice of rate needs no report, because the chip would have detected that rate."""
 
     async def exchange(self, command: str) -> str | bytes | None:
-        """Send a command in a task, and wait until it has been sent; for a query, return the answer.
+        """Send a command from within a task, and wait until it has been sent; return the answer if it is a query.
 
-        Return None if there is no answer: the line has been silent for longer than any answer takes.
+        Return None for any other command, or if the line has been silent for longer than any answer takes.
         """
         asks = command.startswith(self.shadow.dialect.query)
         query = self.shadow.query(self.name, command) if asks else None

@@ -8,11 +8,12 @@ FPL shows the direction:
     message     while FPL is low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high,
                 wait BUSY high
 
-The handshake without a byte, before a command, is the empty handshake.  A part whose program may be running
-needs it; a part that runs no program ignores it.  A host that finds FPL low during it reads the message
-first (ch. 16, Immediate Commands).  A host that already has its command letter on the bus also reads the
-message first: it releases the bus, since the part may be answering its serial side.  The host follows FPL
-while the part uses FPL, according to the mode commands that the host itself has sent, or to a setting.
+The handshake without a byte, before a command, is the empty handshake.  A part whose program may be
+running needs it; a part that runs no program ignores it.  A host that finds FPL low during the empty
+handshake reads the message first (ch. 16, Immediate Commands).  A host that already has its command
+letter on the bus also reads the message first: it releases the bus, since the part may be answering
+its serial side.  The host obeys FPL while the part uses FPL, as far as this follows from the mode
+commands that the host itself has sent; a setting makes the host always obey FPL, or ignore it.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ class FlowPort:
         return self.control.heeds and self.flow.level == 0
 
     def rest(self) -> None:
-        """Release the bus, set IO_REQUEST high, and receive again; an exchange under way is cut short."""
+        """Release the bus, set IO_REQUEST high, and restart the receiving task; an exchange under way is cut short."""
         self.request.drive(1)
         self.bus.drive(None)
         self.shadow.decoder.reset()
@@ -105,15 +106,15 @@ class FlowPort:
         return self.sent
 
     def catch_up(self) -> None:
-        """Record the bytes sent so far, before their number is queried."""
+        """Record the bytes that an exchange under way has sent so far; to be called before their number is queried."""
         if (exchange := self.bytes.exchange) is not None and exchange.in_flight:
             self.queue.begun = True
             self.bytes.feed(exchange.in_flight)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Record the bytes sent, and return the levels that the port waits for (handshake.py).
+        """Record the bytes sent, and return the levels that the port waits for, each with its net (handshake.py).
 
-        `number`: the bytes sent so far; `low`: whether IO_REQUEST is low.
+        `number`: the bytes of the exchange so far, with any empty handshake; `low`: whether IO_REQUEST is low.
         """
         self.queue.begun |= number > 0
         self.bytes.feed(number)
@@ -160,7 +161,7 @@ class FlowPort:
             asked = False
 
     def _no_message(self) -> None:
-        """Ignore FPL from now on, and report that its pin was low although nothing drives the bus."""
+        """Ignore FPL from now on, and report that FPL is low although nothing drives the bus."""
         self.control.heeding = False
         self.finding(
             "no-message",
@@ -303,7 +304,8 @@ class FlowSender(Leader[Handshakes]):
     Attributes:
         empty: whether an empty handshake precedes the bytes.
         fed: the number of these bytes that the port has recorded as sent.
-        begins: whether a command began with the byte that was next when the bytes were withdrawn.
+        begins: whether the next byte begins a command, as found when the exchange had to continue edge by
+            edge; None: it did not have to.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -317,7 +319,7 @@ class FlowSender(Leader[Handshakes]):
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
-        """Begin to send `data` as a value, from index `at` on; return whether this is possible.
+        """Begin to send `data` as a value, from index `at` to the end of the command at most; return if possible.
 
         `begins`: whether the first byte begins a command; `empty`: whether an empty handshake precedes it.
         """
@@ -335,14 +337,14 @@ class FlowSender(Leader[Handshakes]):
         return exchange.send(OfferedBytes(sent, port.kernel.now, None, last, chip.byte_times, chip.clock))
 
     def feed(self, number: int) -> int:
-        """Record that `number` bytes have been sent; return that number without the empty handshake."""
+        """Record that `number` bytes, an empty handshake included, have been sent; return the number without it."""
         gone = max(number - self.empty, 0)
         self.port._sent(self.data[self.fed : gone])
         self.fed = gone
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return the handshakes with the chip on this IO_REQUEST; None unless exactly one chip is on this line."""
+        """Return the handshakes with the chip on IO_REQUEST; None unless exactly one chip is there."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None
